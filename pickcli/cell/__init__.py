@@ -1,0 +1,1 @@
+"""What stands where: the cell, its robot, pod, tote, devices and items, and scenes of it."""

@@ -1,0 +1,28 @@
+"""Devices on the tool and how late they act."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class DeviceKind(StrEnum):
+    """What a device does."""
+
+    PUMP = "pump"
+    VALVE = "valve"
+    SENSOR = "sensor"
+    PIVOT = "pivot"
+
+
+@dataclass(frozen=True)
+class Device:
+    """One switched device.
+
+    lead: s between the command and its full effect (a pump's time to full vacuum, a valve's switching).
+    """
+
+    name: str
+    kind: DeviceKind
+    lead: float
+    actions: tuple[str, ...]  # e.g. ("on", "off"), ("read",), ("straight", "down")

@@ -1,0 +1,27 @@
+"""Items: size, mass, shape, how to grasp and how fast to carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cell.shapes import Shape
+
+
+@dataclass(frozen=True)
+class Item:
+    """One product. The item frame is the centre of its shape (a cylinder's axis is z).
+
+    The key is (name, year): six names stand in both years with other figures.
+    """
+
+    name: str
+    year: int
+    shape: Shape
+    mass: float  # kg
+    bonus: int  # points by the rules of its year
+    suction: bool  # whether a cup can hold it at all
+    why_not: str  # the reason where suction is False, else ""
+    seal_inset: float  # m, cup centre must stay this far inside a face's edge (on top of the cup's radius)
+    speed_scale: float  # 1.0, or 0.5 for Delft's slow items
+    folded: str  # "" or how cloth and bags were folded to get the stated size
+    source: str  # where the figures come from

@@ -1,0 +1,73 @@
+"""A scene: the cell as it stands now, with items and where they lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from pickcli.cell.item import Item
+from pickcli.cell.model import Cell
+from pickcli.geometry import Array
+
+TOTE = "tote"  # the location of delivered items; the other locations are bin names
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedItem:
+    """One instance of an item. ``id`` is unique in the scene (name, or name#2 for a second copy)."""
+
+    id: str
+    item: Item
+    location: str  # bin name, or TOTE
+    T_world_item: Array  # (4, 4)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseNoise:
+    """Bounds of the error of every item pose: the true pose lies within them."""
+
+    position: float = 0.0  # m, per item, norm of the translation error
+    angle: float = 0.0  # rad, rotation error
+
+    def bound(self, item: Item) -> float:
+        """How far, in m, any point of the item can be from where the pose says."""
+        radius = float((item.shape.extents**2).sum() ** 0.5) / 2
+        return self.position + self.angle * radius
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Cell + where the pod really stands + items and their poses. What the arm holds is no part of it."""
+
+    cell: Cell
+    T_world_pod: Array  # (4, 4) as it stands now
+    items: tuple[PlacedItem, ...]
+    noise: PoseNoise  # of the item poses in this scene
+    seed: int = 0
+
+    def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
+        """The instance with that id, else the first with that item name (in that location if given).
+
+        Raises UnknownNameError.
+        """
+        from pickcli.errors import UnknownNameError
+
+        here = [i for i in self.items if location is None or i.location == location]
+        for placed in here:
+            if placed.id == id_or_name:
+                return placed
+        for placed in here:
+            if placed.item.name == id_or_name:
+                return placed
+        raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
+
+    def in_location(self, location: str) -> tuple[PlacedItem, ...]:
+        """All items of a bin or of the tote."""
+        return tuple(i for i in self.items if i.location == location)
+
+    def moved(self, placed: PlacedItem) -> Scene:
+        """The scene with one instance (same id) replaced by ``placed``."""
+        return replace(self, items=tuple(placed if i.id == placed.id else i for i in self.items))
+
+    def without(self, item_id: str) -> Scene:
+        """The scene without one instance."""
+        return replace(self, items=tuple(i for i in self.items if i.id != item_id))

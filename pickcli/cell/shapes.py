@@ -1,0 +1,74 @@
+"""Solid shapes: what links, obstacles and items are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from pickcli.geometry import Array
+
+
+class ShapeKind(StrEnum):
+    """The three solids that every part of the suite understands."""
+
+    BOX = "box"
+    CYLINDER = "cylinder"
+    SPHERE = "sphere"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A solid centred on its own frame.
+
+    size: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,). All in m.
+    """
+
+    kind: ShapeKind
+    size: tuple[float, ...]
+
+    @property
+    def extents(self) -> Array:
+        """Full extents (3,) of the axis-aligned box around the shape in its own frame, m."""
+        if self.kind is ShapeKind.BOX:
+            return np.array(self.size)
+        if self.kind is ShapeKind.CYLINDER:
+            radius, length = self.size
+            return np.array([2 * radius, 2 * radius, length])
+        return np.full(3, 2 * self.size[0])
+
+    @property
+    def volume(self) -> float:
+        """Volume in m^3."""
+        if self.kind is ShapeKind.BOX:
+            return float(np.prod(self.size))
+        if self.kind is ShapeKind.CYLINDER:
+            return float(np.pi * self.size[0] ** 2 * self.size[1])
+        return float(4.0 / 3.0 * np.pi * self.size[0] ** 3)
+
+    def inflated(self, by: float) -> Shape:
+        """The shape grown by ``by`` m on every side (contains every point within ``by`` of it, but for
+        the rounded corners of which it is the hull)."""
+        if self.kind is ShapeKind.BOX:
+            return Shape(self.kind, tuple(s + 2 * by for s in self.size))
+        if self.kind is ShapeKind.CYLINDER:
+            return Shape(self.kind, (self.size[0] + by, self.size[1] + 2 * by))
+        return Shape(self.kind, (self.size[0] + by,))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A named shape standing in a parent frame (world, pod, link or item: the owner says which)."""
+
+    name: str
+    shape: Shape
+    T_parent_shape: Array  # (4, 4)
+
+
+def box(name: str, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Body:
+    """An axis-aligned box between two corners in the parent frame, m."""
+    lo, hi = np.array(lower), np.array(upper)
+    T = np.eye(4)
+    T[:3, 3] = (lo + hi) / 2
+    return Body(name, Shape(ShapeKind.BOX, tuple(float(v) for v in hi - lo)), T)

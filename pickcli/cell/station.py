@@ -1,0 +1,66 @@
+"""What stands around the robot: pod, bins, tote, obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cell.shapes import Body
+from pickcli.geometry import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Bin:
+    """One bin of the pod.
+
+    The bin frame: origin at the middle of the mouth on the top of the bottom lip, on the pod's front
+    face; +x into the bin, +y left as the robot sees it, +z up.
+    """
+
+    name: str  # bin_A .. bin_L
+    T_pod_bin: Array  # (4, 4)
+    mouth_width: float  # m, clear opening along y
+    mouth_height: float  # m, from the lip's top to the hanging lip above
+    y_range: tuple[float, float]  # m, clear inside behind the mouth, bin frame (wider than the mouth at posts)
+    depth: float  # m, front face to back wall
+    floor_front: float  # z of the floor just behind the lip, bin frame, m (negative)
+    floor_back: float  # z of the flat back part of the floor, m (negative)
+    floor_flat_from: float  # x where the slope ends, m
+    ceiling_front: float  # z of the ceiling just behind the hanging lip, m
+    ceiling_back: float  # z of the ceiling at the back, m
+
+
+@dataclass(frozen=True, eq=False)
+class Pod:
+    """The shelf. Its frame is the pod frame: front face at x = 0, +x into the shelf, z = 0 on the floor."""
+
+    bodies: tuple[Body, ...]  # boxes in the pod frame
+    bins: dict[str, Bin]
+    groups: dict[str, tuple[str, ...]]  # bounding groups: name -> body names (speeds up collision tests)
+
+    def bin_of_point(self, p_pod: Array) -> str | None:
+        """Name of the bin whose inside holds a point (3,) of the pod frame, or None."""
+        for name, cell_bin in self.bins.items():
+            x, y, z = p_pod - cell_bin.T_pod_bin[:3, 3]
+            if (
+                0.0 <= x <= cell_bin.depth
+                and cell_bin.y_range[0] <= y <= cell_bin.y_range[1]
+                and cell_bin.floor_back <= z <= cell_bin.ceiling_front
+            ):
+                return name
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Tote:
+    """The tote: an open box. Its frame sits at the centre of the inner floor, axes of the world."""
+
+    T_world_tote: Array  # (4, 4)
+    inner: tuple[float, float, float]  # m, clear inside x, y and height of the rim over the inner floor
+    bodies: tuple[Body, ...]  # in the world frame
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacles:
+    """Everything else that stands still: boxes in the world frame."""
+
+    bodies: tuple[Body, ...]

@@ -1,0 +1,108 @@
+"""Every exception the suite raises on purpose, in one tree.
+
+ApcError
+├── InputError            3  a file, name or value from outside is not usable
+│   └── UnknownNameError  3  a name that is not in the cell, the items or the scene
+├── ArtifactError         4  a stored file is stale, damaged or rejected
+│   ├── StaleError        4  made for another cell (both fingerprints are named)
+│   ├── DamagedError      4  truncated, flipped bits, wrong checksums
+│   └── RejectedError     4  the verifier said no
+├── NoPlanError           5  no motion exists that the planner could find; carries every reason
+├── TrialAbortedError     6  a trial that had to stop
+└── LimitError            1  our own bug: a trajectory that breaks a limit reached the end of timing
+
+The number is the exit code of the command that meets it. Anything outside the tree is a bug: exit 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class ApcError(Exception):
+    """Base of all deliberate failures. ``exit_code`` is what the process returns."""
+
+    exit_code = 1
+
+
+class InputError(ApcError):
+    """Something from outside is wrong: says what, where, and what to do."""
+
+    exit_code = 3
+
+
+class UnknownNameError(InputError):
+    """A name nobody knows. ``known`` lists what could have been meant."""
+
+    def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "") -> None:
+        import difflib
+
+        close = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(sorted(known)[:12])}"
+        super().__init__(f"{where + ': ' if where else ''}unknown {kind} {name!r}; {hint}")
+        self.kind, self.name, self.known = kind, name, tuple(known)
+
+
+class ArtifactError(ApcError):
+    """A file of ours that must not be used."""
+
+    exit_code = 4
+
+
+class StaleError(ArtifactError):
+    """The file depends on something that has changed since."""
+
+
+class DamagedError(ArtifactError):
+    """The file's bytes are not the bytes that were written."""
+
+
+class RejectedError(ArtifactError):
+    """The independent verifier does not accept the plan."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why one candidate failed: failure as a value.
+
+    what: short cause, e.g. "collision", "no IK solution", "does not hold", "joint limit"
+    where: candidate and segment, e.g. "grasp 3 (frontal), lift"
+    detail: link, obstacle and depth, or the limit and by how much
+    """
+
+    what: str
+    where: str = ""
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return ": ".join(part for part in (self.where, self.what, self.detail) if part)
+
+
+class NoPlanError(ApcError):
+    """No motion was found. Carries all reasons, grouped in the message by frequency."""
+
+    exit_code = 5
+
+    def __init__(self, query: str, reasons: Sequence[Reason]) -> None:
+        self.query, self.reasons = query, tuple(reasons)
+        super().__init__(f"no plan for {query}: {self.summary()}")
+
+    def summary(self, n_most: int = 3) -> str:
+        """The most frequent causes with one example each."""
+        groups: dict[str, list[Reason]] = {}
+        for reason in self.reasons:
+            groups.setdefault(reason.what, []).append(reason)
+        ranked = sorted(groups.items(), key=lambda kv: (-len(kv[1]), kv[0]))[:n_most]
+        parts = [f"{len(rs)}x {what} (e.g. {rs[0].where}: {rs[0].detail})" for what, rs in ranked]
+        return "; ".join(parts) if parts else "no candidate was even tried"
+
+
+class TrialAbortedError(ApcError):
+    """The trial could not go on."""
+
+    exit_code = 6
+
+
+class LimitError(ApcError):
+    """A timed trajectory breaks a limit: raised instead of handing it on."""

@@ -1,0 +1,1 @@
+"""The words of motion: paths, trajectories, segments, events, plans. No algorithms."""

@@ -1,0 +1,69 @@
+"""What a query returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from pickcli.cell.robot import PivotState
+from pickcli.geometry import Array
+from pickcli.motion.event import Event
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Grasp:
+    """A cup pose on an item.
+
+    kind: "frontal", "top-down" or "side"; face names the face of the item's shape, e.g. "-x"
+    """
+
+    item: str  # id in the scene
+    kind: str
+    face: str
+    pivot: PivotState
+    T_item_tip: Array  # (4, 4) tool frame in the item frame; tip on the face, +z into the item
+    score: float  # smaller is better
+    moment: float  # Nm about the cup, worst over gravity and planned acceleration
+    pull: float  # N
+    shear: float  # N
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the verifier checked, how finely, and of which bytes.
+
+    May claim no more than: in this model (fingerprint), every state keeps clearance at least
+    ``min_clearance`` and limits below the ratios. It is not a statement of safety.
+    """
+
+    motion_hash: str  # SHA-256 of trajectory, segments, events and grasp
+    scene_hash: str  # SHA-256 of what was checked against
+    cell_fingerprint: str
+    n_states: int
+    max_step: float  # m, farthest any point of the robot moves between two checked states
+    min_clearance: float  # m, over all pairs that are not planned contacts
+    max_velocity_ratio: float  # worst |v| / limit at every ms
+    max_acceleration_ratio: float
+    max_jerk_ratio: float
+    checks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Segments, one trajectory over all of them, events, grasp; valid for one cell and scene.
+
+    ``seed`` and everything but ``statistics`` are a pure function of the query: same bytes every time.
+    """
+
+    query: str  # e.g. "pick crayola_24_ct from bin_B"
+    cell_fingerprint: str
+    scene_hash: str
+    seed: int
+    segments: tuple[Segment, ...]
+    trajectory: Trajectory
+    events: tuple[Event, ...]
+    grasp: Grasp | None = None
+    speed_scale: float = 1.0
+    certificate: Certificate | None = None
+    statistics: dict[str, float] = field(default_factory=dict)  # wall-clock figures, nowhere else

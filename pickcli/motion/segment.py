@@ -1,0 +1,40 @@
+"""Segments: the named parts of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from pickcli.cell.robot import PivotState
+
+
+class SegmentKind(StrEnum):
+    """Kinds after Delft (section 2.1); coarse motions are split by whether something is held."""
+
+    TRANSIT = "transit"  # coarse, empty
+    PREAPPROACH = "pre-approach"  # straight along the bin's axis into the bin (KTH Fig. 5)
+    APPROACH = "approach"  # straight along the tool axis to just before the item
+    CONTACT = "contact"  # straight along the tool axis until the cup is pressed on
+    LIFT = "lift"  # straight up
+    RETREAT = "retreat"  # straight out of the bin
+    BRIDGE = "bridge"  # planned join of the retreat's end to the coarse motion
+    TRANSFER = "transfer"  # coarse, item held
+    PLACE = "place"  # straight down into the tote
+    DEPART = "depart"  # straight up out of the tote, empty again
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part [t_start, t_end] of the plan's trajectory.
+
+    held: id of the item in the cup, or None
+    touching: names that the tool or the held item may touch here (target, its support, neighbours in
+    the first stated distance of the lift); everything else is clear by the cell's clearance
+    """
+
+    kind: SegmentKind
+    t_start: float  # s
+    t_end: float  # s
+    pivot: PivotState
+    held: str | None
+    touching: tuple[str, ...] = ()

@@ -1,0 +1,66 @@
+"""Geometry with time: points with position, velocity and acceleration, quintic in between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+
+# Powers of u with coefficients of the quintic Hermite basis on [0, 1]; rows: p0, v0, a0, p1, v1, a1.
+_BASIS = np.array(
+    [
+        [1, 0, 0, -10, 15, -6],
+        [0, 1, 0, -6, 8, -3],
+        [0, 0, 0.5, -1.5, 1.5, -0.5],
+        [0, 0, 0, 10, -15, 6],
+        [0, 0, 0, -4, 7, -3],
+        [0, 0, 0, 0.5, -1, 0.5],
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Points as in trajectory_msgs/JointTrajectory; between them the quintic that meets position,
+    velocity and acceleration at both ends, as ros2_controllers interpolates. The trajectory *is* that
+    curve: limits and clearance are promised of it, not of the points.
+    """
+
+    joint_names: tuple[str, ...]
+    times: Array  # (N,), strictly increasing from 0, s
+    positions: Array  # (N, n)
+    velocities: Array  # (N, n), zero at both ends
+    accelerations: Array  # (N, n)
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point, s."""
+        return float(self.times[-1])
+
+    def coefficients(self) -> Array:
+        """(N - 1, 6, n): coefficients of u**k, u in [0, 1], of each piece."""
+        h = np.diff(self.times)[:, None]
+        p, v, a = self.positions, self.velocities, self.accelerations
+        ends = np.stack([p[:-1], v[:-1] * h, a[:-1] * h * h, p[1:], v[1:] * h, a[1:] * h * h], axis=1)
+        return np.einsum("rk,irn->ikn", _BASIS, ends)
+
+    def sample(self, t: Array | float, derivative: int = 0) -> Array:
+        """Position (derivative 0) or its 1st to 3rd time derivative at times t (M,): (M, n).
+
+        Times outside the trajectory are clamped to its ends.
+        """
+        t = np.atleast_1d(np.clip(t, 0.0, self.duration))
+        i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+        h = self.times[i + 1] - self.times[i]
+        u = (t - self.times[i]) / h
+        j = np.arange(6)
+        factor = np.ones(6)
+        for d in range(derivative):
+            factor = factor * (j - d)
+        powers = np.where(j >= derivative, u[:, None] ** np.maximum(j - derivative, 0), 0.0) * factor
+        p, v, a = self.positions, self.velocities, self.accelerations
+        hh = h[:, None]
+        ends = np.stack([p[i], v[i] * hh, a[i] * hh * hh, p[i + 1], v[i + 1] * hh, a[i + 1] * hh * hh], axis=1)
+        return np.einsum("mk,rk,mrn->mn", powers, _BASIS, ends) / hh**derivative
