@@ -1,0 +1,5 @@
+"""``python -m pickcli`` is ``apc``."""
+
+from pickcli.commands.main import main
+
+main()
