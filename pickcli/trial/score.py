@@ -1,0 +1,239 @@
+"""The score of a trial by the official rules of 2015 and 2016, itemised. See docs/scoring.md.
+
+Pure functions of an order and of where everything really is at the end. Sources: the transcription of the
+2016 rules in start-jsk/jsk_apc (doc/apc2016_rules.rst) and the 2015 score calculator of the same team.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import TOTE
+from pickcli.trial.order import Order, OrderKind
+
+HELD = "held"  # in the cup when the trial ended
+OUTSIDE = "outside"  # neither in a bin, nor in the tote, nor held
+
+
+class Damage(StrEnum):
+    """Damage to an item or the shelf, as a referee would grade it."""
+
+    MINOR = "minor"
+    MAJOR = "major"
+
+
+@dataclass(frozen=True)
+class FinalItem:
+    """Where one instance really is at the end. Places are bin names, TOTE, HELD or OUTSIDE."""
+
+    id: str
+    name: str
+    start: str
+    end: str
+    protrusion: float = 0.0  # m that it stands out of its bin, beyond the front face
+
+
+@dataclass(frozen=True)
+class Drop:
+    """One free fall of an item. ``is_release``: it was let go on purpose, over the tote."""
+
+    item: str  # id
+    height: float  # m
+    is_release: bool = False
+
+
+@dataclass(frozen=True)
+class FinalState:
+    """All that the rules look at. ``claim`` is the task output file, None if there is none."""
+
+    items: tuple[FinalItem, ...]
+    claim: Order | None = None
+    drops: tuple[Drop, ...] = ()
+    damages: tuple[tuple[str, Damage], ...] = ()  # what, and how badly
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The points of one year. ``fill``: from how many items in the bin at the start, how many points."""
+
+    fill: tuple[tuple[int, int], ...]
+    outside: int = 0
+    wrong_claim: int = 0
+    protruding: int = 0
+    high_drop: int = 0  # from over ``drop_limit``, whoever let go
+    lost_target: int = 0  # a target lost by the cup, from any height
+    wrong_item: int = 0  # something else than a target moved out of its bin
+    damage: Mapping[Damage, int] = field(default_factory=dict)
+    drop_limit: float = 0.3  # m
+    protrusion_limit: float = 0.005  # m
+
+    def fill_points(self, n_items: int) -> int:
+        """Points for a bin that held that many items at the start."""
+        return next((points for n, points in self.fill if n_items >= n), self.fill[-1][1])
+
+
+RULES = {
+    2016: Rules(
+        fill=((5, 20), (3, 15), (1, 10)),
+        outside=-10, wrong_claim=-10, protruding=-5, high_drop=-5,
+        damage={Damage.MINOR: -5, Damage.MAJOR: -20},
+    ),
+    2015: Rules(
+        fill=((3, 20), (2, 15), (1, 10)),
+        lost_target=-3, wrong_item=-12,
+        damage={Damage.MINOR: -5, Damage.MAJOR: -5},
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ScoreLine:
+    """One line of the score. A missed target is a line of 0 points."""
+
+    points: int
+    subject: str  # id of an item, or a name
+    reason: str
+
+
+@dataclass(frozen=True)
+class Score:
+    """Every line, and what the order was worth."""
+
+    lines: tuple[ScoreLine, ...]
+    maximum: int
+
+    @property
+    def total(self) -> int:
+        """Sum of the lines; may be negative."""
+        return sum(line.points for line in self.lines)
+
+
+def item_bonuses(cell: Cell, order: Order) -> dict[str, int]:
+    """Bonus of every item of an order, by name, by the rules of its year."""
+    names = set(order.tote_contents).union(*order.bin_contents.values())
+    return {name: cell.item(name, order.year).bonus for name in sorted(names)}
+
+
+def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, int]) -> int:
+    """What moving one item out of (stow: into) a bin is worth."""
+    n_items = len(order.bin_contents.get(bin_name, ()))
+    return RULES[order.year].fill_points(n_items) + bonus.get(item, 0)
+
+
+def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
+    """The most an order can give: all targets and no penalty."""
+    if order.kind is OrderKind.PICK:
+        return sum(target_points(order, t.bin, t.item, bonus) for t in order.work_order)
+    bins = order.bin_contents
+    return sum(max(target_points(order, b, name, bonus) for b in bins) for name in order.tote_contents)
+
+
+def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
+    """Score of a final state; ``bonus`` as from item_bonuses. The order of items does not matter."""
+    items = tuple(sorted(final.items, key=lambda item: item.id))
+    delivered = _delivered(order, items)
+    lines = [
+        *(_picked if order.kind is OrderKind.PICK else _stowed)(order, items, delivered, bonus),
+        *_places(order, items, delivered),
+        *_claims(order, items, final.claim),
+        *_falls(order, items, final.drops),
+        *_damages(order, final.damages),
+    ]
+    return Score(tuple(lines), maximum_score(order, bonus))
+
+
+def _delivered(order: Order, items: tuple[FinalItem, ...]) -> dict[str, str]:
+    """Instances that fulfil the order: id -> the bin that counts. A spare copy fulfils nothing."""
+    if order.kind is not OrderKind.PICK:
+        return {i.id: i.end for i in items if i.start == TOTE and i.end in order.bin_contents}
+    wanted = Counter((target.bin, target.item) for target in order.work_order)
+    delivered = {}
+    for item in items:
+        if item.end == TOTE and wanted[item.start, item.name] > 0:
+            wanted[item.start, item.name] -= 1
+            delivered[item.id] = item.start
+    return delivered
+
+
+def _picked(
+    order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, str], bonus: Mapping[str, int]
+) -> Iterator[ScoreLine]:
+    open_copies = [item for item in items if item.id in delivered]
+    for target in order.work_order:
+        copy = next((i for i in open_copies if (i.start, i.name) == (target.bin, target.item)), None)
+        if copy is None:
+            yield ScoreLine(0, target.item, f"target of {target.bin} is not in the tote")
+            continue
+        open_copies.remove(copy)
+        points = target_points(order, target.bin, target.item, bonus)
+        yield ScoreLine(points, copy.id, f"target from {_worth(order, target.bin, target.item, bonus)}")
+
+
+def _stowed(
+    order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, str], bonus: Mapping[str, int]
+) -> Iterator[ScoreLine]:
+    for item in items:
+        if item.id in delivered:
+            points = target_points(order, item.end, item.name, bonus)
+            yield ScoreLine(points, item.id, f"stowed into {_worth(order, item.end, item.name, bonus)}")
+        elif item.start == TOTE:
+            yield ScoreLine(0, item.id, "is in no bin")
+
+
+def _worth(order: Order, bin_name: str, item: str, bonus: Mapping[str, int]) -> str:
+    extra = f", item bonus {bonus[item]}" if bonus.get(item) else ""
+    return f"{bin_name}, which started with {len(order.bin_contents[bin_name])}{extra}"
+
+
+def _places(order: Order, items: tuple[FinalItem, ...], delivered: Mapping[str, str]) -> Iterator[ScoreLine]:
+    rules = RULES[order.year]
+    for item in items:
+        if item.end == OUTSIDE and rules.outside:
+            yield ScoreLine(rules.outside, item.id, "left outside bins and tote")
+        if item.end in order.bin_contents and item.protrusion > rules.protrusion_limit and rules.protruding:
+            millimetres = f"{1000 * item.protrusion:.1f} mm"
+            yield ScoreLine(rules.protruding, item.id, f"stands {millimetres} out of {item.end}")
+        # A target on its way is no wrong item, wherever it ended.
+        is_target = any((t.bin, t.item) == (item.start, item.name) for t in order.work_order)
+        is_spare = item.end == TOTE and item.id not in delivered
+        if rules.wrong_item and item.end != item.start and (is_spare or not is_target):
+            yield ScoreLine(rules.wrong_item, item.id, f"no target, but moved from {item.start}")
+
+
+def _claims(order: Order, items: tuple[FinalItem, ...], claim: Order | None) -> Iterator[ScoreLine]:
+    """Copies are indistinguishable in the file, so names are counted place by place."""
+    points = RULES[order.year].wrong_claim
+    if claim is None or not points:
+        return
+    places = {**claim.bin_contents, TOTE: claim.tote_contents}
+    claimed = Counter((name, place) for place, names in places.items() for name in names)
+    actual = Counter((item.name, item.end) for item in items if item.end in places)
+    for name in sorted({name for name, _ in claimed | actual}):
+        false_claims = [p for (n, p), k in (claimed - actual).items() if n == name for _ in range(k)]
+        unclaimed = [p for (n, p), k in (actual - claimed).items() if n == name for _ in range(k)]
+        for i in range(max(len(false_claims), len(unclaimed))):
+            said = false_claims[i] if i < len(false_claims) else "nowhere"
+            true = unclaimed[i] if i < len(unclaimed) else "not there"
+            yield ScoreLine(points, name, f"output file says {said}, the item is {true}")
+
+
+def _falls(order: Order, items: tuple[FinalItem, ...], drops: tuple[Drop, ...]) -> Iterator[ScoreLine]:
+    rules = RULES[order.year]
+    by_id = {item.id: item for item in items}
+    targets = {(target.bin, target.item) for target in order.work_order}
+    for drop in sorted(drops, key=lambda d: (d.item, d.height)):
+        if drop.height > rules.drop_limit and rules.high_drop:
+            yield ScoreLine(rules.high_drop, drop.item, f"fell {drop.height:.2f} m")
+        item = by_id.get(drop.item)
+        is_target = item is not None and (item.start, item.name) in targets
+        if rules.lost_target and is_target and not drop.is_release:
+            yield ScoreLine(rules.lost_target, drop.item, f"target dropped from {drop.height:.2f} m")
+
+
+def _damages(order: Order, damages: tuple[tuple[str, Damage], ...]) -> Iterator[ScoreLine]:
+    for what, damage in sorted(damages):
+        yield ScoreLine(RULES[order.year].damage[damage], what, f"{damage} damage")
