@@ -1,0 +1,183 @@
+"""Plans as JSON files: written whole or not at all, read strictly. See docs/formats/plan.md.
+
+Floats are written with every digit that matters, so a plan that is written and read again is the same
+plan bit for bit, and ``motion_hash`` of it too.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.atomic import write_bytes
+from pickcli.errors import DamagedError, InputError
+from pickcli.geometry import Array
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.plan_schema import FORMAT, VERSION, parse_plan
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
+
+MAX_BYTES = 64 * 2**20  # a plan of ten seconds has half a megabyte
+
+
+def motion_hash(plan: Plan) -> str:
+    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp; not of statistics or certificate.
+
+    Taken over their canonical JSON: sorted keys, no blanks, floats with all their digits.
+    """
+    motion = {
+        "trajectory": _trajectory(plan.trajectory),
+        "segments": [_segment(s) for s in plan.segments],
+        "events": [_event(e) for e in plan.events],
+        "grasp": None if plan.grasp is None else _grasp(plan.grasp),
+    }
+    text = json.dumps(motion, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def plan_to_dict(plan: Plan) -> dict[str, Any]:
+    """The plan as the JSON object of the file, keys in the file's order."""
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "query": plan.query,
+        "cell_fingerprint": plan.cell_fingerprint,
+        "scene_hash": plan.scene_hash,
+        "seed": plan.seed,
+        "speed_scale": plan.speed_scale,
+        "grasp": None if plan.grasp is None else _grasp(plan.grasp),
+        "segments": [_segment(s) for s in plan.segments],
+        "events": [_event(e) for e in plan.events],
+        "trajectory": _trajectory(plan.trajectory),
+        "certificate": None if plan.certificate is None else _certificate(plan.certificate),
+        "statistics": dict(sorted(plan.statistics.items())),
+    }
+
+
+def write_plan(plan: Plan, path: Path) -> None:
+    """Write the plan's file in one step: a kill or a full disk leaves the old file or none.
+
+    Raises InputError when the plan holds a number that JSON does not know (nan, infinity), and what
+    ``cell.atomic.write_bytes`` raises when the place cannot be written.
+    """
+    try:
+        text = _layout(plan_to_dict(plan))
+    except ValueError as error:
+        raise InputError(f"{path}: a number of the plan is not finite ({error}); not written") from error
+    write_bytes(path, text.encode())
+
+
+def read_plan(path: Path) -> Plan:
+    """Read a plan's file, strictly.
+
+    Raises InputError when it is missing, too large or breaks the format (all problems at once, each with
+    its field), DamagedError when it is cut off, or when it was changed after it was certified.
+    """
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(f"{path}: {size} bytes; a plan has at most {MAX_BYTES}")
+        text = path.read_bytes().decode()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); plan one with apc plan-pick") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file; a plan is JSON") from error
+    plan = parse_plan(text, str(path))
+    _check_certificate(plan, str(path))
+    return plan
+
+
+def _check_certificate(plan: Plan, where: str) -> None:
+    """A certificate speaks of exact bytes: refuse the plan when they are not these."""
+    if plan.certificate is None:
+        return
+    pairs = (
+        ("motion_hash", plan.certificate.motion_hash, motion_hash(plan)),
+        ("scene_hash", plan.certificate.scene_hash, plan.scene_hash),
+        ("cell_fingerprint", plan.certificate.cell_fingerprint, plan.cell_fingerprint),
+    )
+    for name, certified, found in pairs:
+        if certified != found:
+            raise DamagedError(
+                f"{where}: certificate.{name}: edited after it was certified "
+                f"(certified {certified[:12]}, found {found[:12]}); verify it again or plan anew"
+            )
+
+
+def _rows(a: Array) -> list[Any]:
+    """An array as nested lists of Python floats."""
+    return list(a.tolist())
+
+
+def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
+    """As trajectory_msgs/JointTrajectory, but time_from_start in s as one float: nanoseconds round."""
+    names = ("positions", "velocities", "accelerations", "time_from_start")
+    columns = (trajectory.positions, trajectory.velocities, trajectory.accelerations, trajectory.times)
+    points = zip(*(_rows(column) for column in columns), strict=True)
+    return {
+        "joint_names": list(trajectory.joint_names),
+        "points": [dict(zip(names, point, strict=True)) for point in points],
+    }
+
+
+def _segment(segment: Segment) -> dict[str, Any]:
+    return {
+        "kind": str(segment.kind),
+        "t_start": float(segment.t_start),
+        "t_end": float(segment.t_end),
+        "pivot": str(segment.pivot),
+        "held": segment.held,
+        "touching": list(segment.touching),
+    }
+
+
+def _event(event: Event) -> dict[str, Any]:
+    anchor = event.anchor
+    return {
+        "device": event.device,
+        "action": event.action,
+        "anchor": {"kind": str(anchor.kind), "segment": int(anchor.segment), "offset": float(anchor.offset)},
+        "lead": float(event.lead),
+        "t_anchor": None if event.t_anchor is None else float(event.t_anchor),
+        "t_trigger": None if event.t_trigger is None else float(event.t_trigger),
+    }
+
+
+def _grasp(grasp: Grasp) -> dict[str, Any]:
+    return {
+        "item": grasp.item,
+        "kind": grasp.kind,
+        "face": grasp.face,
+        "pivot": str(grasp.pivot),
+        "T_item_tip": _rows(grasp.T_item_tip),
+        "score": float(grasp.score),
+        "moment": float(grasp.moment),
+        "pull": float(grasp.pull),
+        "shear": float(grasp.shear),
+    }
+
+
+def _certificate(certificate: Certificate) -> dict[str, Any]:
+    fields = {name: getattr(certificate, name) for name in Certificate.__dataclass_fields__}
+    return {**fields, "checks": list(certificate.checks)}
+
+
+def _layout(data: dict[str, Any]) -> str:
+    """JSON for people and diffs: one line per point, segment and event instead of one per number."""
+
+    def line(value: Any) -> str:
+        return json.dumps(value, allow_nan=False)
+
+    def block(value: Any, indent: str) -> str:
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            rows = f",\n{indent}  ".join(line(v) for v in value)
+            return f"[\n{indent}  {rows}\n{indent}]"
+        if isinstance(value, dict) and value:
+            rows = f",\n{indent}  ".join(f"{line(k)}: {block(v, indent + '  ')}" for k, v in value.items())
+            return f"{{\n{indent}  {rows}\n{indent}}}"
+        return line(value)
+
+    return block(data, "") + "\n"

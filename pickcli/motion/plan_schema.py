@@ -1,0 +1,259 @@
+"""The schema of plan files: JSON text to Plan, every problem named with its field."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pickcli.cell.robot import PivotState
+from pickcli.errors import DamagedError, InputError
+from pickcli.geometry import is_pose
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+
+FORMAT = "apc plan"
+VERSION = 1
+MAX_POINTS = 100_000
+MAX_JOINTS = 32
+TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
+MAX_PROBLEMS = 20  # named in one message
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Hash = Annotated[str, Field(max_length=128)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Numbers = Annotated[list[Number], Field(max_length=MAX_JOINTS)]
+Time = Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
+
+
+class _Model(BaseModel):
+    """Strict: no unknown keys, no strings for numbers."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class _Point(_Model):
+    positions: Numbers
+    velocities: Numbers
+    accelerations: Numbers
+    time_from_start: Time
+
+
+class _Trajectory(_Model):
+    joint_names: Annotated[list[Name], Field(min_length=1, max_length=MAX_JOINTS)]
+    points: Annotated[list[_Point], Field(min_length=2, max_length=MAX_POINTS)]
+
+
+class _Segment(_Model):
+    kind: Annotated[SegmentKind, Field(strict=False)]
+    t_start: Time
+    t_end: Time
+    pivot: Annotated[PivotState, Field(strict=False)]
+    held: Name | None
+    touching: Annotated[list[Name], Field(max_length=1000)]
+
+
+class _Anchor(_Model):
+    kind: Annotated[AnchorKind, Field(strict=False)]
+    segment: Annotated[int, Field(ge=0)]
+    offset: Number
+
+
+class _Event(_Model):
+    device: Name
+    action: Name
+    anchor: _Anchor
+    lead: Time
+    t_anchor: Number | None
+    t_trigger: Number | None
+
+
+class _Grasp(_Model):
+    item: Name
+    kind: Name
+    face: Name
+    pivot: Annotated[PivotState, Field(strict=False)]
+    T_item_tip: Annotated[
+        list[Annotated[list[Number], Field(min_length=4, max_length=4)]], Field(min_length=4, max_length=4)
+    ]
+    score: Number
+    moment: Number
+    pull: Number
+    shear: Number
+
+
+class _Certificate(_Model):
+    motion_hash: Hash
+    scene_hash: Hash
+    cell_fingerprint: Hash
+    n_states: Annotated[int, Field(ge=0)]
+    max_step: Number
+    min_clearance: Number
+    max_velocity_ratio: Number
+    max_acceleration_ratio: Number
+    max_jerk_ratio: Number
+    checks: Annotated[list[Name], Field(max_length=100)]
+
+
+class _Plan(_Model):
+    format: Literal["apc plan"]
+    version: Literal[1]
+    query: Annotated[str, Field(max_length=1000)]
+    cell_fingerprint: Hash
+    scene_hash: Hash
+    seed: Annotated[int, Field(ge=0)]
+    speed_scale: Annotated[float, Field(gt=0.0, le=1.0)]
+    grasp: _Grasp | None
+    segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
+    events: Annotated[list[_Event], Field(max_length=1000)]
+    trajectory: _Trajectory
+    certificate: _Certificate | None
+    statistics: dict[Name, Number]
+
+
+def parse_plan(text: str, where: str) -> Plan:
+    """The plan in a file's text. ``where`` names the file in messages.
+
+    Raises InputError with all problems (field, expected, got), DamagedError where the JSON itself breaks.
+    """
+    data = _load(text, where)
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InputError(f'{where}: format: expected "{FORMAT}"; this is not a plan file')
+    if data.get("version") != VERSION:
+        raise InputError(f"{where}: version: expected {VERSION}, got {data.get('version')!r}; plan it anew")
+    try:
+        model = _Plan.model_validate(data)
+    except ValidationError as error:
+        raise _refusal(where, (_problem(e) for e in error.errors())) from None
+    problems = list(_problems(model))
+    if problems:
+        raise _refusal(where, problems)
+    return _build(model)
+
+
+def _load(text: str, where: str) -> Any:
+    """JSON without the traps: duplicate keys, NaN, endless nesting."""
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        out = dict(pairs)
+        if len(out) != len(pairs):
+            keys = [k for k, _ in pairs]
+            twice = next(k for k in keys if keys.count(k) > 1)
+            raise InputError(f"{where}: {twice}: the key stands twice in one object; keep one")
+        return out
+
+    def constant(name: str) -> Any:
+        raise InputError(f"{where}: holds {name}; every number must be finite")
+
+    try:
+        return json.loads(text, object_pairs_hook=unique, parse_constant=constant)
+    except json.JSONDecodeError as error:
+        raise DamagedError(
+            f"{where}:{error.lineno}:{error.colno}: not JSON ({error.msg}): cut off or damaged; plan it anew"
+        ) from None
+    except RecursionError:
+        raise InputError(f"{where}: nested too deeply; this is not a plan file") from None
+
+
+def _problem(error: Any) -> str:
+    """One pydantic error as ``field: what (got ...)``."""
+    field = ".".join(str(part) for part in error["loc"])
+    got = repr(error.get("input"))
+    return f"{field}: {error['msg']}" + (f", got {got}" if len(got) < 60 else "")
+
+
+def _refusal(where: str, problems: Iterable[str]) -> InputError:
+    found = list(problems)
+    more = f"\n  and {len(found) - MAX_PROBLEMS} more" if len(found) > MAX_PROBLEMS else ""
+    return InputError("\n  ".join([f"{where}: not a valid plan:", *found[:MAX_PROBLEMS]]) + more)
+
+
+def _problems(model: _Plan) -> Iterator[str]:
+    """What types cannot say: shapes, order of times, contiguous segments, indices in range."""
+    yield from _trajectory_problems(model.trajectory)
+    yield from _segment_problems(model)
+    for i, event in enumerate(model.events):
+        if event.anchor.segment >= len(model.segments):
+            yield (
+                f"events.{i}.anchor.segment: expected an index below {len(model.segments)}, "
+                f"got {event.anchor.segment}"
+            )
+    if model.grasp is not None and not is_pose(np.array(model.grasp.T_item_tip)):
+        yield "grasp.T_item_tip: expected a rigid transform (4 x 4)"
+
+
+def _trajectory_problems(trajectory: _Trajectory) -> Iterator[str]:
+    n = len(trajectory.joint_names)
+    if len(set(trajectory.joint_names)) != n:
+        yield "trajectory.joint_names: a name stands twice"
+    points = trajectory.points
+    for i, point in enumerate(points):
+        for name in ("positions", "velocities", "accelerations"):
+            if len(getattr(point, name)) != n:
+                yield f"trajectory.points.{i}.{name}: expected {n} numbers, got {len(getattr(point, name))}"
+        if i > 0 and not point.time_from_start > points[i - 1].time_from_start:
+            yield (
+                f"trajectory.points.{i}.time_from_start: expected over {points[i - 1].time_from_start} "
+                f"(times must increase strictly), got {point.time_from_start}"
+            )
+    if points[0].time_from_start != 0.0:
+        yield f"trajectory.points.0.time_from_start: expected 0, got {points[0].time_from_start}"
+    for i in (0, len(points) - 1):
+        if any(v != 0.0 for v in points[i].velocities):
+            yield f"trajectory.points.{i}.velocities: expected 0: a motion starts and ends at rest"
+
+
+def _segment_problems(model: _Plan) -> Iterator[str]:
+    t = 0.0
+    for i, segment in enumerate(model.segments):
+        if abs(segment.t_start - t) > TIME_TOLERANCE:
+            yield f"segments.{i}.t_start: expected {t} (where the one before ends), got {segment.t_start}"
+        if not segment.t_end > segment.t_start:
+            yield f"segments.{i}.t_end: expected over {segment.t_start}, got {segment.t_end}"
+        t = segment.t_end
+    if abs(t - (end := model.trajectory.points[-1].time_from_start)) > TIME_TOLERANCE:
+        yield f"segments.{len(model.segments) - 1}.t_end: expected {end} (the trajectory's end), got {t}"
+
+
+def _build(model: _Plan) -> Plan:
+    points = model.trajectory.points
+    return Plan(
+        query=model.query,
+        cell_fingerprint=model.cell_fingerprint,
+        scene_hash=model.scene_hash,
+        seed=model.seed,
+        segments=tuple(_segment(s) for s in model.segments),
+        trajectory=Trajectory(
+            joint_names=tuple(model.trajectory.joint_names),
+            times=np.array([p.time_from_start for p in points]),
+            positions=np.array([p.positions for p in points]),
+            velocities=np.array([p.velocities for p in points]),
+            accelerations=np.array([p.accelerations for p in points]),
+        ),
+        events=tuple(_event(e) for e in model.events),
+        grasp=None if model.grasp is None else _grasp(model.grasp),
+        speed_scale=model.speed_scale,
+        certificate=None if model.certificate is None else _certificate(model.certificate),
+        statistics=dict(model.statistics),
+    )
+
+
+def _segment(model: _Segment) -> Segment:
+    return Segment(**{**dict(model), "touching": tuple(model.touching)})
+
+
+def _event(model: _Event) -> Event:
+    return Event(**{**dict(model), "anchor": Anchor(**dict(model.anchor))})
+
+
+def _grasp(model: _Grasp) -> Grasp:
+    return Grasp(**{**dict(model), "T_item_tip": np.array(model.T_item_tip)})
+
+
+def _certificate(model: _Certificate) -> Certificate:
+    return Certificate(**{**dict(model), "checks": tuple(model.checks)})
