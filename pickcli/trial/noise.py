@@ -1,0 +1,54 @@
+"""Perception as it could be at best: the true poses with a bounded error.
+
+The only place where truth becomes belief. Planning and verification see nothing but what comes from here,
+together with the bound that the error keeps.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import Array, pose, rotation_axis_angle
+
+DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
+
+
+def perceive(true: Scene, noise: PoseNoise, seed: int, look: int) -> Scene:
+    """The scene as it is perceived: every item off by at most ``noise``, which the result states.
+
+    The error of an item depends on ``seed``, its id and ``look`` (the number of the look) alone, so that it
+    does not change when other items come or go.
+    """
+    items = tuple(_displaced(placed, noise, _generator(seed, placed.id, look)) for placed in true.items)
+    return replace(true, items=items, noise=noise)
+
+
+def derived_seed(*parts: object) -> int:
+    """A seed in [0, 2**31) from names and numbers; independent of everything but their text."""
+    text = "\x1f".join(str(part) for part in parts)
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") >> 1
+
+
+def _generator(seed: int, item_id: str, look: int) -> np.random.Generator:
+    return np.random.default_rng(derived_seed("pose noise", seed, item_id, look))
+
+
+def _displaced(placed: PlacedItem, noise: PoseNoise, rng: np.random.Generator) -> PlacedItem:
+    """Turned about its own centre and shifted; both errors are drawn even where a bound is zero."""
+    shift, turn = _in_ball(rng), _in_ball(rng)
+    angle = float(np.linalg.norm(turn))
+    R = rotation_axis_angle(turn / angle, angle * noise.angle)
+    T = placed.T_world_item
+    T_seen = pose(T[:3, 3] + noise.position * shift, R=R @ T[:3, :3])
+    return replace(placed, T_world_item=T_seen)
+
+
+def _in_ball(rng: np.random.Generator) -> Array:
+    """A point (3,) uniform in the unit ball."""
+    direction = rng.standard_normal(3)
+    radius = rng.random() ** (1.0 / 3.0)
+    return np.asarray(direction * (radius / np.linalg.norm(direction)))
