@@ -34,7 +34,7 @@ def protrusion(scene: Scene, placed: PlacedItem) -> float:
 
 
 def extent_along(shape: Shape, direction: Array) -> float:
-    """Distance in m from the centre to the farthest point of a shape along a unit vector (3,) of its frame."""
+    """Distance in m from the centre to the farthest point along a unit vector (3,) of the shape's frame."""
     x, y, z = (abs(float(v)) for v in direction)
     if shape.kind is ShapeKind.BOX:
         return float(np.dot((x, y, z), shape.size)) / 2

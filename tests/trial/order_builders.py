@@ -1,0 +1,25 @@
+"""Small orders and names that the tests of this room share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pickcli.trial.order import BINS, Order, OrderKind, Target
+
+ITEMS = ("crayola_24_ct", "dove_beauty_bar", "scotch_duct_tape", "dasani_water_bottle", "jane_eyre_dvd")
+
+
+def pick_data(**bins: list[str]) -> dict[str, Any]:
+    """A valid 2016 pick order as JSON data: a crayola per bin unless said otherwise, one target."""
+    contents = {name: ["crayola_24_ct"] for name in BINS} | bins
+    return {
+        "bin_contents": contents,
+        "tote_contents": [],
+        "work_order": [{"bin": "bin_A", "item": contents["bin_A"][0]}],
+    }
+
+
+def pick_order(contents: dict[str, tuple[str, ...]], *targets: tuple[str, str], year: int = 2016) -> Order:
+    """A pick order; bins that are not named are empty."""
+    bin_contents = {name: contents.get(name, ()) for name in BINS}
+    return Order(OrderKind.PICK, year, bin_contents, (), tuple(Target(b, i) for b, i in targets))
