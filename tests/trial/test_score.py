@@ -1,0 +1,211 @@
+"""Laws of the score: bounds, additivity, no influence of order; and the figures of the rules."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from order_builders import ITEMS, pick_order
+
+from pickcli.cell.scene import TOTE
+from pickcli.trial.order import BINS, Order, OrderKind
+from pickcli.trial.score import (
+    HELD,
+    OUTSIDE,
+    RULES,
+    Damage,
+    Drop,
+    FinalItem,
+    FinalState,
+    maximum_score,
+    score,
+)
+
+BONUS = dict(zip(ITEMS, (0, 0, 1, 2, 3), strict=True))
+
+
+def start_state(order: Order) -> FinalState:
+    """Nothing has moved, and the output file says so."""
+    places = [(name, b) for b, names in order.bin_contents.items() for name in names]
+    places += [(name, TOTE) for name in order.tote_contents]
+    items = tuple(FinalItem(f"{name}#{i}", name, place, place) for i, (name, place) in enumerate(places))
+    return FinalState(items, truthful_claim(order, items))
+
+
+def truthful_claim(order: Order, items: tuple[FinalItem, ...]) -> Order:
+    """The output file that is right in everything."""
+    contents = {b: tuple(i.name for i in items if i.end == b) for b in order.bin_contents}
+    return Order(OrderKind.OUTPUT, 2016, contents, tuple(i.name for i in items if i.end == TOTE), ())
+
+
+def moved(order: Order, state: FinalState, index: int, end: str) -> FinalState:
+    """The state with one item elsewhere, and the output file still right."""
+    items = list(state.items)
+    items[index] = replace(items[index], end=end)
+    return replace(state, items=tuple(items), claim=truthful_claim(order, tuple(items)))
+
+
+@st.composite
+def pick_orders(draw: st.DrawFn, years: tuple[int, ...] = (2015, 2016)) -> Order:
+    """Orders with up to four items in a few bins."""
+    names = st.lists(st.sampled_from(ITEMS), min_size=1, max_size=6).map(tuple)
+    contents = {b: draw(names) for b in draw(st.sets(st.sampled_from(BINS), min_size=1, max_size=4))}
+    copies = sorted((b, item) for b, items in contents.items() for item in items)
+    targets = draw(st.permutations(copies))[: draw(st.integers(1, len(copies)))]
+    return pick_order(contents, *targets, year=draw(st.sampled_from(years)))
+
+
+@st.composite
+def games(draw: st.DrawFn) -> tuple[Order, FinalState]:
+    """Any order and any final state of it."""
+    order = draw(pick_orders())
+    start = start_state(order)
+    ends = st.sampled_from([*order.bin_contents, TOTE, TOTE, OUTSIDE, HELD])
+    items = tuple(
+        replace(i, end=draw(st.just(i.start) | ends), protrusion=draw(st.sampled_from([0.0, 0.004, 0.02])))
+        for i in start.items
+    )
+    claim = draw(st.sampled_from([None, start.claim, truthful_claim(order, items)]))
+    ids = [i.id for i in items]
+    drops = draw(st.lists(st.builds(Drop, st.sampled_from(ids), st.floats(0, 1), st.booleans()), max_size=3))
+    damages = draw(st.lists(st.tuples(st.sampled_from(ids), st.sampled_from(Damage)), max_size=2))
+    return order, FinalState(items, claim, tuple(drops), tuple(damages))
+
+
+@given(games())
+def test_score_lies_within_its_bounds(game: tuple[Order, FinalState]) -> None:
+    order, final = game
+    result = score(order, final, BONUS)
+    n = len(final.items)
+    worst_per_item = 10 + 2 * 10 + 5 + 12  # outside, claimed wrongly at two places, protruding, moved
+    assert result.total <= result.maximum
+    assert result.total >= -worst_per_item * n - 8 * len(final.drops) - 20 * len(final.damages)
+
+
+@given(games(), st.randoms(use_true_random=False))
+def test_order_of_items_drops_and_damages_does_not_matter(
+    game: tuple[Order, FinalState], rng: random.Random
+) -> None:
+    order, final = game
+
+    def shuffled(values: tuple) -> tuple:  # type: ignore[type-arg]
+        return tuple(rng.sample(values, len(values)))
+
+    other = FinalState(shuffled(final.items), final.claim, shuffled(final.drops), shuffled(final.damages))
+    assert Counter(score(order, other, BONUS).lines) == Counter(score(order, final, BONUS).lines)
+
+
+@given(pick_orders())
+def test_everything_delivered_and_nothing_else_is_the_maximum(order: Order) -> None:
+    state, wanted = start_state(order), Counter((t.bin, t.item) for t in order.work_order)
+    for k, item in enumerate(state.items):
+        if wanted[item.start, item.name] > 0:
+            wanted[item.start, item.name] -= 1
+            state = moved(order, state, k, TOTE)
+    result = score(order, state, BONUS)
+    assert result.total == result.maximum == maximum_score(order, BONUS)
+
+
+@given(games(), st.data())
+def test_penalties_add_up(game: tuple[Order, FinalState], data: st.DataObject) -> None:
+    order, final = game
+    rules, before = RULES[order.year], score(order, final, BONUS).total
+    item = data.draw(st.sampled_from(final.items))
+    is_target = any((t.bin, t.item) == (item.start, item.name) for t in order.work_order)
+    dropped = replace(final, drops=(*final.drops, Drop(item.id, 0.5)))
+    cost = rules.high_drop + (rules.lost_target if is_target else 0)
+    assert score(order, dropped, BONUS).total == before + cost
+    low = replace(final, drops=(*final.drops, Drop(item.id, 0.29, is_release=True)))
+    assert score(order, low, BONUS).total == before
+    damaged = replace(final, damages=(*final.damages, ("shelf", Damage.MAJOR)))
+    assert score(order, damaged, BONUS).total == before + rules.damage[Damage.MAJOR]
+
+
+@pytest.mark.parametrize(
+    ("year", "n_items", "points"),
+    [
+        *((2016, n, points) for n, points in ((1, 10), (2, 10), (3, 15), (4, 15), (5, 20), (9, 20))),
+        *((2015, n, points) for n, points in ((1, 10), (2, 15), (3, 20), (4, 20))),
+    ],
+)
+def test_fill_bonus_counts_the_bin_at_the_start(year: int, n_items: int, points: int) -> None:
+    contents = {"bin_A": ("jane_eyre_dvd",) + ("crayola_24_ct",) * (n_items - 1)}
+    order = pick_order(contents, ("bin_A", "jane_eyre_dvd"), year=year)
+    state = moved(order, start_state(order), 0, TOTE)
+    assert score(order, state, BONUS).total == points + BONUS["jane_eyre_dvd"]
+
+
+def one_item(end: str, protrusion: float = 0.0) -> tuple[Order, FinalState]:
+    """A game about a single item that was not moved on purpose."""
+    order = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
+    state = start_state(order)
+    item = replace(state.items[0], end=end, protrusion=protrusion)
+    return order, FinalState((item,), truthful_claim(order, (item,)))
+
+
+def test_left_outside_costs_ten_but_not_while_held() -> None:
+    assert score(*one_item(OUTSIDE), BONUS).total == -10
+    assert score(*one_item(HELD), BONUS).total == 0
+
+
+def test_protruding_costs_five_over_five_millimetres() -> None:
+    assert score(*one_item("bin_A", 0.0051), BONUS).total == -5
+    assert score(*one_item("bin_A", 0.0049), BONUS).total == 0
+
+
+def test_a_wrong_place_in_the_output_file_costs_ten_per_item() -> None:
+    order = pick_order({"bin_A": ("crayola_24_ct",) * 2}, ("bin_A", "crayola_24_ct"))
+    state = start_state(order)
+    picked = replace(moved(order, state, 0, TOTE), claim=state.claim)  # in the tote, the file says bin_A
+    result = score(order, picked, BONUS)
+    assert result.total == 10 - 10
+    wrong = [line for line in result.lines if line.points < 0]
+    assert wrong[0].reason == "output file says bin_A, the item is tote"
+    fallen = replace(moved(order, state, 0, OUTSIDE), claim=state.claim)
+    assert score(order, fallen, BONUS).total == -10 - 10
+
+
+def test_a_second_copy_in_the_tote_gives_nothing_twice() -> None:
+    order = pick_order({"bin_A": ("crayola_24_ct",) * 2}, ("bin_A", "crayola_24_ct"))
+    state = moved(order, moved(order, start_state(order), 0, TOTE), 1, TOTE)
+    assert score(order, state, BONUS).total == 10
+    order_2015 = replace(order, year=2015)
+    assert score(order_2015, state, BONUS).total == 15 - 12
+
+
+def test_a_copy_from_another_bin_does_not_count() -> None:
+    order = pick_order({"bin_A": ("crayola_24_ct",), "bin_B": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
+    assert score(order, moved(order, start_state(order), 1, TOTE), BONUS).total == 0
+
+
+def test_a_dropped_target_costs_three_in_2015() -> None:
+    order, state = one_item("bin_A")
+    order = replace(order, year=2015)
+    assert score(order, replace(state, drops=(Drop(state.items[0].id, 0.1),)), BONUS).total == -3
+
+
+def test_stowing_counts_the_bin_as_it_started() -> None:
+    contents = {b: ("crayola_24_ct",) * n for b, n in zip(BINS, (1, 2, 3, 5) + (1,) * 8, strict=True)}
+    order = Order(OrderKind.STOW, 2016, contents, ("jane_eyre_dvd", "dove_beauty_bar"), ())
+    state = start_state(order)
+    first = next(i for i, item in enumerate(state.items) if item.start == TOTE)
+    state = moved(order, moved(order, state, first, "bin_C"), first + 1, "bin_D")
+    result = score(order, state, BONUS)
+    assert result.total == (15 + 3) + 20
+    assert result.maximum == (20 + 3) + 20
+
+
+def test_every_line_says_why() -> None:
+    order, state = one_item(OUTSIDE)
+    state = replace(state, drops=(Drop(state.items[0].id, 0.7),), damages=(("shelf", Damage.MINOR),))
+    lines = {line.reason: line.points for line in score(order, state, BONUS).lines}
+    assert lines == {
+        "target of bin_A is not in the tote": 0,
+        "left outside bins and tote": -10,
+        "fell 0.70 m": -5,
+        "minor damage": -5,
+    }
