@@ -19,7 +19,7 @@ class NamedConfiguration:
     name: str
     q: Array  # (n,)
     pivot: PivotState
-    kind: str  # "home", "bin", "camera", "tote", "drop", "midway"
+    kind: str  # "home", "bin", "camera", "tote", "drop", "midway"; "yardstick": only to compare with Delft
 
 
 @dataclass(frozen=True, eq=False)

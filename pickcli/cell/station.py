@@ -20,13 +20,16 @@ class Bin:
     T_pod_bin: Array  # (4, 4)
     mouth_width: float  # m, clear opening along y
     mouth_height: float  # m, from the lip's top to the hanging lip above
-    y_range: tuple[float, float]  # m, clear inside behind the mouth, bin frame (wider than the mouth at posts)
+    y_range: tuple[
+        float, float
+    ]  # m, clear inside behind the mouth, bin frame (wider than the mouth at posts)
     depth: float  # m, front face to back wall
     floor_front: float  # z of the floor just behind the lip, bin frame, m (negative)
     floor_back: float  # z of the flat back part of the floor, m (negative)
     floor_flat_from: float  # x where the slope ends, m
     ceiling_front: float  # z of the ceiling just behind the hanging lip, m
     ceiling_back: float  # z of the ceiling at the back, m
+    floor: tuple[str, ...] = ()  # names of the pod's bodies that carry what lies in this bin
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,181 @@
+"""What may stand in a cell file: names, types and ranges. See docs/formats/cell.md."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Len
+from pydantic import Field, model_validator
+
+from pickcli.cell.validate import FileModel, NotNegative, Number, Positive, Vector
+
+Name = Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class PoseModel(FileModel):
+    """A pose: position and fixed-axis roll, pitch, yaw."""
+
+    xyz: Vector = Field(description="a position [x, y, z] in m")
+    rpy: Vector = Field(description="angles [roll, pitch, yaw] in rad")
+
+
+class BoundsModel(FileModel):
+    """An axis-aligned box between two corners."""
+
+    lower: Vector = Field(description="the lower corner [x, y, z] in m")
+    upper: Vector = Field(description="the upper corner [x, y, z] in m")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> BoundsModel:
+        if not all(lo < up for lo, up in zip(self.lower, self.upper, strict=True)):
+            raise ValueError(f"expected lower under upper, got {self.lower} and {self.upper}; swap them")
+        return self
+
+
+class RobotModel(FileModel):
+    """Which URDF, where it stands, which joints are planned."""
+
+    urdf: str = Field(min_length=1, description="the URDF's path, from this file's folder")
+    T_world_base: PoseModel = Field(description="where the root link stands")
+    joints: Annotated[tuple[Name, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
+    motor_forces: dict[Name, Positive] = Field(description="N or Nm by joint, for simulation")
+
+
+class JointLimitModel(FileModel):
+    """ROS's joint_limits.yaml keys of one joint. All three limits must be stated."""
+
+    min_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
+    max_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
+    has_velocity_limits: Literal[True] = Field(description="true (no limit is assumed)")
+    max_velocity: LimitOf = Field(description="a velocity limit in m/s or rad/s")
+    has_acceleration_limits: Literal[True] = Field(description="true (no limit is assumed)")
+    max_acceleration: LimitOf = Field(description="an acceleration limit in m/s2 or rad/s2")
+    has_jerk_limits: Literal[True] = Field(description="true (no limit is assumed)")
+    max_jerk: LimitOf = Field(description="a jerk limit in m/s3 or rad/s3")
+
+
+class PivotPositionsModel(FileModel):
+    """The two positions of the cup's actuator."""
+
+    straight: Number = Field(description="rad, cup along the flange's +z")
+    down: Number = Field(description="rad, cup along the flange's +x")
+
+
+class ToolModel(FileModel):
+    """The suction tool."""
+
+    flange_link: Name = Field(description="the arm's last own link")
+    lance_link: Name = Field(description="the link fixed to the flange")
+    cup_link: Name = Field(description="the link that pivots")
+    pivot_joint: Name = Field(description="the joint that turns the cup")
+    pivot_positions: PivotPositionsModel = Field(description="straight and down, rad")
+    cup_length: Positive = Field(description="m, pivot to the tip of the uncompressed cup")
+    cup_radius: Positive = Field(description="m")
+    cup_stroke: Positive = Field(description="m, how far the bellows compress")
+    max_pull: Positive = Field(description="N")
+    max_shear: Positive = Field(description="N")
+    max_moment: Positive = Field(description="Nm about the cup")
+    contact_speed: Positive = Field(description="m/s, fastest final approach")
+
+
+class RowModel(FileModel):
+    """One row of bins; heights over the floor of the hall at the front of the row."""
+
+    bins: Annotated[tuple[Name, ...], Len(3, 3)] = Field(description="three bin names, left to right")
+    lip_top: Positive = Field(description="m, top of the bottom lip")
+    hanging_lip: Positive = Field(description="m, lower edge of the lip of the board above")
+    floor_front: Positive = Field(description="m, floor just behind the lip")
+    ceiling_front: Positive = Field(description="m, ceiling just behind the hanging lip")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> RowModel:
+        heights = (self.floor_front, self.lip_top, self.hanging_lip, self.ceiling_front)
+        if list(heights) != sorted(set(heights)):
+            raise ValueError(
+                "expected floor_front < lip_top < hanging_lip < ceiling_front, "
+                f"got {', '.join(map(str, heights))}; correct them"
+            )
+        return self
+
+
+class PodModel(FileModel):
+    """The shelf's figures, pod frame."""
+
+    T_world_pod: PoseModel = Field(description="where the pod nominally stands")
+    width: Positive = Field(description="m, outside, along y")
+    depth: Positive = Field(description="m, outside, along x")
+    height: Positive = Field(description="m, outside")
+    back_wall: Positive = Field(description="m, x of the back wall's face")
+    side_wall: Positive = Field(description="m, |y| of the side walls' insides")
+    post: Positive = Field(description="m, |y| of the front posts' inner edges")
+    post_depth: Positive = Field(description="m along x")
+    divider: Positive = Field(description="m, |y| of the dividers' faces towards the middle")
+    divider_thickness: Positive = Field(description="m")
+    divider_from: NotNegative = Field(description="m, x where the dividers begin")
+    lip_depth: Positive = Field(description="m along x, front face to the lip's back")
+    hanging_lip_depth: Positive = Field(description="m along x, front face to the hanging lip's back")
+    board_thickness: Positive = Field(description="m")
+    floor_slope: Annotated[float, Field(gt=0, lt=0.7)] = Field(description="rad, how steeply the floor drops")
+    floor_drop: Positive = Field(description="m, from just behind the lip to the flat part")
+    rows: Annotated[tuple[RowModel, ...], Len(1, 32)] = Field(description="the rows, from the top")
+
+
+class ToteModel(FileModel):
+    """The tote, world frame."""
+
+    inner: BoundsModel = Field(description="the clear inside, inner floor to rim")
+    wall_thickness: Positive = Field(description="m")
+    flange: BoundsModel = Field(description="the outer edge of the rim")
+
+
+class ObstacleModel(BoundsModel):
+    """A box that stands still, world frame."""
+
+    name: Name = Field(description="a name of its own")
+
+
+class DeviceModel(FileModel):
+    """A switched device."""
+
+    kind: Literal["pump", "valve", "sensor", "pivot"] = Field(description="pump, valve, sensor or pivot")
+    lead: NotNegative = Field(description="s from the command to its full effect")
+    actions: Annotated[tuple[str, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
+
+
+class AllowedPairModel(FileModel):
+    """Two bodies never tested against each other."""
+
+    a: Name = Field(description="a link's name")
+    b: Name = Field(description="a link's or an obstacle's name")
+    reason: Annotated[str, Field(min_length=10)] = Field(description="why they may touch, in a sentence")
+
+
+class ConfigurationModel(FileModel):
+    """A configuration with a name."""
+
+    name: Name = Field(description="a name of its own")
+    kind: Literal["home", "bin", "camera", "tote", "drop", "midway", "yardstick"] = Field(
+        description="home, bin, camera, tote, drop, midway or yardstick"
+    )
+    pivot: Literal["straight", "down"] = Field(description="straight or down")
+    q: tuple[Number, ...] = Field(description="one number per planned joint, in their order")
+
+
+class CellModel(FileModel):
+    """A whole cell file."""
+
+    format: Literal["apc cell"] = Field(description="'apc cell'")
+    version: Literal[1] = Field(description="1, the only version there is")
+    name: Name = Field(description="the cell's name")
+    robot: RobotModel = Field(description="the robot")
+    joint_limits: dict[Name, JointLimitModel] = Field(description="limits by planned joint")
+    speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(description="a factor in (0, 1]")
+    clearance: NotNegative = Field(description="m")
+    tool: ToolModel = Field(description="the tool")
+    pod: PodModel = Field(description="the shelf")
+    tote: ToteModel = Field(description="the tote")
+    obstacles: tuple[ObstacleModel, ...] = Field(description="boxes that stand still")
+    devices: dict[Name, DeviceModel] = Field(description="devices by name")
+    allowed_pairs: tuple[AllowedPairModel, ...] = Field(description="pairs that may touch")
+    configurations: tuple[ConfigurationModel, ...] = Field(description="named configurations")

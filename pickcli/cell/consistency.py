@@ -1,0 +1,147 @@
+"""What the parts of a cell file must agree on: names that refer to each other, figures that fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.pod import flat_from
+from pickcli.cell.robot import Joint, JointType
+from pickcli.cell.urdf import UrdfChain
+from pickcli.cell.yaml_reader import Key, Source
+
+
+def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    """Raise one InputError with every disagreement inside the cell file and with its URDF."""
+    _check_joints(source, model, chain)
+    _check_limits(source, model, chain)
+    _check_tool(source, model, chain)
+    _check_pod(source, model)
+    _check_pairs(source, model, chain)
+    _check_configurations(source, model, chain)
+    source.check()
+
+
+def _refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) -> None:
+    """Note a name that does not exist."""
+    if name not in known:
+        close = get_close_matches(name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+        source.add(key, f"no {kind} is named {name!r}; {hint}")
+
+
+def _unique(source: Source, keys: Sequence[Key], names: Sequence[str]) -> None:
+    """Note names that stand twice."""
+    seen: set[str] = set()
+    for key, name in zip(keys, names, strict=True):
+        if name in seen:
+            source.add(key, f"the name {name!r} stands twice; rename one")
+        seen.add(name)
+
+
+def _moving(model: CellModel, chain: UrdfChain) -> dict[str, Joint]:
+    return {joint.name: joint for joint in chain.joints if joint.type is not JointType.FIXED}
+
+
+def _check_joints(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    """Planned joints are the URDF's moving ones but the pivot, in its order."""
+    pivot = model.tool.pivot_joint
+    expected = [name for name in _moving(model, chain) if name != pivot]
+    if list(model.robot.joints) != expected:
+        got = ", ".join(model.robot.joints)
+        source.add(
+            ("robot", "joints"),
+            f"expected the URDF's moving joints but the pivot: {', '.join(expected)}; got {got}",
+        )
+    for name in model.robot.motor_forces:
+        _refer(source, ("robot", "motor_forces", name), "moving joint", name, list(_moving(model, chain)))
+    for name in [*expected, pivot]:
+        if name not in model.robot.motor_forces:
+            source.add(("robot", "motor_forces", name), "expected a force in N or Nm, got nothing; add it")
+
+
+def _check_limits(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    joints = _moving(model, chain)
+    for name in model.robot.joints:
+        if name not in model.joint_limits:
+            source.add(
+                ("joint_limits", name),
+                "expected velocity, acceleration and jerk limits, got nothing; a URDF has no acceleration "
+                "limits and none are assumed: add them here",
+            )
+    for name, limit in model.joint_limits.items():
+        _refer(source, ("joint_limits", name), "planned joint", name, model.robot.joints)
+        joint = joints.get(name)
+        if joint is None:
+            continue
+        low = joint.lower if limit.min_position is None else limit.min_position
+        high = joint.upper if limit.max_position is None else limit.max_position
+        if not joint.lower <= low < high <= joint.upper:
+            source.add(
+                ("joint_limits", name),
+                f"expected positions inside the URDF's {joint.lower:g} to {joint.upper:g}, "
+                f"got {low:g} to {high:g}; correct them",
+            )
+
+
+def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    """The chain ends flange, lance, cup."""
+    tool = model.tool
+    names = [link.name for link in chain.links]
+    for role in ("flange_link", "lance_link", "cup_link"):
+        _refer(source, ("tool", role), "link", getattr(tool, role), names)
+    _refer(source, ("tool", "pivot_joint"), "moving joint", tool.pivot_joint, list(_moving(model, chain)))
+    if names[-3:] != [tool.flange_link, tool.lance_link, tool.cup_link]:
+        source.add(("tool",), f"expected the chain to end with them; it ends {', '.join(names[-3:])}")
+    pivot = _moving(model, chain).get(tool.pivot_joint)
+    positions = tool.pivot_positions
+    if pivot is not None and not all(
+        pivot.lower - 1e-9 <= p <= pivot.upper + 1e-9 for p in (positions.straight, positions.down)
+    ):
+        source.add(("tool", "pivot_positions"), f"outside of the joint's {pivot.lower:g} to {pivot.upper:g}")
+
+
+def _check_pod(source: Source, model: CellModel) -> None:
+    pod = model.pod
+    widths = ("divider", "post", "side_wall")
+    if not pod.divider + pod.divider_thickness < pod.post <= pod.side_wall < pod.width / 2:
+        source.add(("pod",), f"expected {' < '.join(widths)} < width / 2; correct the one that is wrong")
+    if not pod.lip_depth <= pod.hanging_lip_depth < flat_from(pod) < pod.back_wall < pod.depth:
+        source.add(("pod",), "expected lip_depth <= hanging_lip_depth < end of slope < back_wall < depth")
+    for i, (upper, lower) in enumerate(zip(pod.rows, pod.rows[1:], strict=False)):
+        gap = upper.floor_front - pod.board_thickness - lower.ceiling_front
+        if abs(gap) > 5e-4:
+            source.add(
+                ("pod", "rows", i + 1, "ceiling_front"),
+                f"expected the underside of the board above, {lower.ceiling_front + gap:.4f} m, "
+                f"got {lower.ceiling_front:g}; correct it, floor_front above or board_thickness",
+            )
+    keys: list[Key] = [("pod", "rows", i, "bins", j) for i in range(len(pod.rows)) for j in range(3)]
+    _unique(source, keys, [name for row in pod.rows for name in row.bins])
+
+
+def _check_pairs(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    links = [link.name for link in chain.links]
+    obstacles = [obstacle.name for obstacle in model.obstacles]
+    _unique(source, [("obstacles", i, "name") for i in range(len(obstacles))], obstacles)
+    for i, pair in enumerate(model.allowed_pairs):
+        _refer(source, ("allowed_pairs", i, "a"), "link", pair.a, links)
+        _refer(source, ("allowed_pairs", i, "b"), "link or obstacle", pair.b, links + obstacles)
+
+
+def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    joints = [_moving(model, chain).get(name) for name in model.robot.joints]
+    named = model.configurations
+    _unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])
+    for i, configuration in enumerate(named):
+        if len(configuration.q) != len(joints):
+            text = f"expected {len(joints)} numbers, one per planned joint, got {len(configuration.q)}"
+            source.add(("configurations", i, "q"), text)
+            continue
+        for j, (joint, value) in enumerate(zip(joints, configuration.q, strict=True)):
+            if joint is not None and not joint.lower <= value <= joint.upper:
+                text = (
+                    f"{joint.name} at {value:g} is outside of {joint.lower:g} to {joint.upper:g}; correct it"
+                )
+                source.add(("configurations", i, "q", j), text)

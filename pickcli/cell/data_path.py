@@ -1,0 +1,14 @@
+"""Where the data folder is: beside the package in a checkout, inside it in an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pickcli
+
+
+def data_path() -> Path:
+    """The folder that holds cells/, items/ and tasks/."""
+    package = Path(pickcli.__file__).resolve().parent
+    beside = package.parent / "data"
+    return beside if (beside / "cells").is_dir() else package / "data"

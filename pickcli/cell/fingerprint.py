@@ -1,0 +1,91 @@
+"""One hash over everything that the validity of a motion in a cell depends on.
+
+In: the robot's chain, shapes and limits, where it stands, the tool's geometry, shelf, tote, obstacles,
+allowed pairs, clearance and speed scale. Not in: names of files, comments, the order of keys, named
+configurations, devices, items (a scene's hash covers those) and simulation figures.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import Joint, Robot
+from pickcli.cell.shapes import Body
+from pickcli.geometry import Array
+
+_DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice
+
+
+def fingerprint(cell: Cell) -> str:
+    """SHA-256 (hex) of the cell's canonical content."""
+    return digest(
+        {
+            "robot": _robot(cell.robot),
+            "T_world_pod": numbers(cell.T_world_pod),
+            "pod": _bodies(cell.pod.bodies),
+            "tote": _bodies(cell.tote.bodies),
+            "obstacles": _bodies(cell.obstacles.bodies),
+            "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),
+            "clearance": numbers(cell.clearance),
+            "speed_scale": numbers(cell.speed_scale),
+        }
+    )
+
+
+def digest(content: Any) -> str:
+    """SHA-256 (hex) of plain values, independent of the order of keys."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def numbers(values: Array | float | Iterable[float]) -> list[Any]:
+    """Numbers rounded to 1e-9 as plain lists; infinities as text, minus zero as zero."""
+    flat = np.asarray(values, dtype=float).ravel()
+    return [round(v, _DIGITS) + 0.0 if np.isfinite(v) else str(v) for v in flat.tolist()]
+
+
+def _robot(robot: Robot) -> dict[str, Any]:
+    limits, tool = robot.limits, robot.tool
+    return {
+        "T_world_base": numbers(robot.T_world_base),
+        "links": [[link.name, _bodies(link.shapes)] for link in robot.links],
+        "joints": [_joint(joint) for joint in robot.joints],
+        "planned": list(robot.joint_names),
+        "limits": [
+            numbers(part)
+            for part in (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
+        ],
+        "tool": {
+            "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.pivot_joint],
+            "pivot": {state.value: numbers(angle) for state, angle in tool.pivot_positions.items()},
+            "T_cup_tip": numbers(tool.T_cup_tip),
+            "cup": numbers([tool.cup_radius, tool.cup_stroke]),
+        },
+    }
+
+
+def _joint(joint: Joint) -> list[Any]:
+    return [
+        joint.name,
+        joint.type.value,
+        joint.parent,
+        joint.child,
+        numbers(joint.T_parent_joint),
+        numbers(joint.axis),
+        numbers([joint.lower, joint.upper]),
+    ]
+
+
+def _bodies(bodies: Iterable[Body]) -> list[Any]:
+    """Bodies by name: their order in the file means nothing."""
+    listed = [
+        [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
+        for body in bodies
+    ]
+    return sorted(listed, key=json.dumps)

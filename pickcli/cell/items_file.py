@@ -1,0 +1,95 @@
+"""Items from data/items: one file per year. See docs/formats/items.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from annotated_types import Len
+from pydantic import Field, model_validator
+
+from pickcli.cell.data_path import data_path
+from pickcli.cell.item import Item
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.validate import FileModel, NotNegative, Positive, validate
+from pickcli.cell.yaml_reader import read_yaml
+
+ItemName = Annotated[str, Field(min_length=1, pattern=r"^[a-z0-9_]+$")]
+
+
+class ItemModel(FileModel):
+    """One item. Exactly one of box, cylinder and sphere."""
+
+    box: Annotated[tuple[Positive, ...], Len(3, 3)] | None = Field(None, description="extents [x, y, z] in m")
+    cylinder: Annotated[tuple[Positive, ...], Len(2, 2)] | None = Field(
+        None, description="[radius, length] in m"
+    )
+    sphere: Annotated[tuple[Positive, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
+    mass: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] = Field(description="a mass in kg")
+    bonus: Annotated[int, Field(ge=0, le=10)] = Field(description="points, 0 to 10")
+    suction: bool = Field(True, description="true or false")
+    why_not: str = Field("", description="the reason where suction is false")
+    seal_inset: NotNegative = Field(description="m")
+    speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
+    folded: str = Field("", description="how cloth or a bag was folded")
+    source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> ItemModel:
+        if sum(shape is not None for shape in (self.box, self.cylinder, self.sphere)) != 1:
+            raise ValueError("expected exactly one of box, cylinder and sphere; keep one")
+        return self
+
+    @model_validator(mode="after")
+    def _reason(self) -> ItemModel:
+        if self.suction == bool(self.why_not):
+            raise ValueError("expected why_not where suction is false, and only there; add or remove it")
+        return self
+
+
+class ItemsModel(FileModel):
+    """A whole item file."""
+
+    format: Literal["apc items"] = Field(description="'apc items'")
+    version: Literal[1] = Field(description="1, the only version there is")
+    year: Annotated[int, Field(ge=2015, le=2100)] = Field(description="the year whose rules give the bonus")
+    items: dict[ItemName, ItemModel] = Field(description="the items by name")
+
+
+def load_items(folder: Path | None = None) -> dict[tuple[str, int], Item]:
+    """All items of all files in ``folder`` (default: data/items), by (name, year). Raises InputError."""
+    items: dict[tuple[str, int], Item] = {}
+    for path in sorted((folder or data_path() / "items").glob("*.yaml")):
+        items.update(read_items(path))
+    return items
+
+
+def read_items(path: Path) -> dict[tuple[str, int], Item]:
+    """The items of one file, by (name, year). Raises InputError with every mistake and its place."""
+    model = validate(read_yaml(path), ItemsModel)
+    return {(name, model.year): _item(name, model.year, item) for name, item in model.items.items()}
+
+
+def _item(name: str, year: int, model: ItemModel) -> Item:
+    return Item(
+        name=name,
+        year=year,
+        shape=_shape(model),
+        mass=model.mass,
+        bonus=model.bonus,
+        suction=model.suction,
+        why_not=model.why_not,
+        seal_inset=model.seal_inset,
+        speed_scale=model.speed_scale,
+        folded=model.folded,
+        source=model.source,
+    )
+
+
+def _shape(model: ItemModel) -> Shape:
+    if model.box is not None:
+        return Shape(ShapeKind.BOX, model.box)
+    if model.cylinder is not None:
+        return Shape(ShapeKind.CYLINDER, model.cylinder)
+    assert model.sphere is not None  # the schema lets exactly one stand
+    return Shape(ShapeKind.SPHERE, model.sphere)

@@ -1,0 +1,149 @@
+"""The shelf: from the figures in the cell file to oriented boxes and bins.
+
+Every board is a sloped slab, a flat slab behind it, and its front edge: a lip that stands above the floor
+and one that hangs below the underside. What lies below the lowest board, above the highest and behind the
+back wall is solid: nothing of ours belongs there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.cell_schema import PodModel, RowModel
+from pickcli.cell.shapes import Body, Shape, ShapeKind, box
+from pickcli.cell.station import Bin, Pod
+from pickcli.geometry import pose
+
+
+def build_pod(figures: PodModel) -> Pod:
+    """Boxes (pod frame), bins and bounding groups of the shelf."""
+    groups = {row_name(row): _row_bodies(figures, i) for i, row in enumerate(figures.rows)}
+    groups.update(_frame_bodies(figures))
+    bins = [b for row in figures.rows for b in _row_bins(figures, row)]
+    return Pod(
+        bodies=tuple(body for bodies in groups.values() for body in bodies),
+        bins={b.name: b for b in bins},
+        groups={name: tuple(body.name for body in bodies) for name, bodies in groups.items()},
+    )
+
+
+def row_name(row: RowModel) -> str:
+    """``row_ABC`` for the bins bin_A, bin_B, bin_C."""
+    return "row_" + "".join(name.rsplit("_", 1)[-1] for name in row.bins)
+
+
+def flat_from(figures: PodModel) -> float:
+    """x in m where the floor's slope ends."""
+    return float(figures.lip_depth + figures.floor_drop / np.tan(figures.floor_slope))
+
+
+def floor_names(row: RowModel) -> tuple[str, str]:
+    """Names of the two bodies that carry what lies in this row."""
+    return f"{row_name(row)}_floor_slope", f"{row_name(row)}_floor_flat"
+
+
+def _row_bodies(figures: PodModel, i: int) -> list[Body]:
+    """Floor, lip and dividers of row i, and the lip that hangs below its floor."""
+    row = figures.rows[i]
+    name = row_name(row)
+    below = row.floor_front - figures.board_thickness
+    bodies = [
+        *_board(figures, row.floor_front, floor_names(row)),
+        _front(figures, f"{name}_lip", figures.lip_depth, below, row.lip_top),
+    ]
+    if i + 1 < len(figures.rows):
+        hanging = figures.rows[i + 1].hanging_lip
+        bodies.append(
+            _front(figures, f"{name}_hanging_lip", figures.hanging_lip_depth, hanging, row.floor_front)
+        )
+    inner, outer = figures.divider, figures.divider + figures.divider_thickness
+    bottom, top = row.floor_front - figures.floor_drop, row.ceiling_front
+    for side, low, high in (("left", inner, outer), ("right", -outer, -inner)):
+        lower, upper = (figures.divider_from, low, bottom), (figures.back_wall, high, top)
+        bodies.append(box(f"{name}_divider_{side}", lower, upper))
+    return bodies
+
+
+def _board(figures: PodModel, top: float, names: tuple[str, str]) -> list[Body]:
+    """The sloped and the flat slab of a board whose upper face begins at height ``top``."""
+    slope, thickness, width = figures.floor_slope, figures.board_thickness, 2 * figures.side_wall
+    x_0, x_1 = figures.lip_depth, flat_from(figures)
+    middle = np.array([(x_0 + x_1) / 2, 0.0, top - figures.floor_drop / 2])
+    normal = np.array([np.sin(slope), 0.0, np.cos(slope)])
+    size = ((x_1 - x_0) / np.cos(slope), width, thickness * np.cos(slope))
+    T = pose(middle - normal * size[2] / 2, rpy=(0.0, slope, 0.0))
+    sloped = Body(names[0], Shape(ShapeKind.BOX, tuple(float(s) for s in size)), T)
+    low = top - figures.floor_drop
+    y = figures.side_wall
+    flat = box(names[1], (x_1, -y, low - thickness), (figures.back_wall, y, low))
+    return [sloped, flat]
+
+
+def _front(figures: PodModel, name: str, depth: float, low: float, high: float) -> Body:
+    """A bar across the front, from the front face inwards."""
+    return box(name, (0.0, -figures.side_wall, low), (depth, figures.side_wall, high))
+
+
+def _frame_bodies(figures: PodModel) -> dict[str, list[Body]]:
+    """Sides with their posts, back, and what closes the shelf above and below."""
+    half, back, wall = figures.width / 2, figures.back_wall, figures.side_wall
+    top_row, bottom_row = figures.rows[0], figures.rows[-1]
+    ceiling = top_row.ceiling_front + figures.board_thickness
+    ground = bottom_row.floor_front - figures.floor_drop - figures.board_thickness
+    sides = {
+        f"side_{side}": [
+            box(f"wall_{side}", *_span(0.0, back, sign * wall, sign * half, figures.height)),
+            box(
+                f"post_{side}",
+                *_span(0.0, figures.post_depth, sign * figures.post, sign * wall, figures.height),
+            ),
+        ]
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    }
+    return {
+        **sides,
+        "back": [box("back", (back, -half, 0.0), (figures.depth, half, figures.height))],
+        "below": [box("body_below", (0.0, -wall, 0.0), (back, wall, ground))],
+        "above": [
+            *_board(figures, ceiling, ("ceiling_slope", "ceiling_flat")),
+            _front(figures, "ceiling_lip", figures.hanging_lip_depth, top_row.hanging_lip, ceiling),
+            box("body_above", (0.0, -wall, ceiling), (back, wall, figures.height)),
+        ],
+    }
+
+
+def _span(
+    x_0: float, x_1: float, y_0: float, y_1: float, height: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Corners of an upright box from the ground up."""
+    return (x_0, min(y_0, y_1), 0.0), (x_1, max(y_0, y_1), height)
+
+
+def _row_bins(figures: PodModel, row: RowModel) -> list[Bin]:
+    inner, outer = figures.divider, figures.divider + figures.divider_thickness
+    mouths = ((outer, figures.post), (-inner, inner), (-figures.post, -outer))
+    insides = ((outer, figures.side_wall), (-inner, inner), (-figures.side_wall, -outer))
+    return [
+        _bin(figures, row, name, mouth, inside)
+        for name, mouth, inside in zip(row.bins, mouths, insides, strict=True)
+    ]
+
+
+def _bin(
+    figures: PodModel, row: RowModel, name: str, mouth: tuple[float, float], inside: tuple[float, float]
+) -> Bin:
+    y, z = sum(mouth) / 2, row.lip_top
+    return Bin(
+        name=name,
+        T_pod_bin=pose((0.0, y, z)),
+        mouth_width=mouth[1] - mouth[0],
+        mouth_height=row.hanging_lip - z,
+        y_range=(inside[0] - y, inside[1] - y),
+        depth=figures.back_wall,
+        floor_front=row.floor_front - z,
+        floor_back=row.floor_front - figures.floor_drop - z,
+        floor_flat_from=flat_from(figures),
+        ceiling_front=row.ceiling_front - z,
+        ceiling_back=row.ceiling_front - figures.floor_drop - z,
+        floor=floor_names(row),
+    )

@@ -1,0 +1,45 @@
+"""The tote: from the figures in the cell file to boxes: floor, four walls, and the flange around the rim."""
+
+from __future__ import annotations
+
+from pickcli.cell.cell_schema import ToteModel
+from pickcli.cell.shapes import Body, box
+from pickcli.cell.station import Tote
+from pickcli.geometry import pose
+
+Corner = tuple[float, float, float]
+
+
+def build_tote(figures: ToteModel) -> Tote:
+    """Boxes in the world frame and the frame at the centre of the inner floor."""
+    (x0, y0, z0), (x1, y1, z1) = figures.inner.lower, figures.inner.upper
+    w = figures.wall_thickness
+    floor = box("tote_floor", (x0 - w, y0 - w, z0 - w), (x1 + w, y1 + w, z0))
+    walls = _ring("tote_wall", (x0, y0, z0), (x1, y1, z1), (x0 - w, y0 - w), (x1 + w, y1 + w))
+    outer_low, outer_high = figures.flange.lower, figures.flange.upper
+    flange = _ring(
+        "tote_flange",
+        (x0 - w, y0 - w, outer_low[2]),
+        (x1 + w, y1 + w, outer_high[2]),
+        (outer_low[0], outer_low[1]),
+        (outer_high[0], outer_high[1]),
+    )
+    return Tote(
+        T_world_tote=pose(((x0 + x1) / 2, (y0 + y1) / 2, z0)),
+        inner=(x1 - x0, y1 - y0, z1 - z0),
+        bodies=(floor, *walls, *flange),
+    )
+
+
+def _ring(
+    name: str, low: Corner, high: Corner, outer_low: tuple[float, float], outer_high: tuple[float, float]
+) -> list[Body]:
+    """Four bars around a rectangle: low and high are its corners, outer_* those of the ring around it."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    (a0, b0), (a1, b1) = outer_low, outer_high
+    return [
+        box(f"{name}_left", (a0, y1, z0), (a1, b1, z1)),
+        box(f"{name}_right", (a0, b0, z0), (a1, y0, z1)),
+        box(f"{name}_near", (a0, y0, z0), (x0, y1, z1)),
+        box(f"{name}_far", (x1, y0, z0), (a1, y1, z1)),
+    ]
