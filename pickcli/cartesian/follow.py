@@ -1,0 +1,79 @@
+"""From a straight line of the tool to a proven joint path.
+
+KTH, section IV-A.2: inside the shelf only Cartesian straight lines, "a well predictable behavior".
+Unlike a Cartesian planner that returns a fraction, a line here is whole or comes with its reason.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cartesian.line import line
+from pickcli.cell.robot import PivotState
+from pickcli.collision.checker import SceneChecker
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+
+POSITION_TOLERANCE = 5e-4  # m, largest distance of the tool from its line between two kept waypoints
+ANGLE_TOLERANCE = 3e-3  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A straight line of the tool as a joint polyline (N, n), N >= 2, proven free."""
+
+    waypoints: Array
+
+
+def follow_line(
+    arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, pivot: PivotState, q_a: Array, where: str
+) -> Line | Reason:
+    """The line from T_a, where the arm stands at q_a, to T_b; or why there is none.
+
+    The waypoints that are kept hold the tool within 0.5 mm and 0.17 degrees of the line.
+    """
+    poses = line(T_a, T_b)
+    result = arm.follow(poses[1:], pivot, q_a)
+    if not result.is_complete:
+        assert result.reason is not None
+        return Reason(result.reason.what, where, result.reason.detail)
+    dense = np.vstack([q_a[None], result.configurations])
+    kept = dense[_essential(arm, pivot, dense, poses)]
+    i = checker.path_is_free(kept)
+    if i >= 0:
+        reason = checker.explain_edge(kept[i], kept[i + 1])
+        return Reason(reason.what, where, reason.detail)
+    return Line(kept)
+
+
+def _essential(arm: Arm, pivot: PivotState, dense: Array, poses: Array) -> list[int]:
+    """Indices of the waypoints that are enough: greedy longest chords within the tolerances."""
+    kept, i, last = [0], 0, len(dense) - 1
+    while i < last:
+        j = last
+        while j > i + 1 and not _chord_is_straight(arm, pivot, dense, poses, i, j):
+            j = i + max(1, (j - i) // 2)
+        kept.append(j)
+        i = j
+    return kept
+
+
+def _chord_is_straight(arm: Arm, pivot: PivotState, dense: Array, poses: Array, i: int, j: int) -> bool:
+    """Whether the joint chord from waypoint i to j keeps the tool on the line."""
+    s = np.linspace(0.0, 1.0, j - i + 1)[1:-1, None]
+    tips = arm.tips(dense[i] * (1 - s) + dense[j] * s, pivot)
+    # Only the distance from the line counts, not the progress along it.
+    p, a, b = tips[:, :3, 3], poses[i][:3, 3], poses[j][:3, 3]
+    along = b - a
+    length = float(np.linalg.norm(along))
+    off = p - a
+    if length > 1e-9:
+        off = off - np.outer(off @ along / length, along / length)
+    if np.linalg.norm(off, axis=1).max() > POSITION_TOLERANCE:
+        return False
+    # trace(R_a^T R_b) = 1 + 2 cos(angle), here against the pose at the same place
+    traces = np.einsum("kij,kij->k", tips[:, :3, :3], poses[i + 1 : j, :3, :3])
+    return bool(traces.min() >= 1.0 + 2.0 * np.cos(ANGLE_TOLERANCE))

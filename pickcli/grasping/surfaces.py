@@ -1,0 +1,104 @@
+"""The suction regions of an item: one task space region per face on which the whole cup fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import Tool
+from pickcli.cell.shapes import ShapeKind
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.grasping.region import TaskSpaceRegion
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A suctionable part of an item's surface. ``name`` is the outward direction in the item frame."""
+
+    name: str
+    region: TaskSpaceRegion  # tool poses: tip on the surface, +z into the item
+
+
+def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
+    """All faces of an item on which the cup seals, rim and all; () where the item has none."""
+    inset = tool.cup_radius + item.seal_inset
+    if item.shape.kind is ShapeKind.BOX:
+        return _box_faces(item, inset)
+    if item.shape.kind is ShapeKind.CYLINDER:
+        return _cylinder_faces(item, inset, tool.cup_stroke)
+    return _sphere_faces(item, tool)
+
+
+def sagitta(radius: float, cup_radius: float) -> float:
+    """How deep, in m, a surface of that radius bulges into a cup that is pressed on with its rim."""
+    return float(radius - np.sqrt(max(0.0, radius**2 - cup_radius**2)))
+
+
+def _into(outward: Array) -> Array:
+    """Rotation (3, 3) whose z axis is -outward; its x axis is any perpendicular direction."""
+    z = -outward / np.linalg.norm(outward)
+    helper = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _flat(name: str, centre: Array, outward: Array, half: tuple[float, float]) -> Face:
+    """A rectangle of tip positions around ``centre``, axes as given by ``_into``."""
+    bounds = np.zeros((6, 2))
+    bounds[0], bounds[1] = (-half[0], half[0]), (-half[1], half[1])
+    return Face(name, TaskSpaceRegion(pose(centre, R=_into(outward)), np.eye(4), bounds))
+
+
+def _box_faces(item: Item, inset: float) -> tuple[Face, ...]:
+    half = item.shape.extents / 2
+    found = []
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            outward = np.zeros(3)
+            outward[axis] = sign
+            R = _into(outward)
+            # extents of the face along the tool's x and y axes
+            room = [float(abs(R[:, k]) @ half) - inset for k in (0, 1)]
+            if min(room) < 0.0:
+                continue
+            name = ("+" if sign > 0 else "-") + "xyz"[axis]
+            found.append(_flat(name, outward * half, outward, (room[0], room[1])))
+    return tuple(found)
+
+
+def _cylinder_faces(item: Item, inset: float, stroke: float) -> tuple[Face, ...]:
+    radius, length = item.shape.size
+    found = []
+    room = (radius - inset) / np.sqrt(2.0)  # the square inside the disc of allowed cup centres
+    if room >= 0.0:
+        for sign in (1.0, -1.0):
+            outward = np.array([0.0, 0.0, sign])
+            found.append(_flat("+z" if sign > 0 else "-z", outward * length / 2, outward, (room, room)))
+    along = length / 2 - inset
+    # On the mantle the bellows must take up the bulge.
+    if along >= 0.0 and radius > inset and sagitta(radius, inset) <= 0.75 * stroke:
+        bounds = np.zeros((6, 2))
+        bounds[2], bounds[5] = (-along, along), (-np.pi, np.pi)
+        T_region_tool = pose([radius, 0.0, 0.0], R=_into(np.array([1.0, 0.0, 0.0])))
+        found.append(Face("mantle", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)))
+    return tuple(found)
+
+
+def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
+    radius = item.shape.size[0]
+    if sagitta(radius, tool.cup_radius) > 0.75 * tool.cup_stroke:
+        return ()
+    bounds = np.zeros((6, 2))
+    bounds[4], bounds[5] = (-np.pi / 2, np.pi / 2), (-np.pi, np.pi)
+    T_region_tool = pose([radius, 0.0, 0.0], R=_into(np.array([1.0, 0.0, 0.0])))
+    return (Face("sphere", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)),)
+
+
+def turned(T_item_tip: Array, angle: float) -> Array:
+    """The same cup placement turned about the cup's own axis by ``angle`` rad."""
+    T = T_item_tip.copy()
+    T[:3, :3] = T_item_tip[:3, :3] @ rotation_axis_angle((0.0, 0.0, 1.0), angle)
+    return T

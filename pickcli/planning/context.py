@@ -1,0 +1,58 @@
+"""What every query of one process shares: the cell, its models and the precomputed files."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.kinematics.arm import Arm
+from pickcli.planning.settings import DEFAULTS, PickSettings
+from pickcli.roadmap.database import TrajectoryDatabase
+from pickcli.roadmap.graph import Roadmap
+
+NONE: frozenset[str] = frozenset()
+
+
+@dataclass(eq=False)
+class Planner:
+    """A warm planner. ``roadmap`` and ``database`` may be absent: then every coarse query is planned."""
+
+    cell: Cell
+    roadmap: Roadmap | None = None
+    database: TrajectoryDatabase | None = None
+    settings: PickSettings = DEFAULTS
+    arm: Arm = field(init=False)
+    model: CollisionModel = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.arm = Arm(self.cell.robot)
+        self.model = CollisionModel(self.cell)
+
+    def checker(
+        self,
+        scene: Scene,
+        pivot: PivotState,
+        held: Held | None = None,
+        without: frozenset[str] = NONE,
+        touching: frozenset[str] = NONE,
+    ) -> SceneChecker:
+        """A checker of the scene for one pivot state, held item and set of planned contacts."""
+        return SceneChecker(self.model, scene, pivot, held=held, without=without, touching=touching)
+
+
+def derived_seed(seed: int, *names: str) -> int:
+    """A seed of its own for a named task, the same on every machine and in every order of tasks."""
+    text = "/".join((str(seed), *names))
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little")
+
+
+def derived_rng(seed: int, *names: str) -> np.random.Generator:
+    """A random generator seeded by ``derived_seed``."""
+    return np.random.default_rng(derived_seed(seed, *names))

@@ -1,0 +1,118 @@
+"""Where in the tote an item is released, and the straight lines down to it and up again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cartesian.follow import Line, follow_line
+from pickcli.cartesian.line import shifted
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import TOTE, Scene
+from pickcli.collision.checker import Held
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.planning.context import Planner
+
+WALL = 0.012  # m between the held item's box and the tote's walls
+ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
+ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
+LEAST_RISE = 0.02  # m of straight way down to the release and up again
+LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
+MAX_DROP = 0.28  # m from the item's lowest point to the tote's floor (the rules: 0.3)
+YAWS = np.radians(np.arange(-180, 180, 15))
+LEVEL_LANCE = np.radians(50.0)  # how far a level lance may turn away from pointing across the tote
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """One way to release the item: tool poses (4, 4) in the world above the tote and at release."""
+
+    above: Array
+    release: Array
+    cost: float
+
+
+@dataclass(frozen=True, eq=False)
+class Drop:
+    """A spot with its lines."""
+
+    place: Line  # from above the tote down to the release
+    depart: Line  # up again, empty
+
+
+def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 12) -> tuple[Spot, ...] | Reason:
+    """Places in the tote where the item fits between the walls, lowest pile first."""
+    found = []
+    for R in _orientations(pivot):
+        found += _grid(scene, held, pivot, R)
+    if not found:
+        size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
+        return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
+    return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
+
+
+def _orientations(pivot: PivotState) -> list[Array]:
+    """Tool orientations with the cup pointing straight down."""
+    down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
+    turns = [a for a in YAWS if pivot is PivotState.STRAIGHT or abs(a) <= LEVEL_LANCE]
+    return [rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down for a in turns]
+
+
+def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array) -> list[Spot]:
+    """A grid of release poses for one tool orientation."""
+    tote = scene.cell.tote
+    T = pose(R=R) @ held.T_tip_item
+    reach = np.abs(T[:3, :3]) @ (held.item.shape.extents / 2 + held.inflate)
+    room = np.array(tote.inner[:2]) / 2 - WALL - reach[:2]
+    if room.min() < 0.0:
+        return []
+    floor = tote.T_world_tote[2, 3]
+    rim = floor + tote.inner[2]
+    out = []
+    for fx in np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1) if room[0] > 0 else [0.0]:
+        for fy in np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1) if room[1] > 0 else [0.0]:
+            centre = tote.T_world_tote[:2, 3] + room * (fx, fy)
+            pile = _pile_height(scene, centre, reach[:2], floor)
+            bottom = pile + ABOVE_PILE
+            tip = bottom + reach[2] - T[2, 3]
+            if pivot is PivotState.DOWN:
+                tip = max(tip, rim + LANCE_ABOVE_RIM)
+            lowest = tip + T[2, 3] - reach[2]
+            if lowest - floor > MAX_DROP:
+                continue
+            release = pose([centre[0] - T[0, 3], centre[1] - T[1, 3], tip], R=R)
+            rise = max(LEAST_RISE, rim + ABOVE_RIM - lowest)
+            cost = (lowest - pile) + 2.0 * (pile - floor) + 0.3 * rise
+            out.append(Spot(shifted(release, np.array([0, 0, rise])), release, float(cost)))
+    return out
+
+
+def _pile_height(scene: Scene, centre: Array, half: Array, floor: float) -> float:
+    """Height in the world of the highest delivered item under a footprint, else the floor."""
+    top = floor
+    for placed in scene.in_location(TOTE):
+        reach = np.abs(placed.T_world_item[:3, :3]) @ (placed.item.shape.extents / 2)
+        reach += scene.noise.bound(placed.item)
+        if np.all(np.abs(placed.T_world_item[:2, 3] - centre) < reach[:2] + half):
+            top = max(top, float(placed.T_world_item[2, 3] + reach[2]))
+    return top
+
+
+def plan_drop(
+    planner: Planner, scene: Scene, held: Held, pivot: PivotState, item_id: str, spot: Spot, q_above: Array
+) -> Drop | Reason:
+    """The proven lines of one spot, from a configuration above the tote."""
+    carrying = planner.checker(scene, pivot, held=held, without=frozenset({item_id}))
+    place = follow_line(planner.arm, carrying, spot.above, spot.release, pivot, q_above, "place")
+    if isinstance(place, Reason):
+        return place
+    # The way up is the way down without the item: a part of the volume that was just proven free.
+    return Drop(place, Line(place.waypoints[::-1].copy()))
+
+
+def released_pose(spot: Spot, held: Held) -> Array:
+    """Pose (4, 4) in the world of the item at the moment of release."""
+    return np.asarray(spot.release @ held.T_tip_item)
+

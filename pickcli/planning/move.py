@@ -1,0 +1,36 @@
+"""``plan_move``: KTH's move primitive, with the empty tool."""
+
+from __future__ import annotations
+
+import time
+
+from pickcli.cell.scene import Scene
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.planning.assemble import assemble_move
+from pickcli.planning.coarse import plan_coarse
+from pickcli.planning.context import Planner, derived_seed
+from pickcli.planning.pick import Start
+
+
+def plan_move(
+    planner: Planner, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
+) -> Plan:
+    """Plan a move from rest at ``start`` to rest at q_goal (n,), the cup's pivot kept as it is.
+
+    Raises NoPlanError with the reasons.
+    """
+    began = time.perf_counter()
+    checker = planner.checker(scene, start.pivot)
+    if not checker.is_free(q_goal):
+        reason = checker.explain(q_goal)
+        raise NoPlanError(label, [Reason(reason.what, "goal", reason.detail)])
+    coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
+    if isinstance(coarse, Reason):
+        raise NoPlanError(label, [coarse])
+    plan = assemble_move(planner, scene, start.pivot, coarse, label, seed)
+    if isinstance(plan, Reason):
+        raise NoPlanError(label, [plan])
+    plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
+    return plan
