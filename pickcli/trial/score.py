@@ -13,10 +13,10 @@ from enum import StrEnum
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import TOTE
+from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import Order, OrderKind
 
 HELD = "held"  # in the cup when the trial ended
-OUTSIDE = "outside"  # neither in a bin, nor in the tote, nor held
 
 
 class Damage(StrEnum):

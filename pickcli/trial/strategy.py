@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from pickcli.cell.model import Cell
+from pickcli.motion.plan import Grasp
 from pickcli.trial.order import Order, Target
 from pickcli.trial.score import target_points
 
@@ -17,7 +18,7 @@ PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s 
 RETRY_CHANCE = 0.5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Job:
     """One target and what is known of it. A job is replaced, never changed.
 
@@ -25,7 +26,7 @@ class Job:
     points: what the item gives in the tote
     seconds: estimated duration of the next attempt
     can_hold: whether the tool can hold it at all; what it cannot hold comes last
-    failed_grasps: kinds of grasp that have failed, as the planner names them
+    failed_grasps: what has been tried in vain, so that the next attempt takes another
     """
 
     index: int
@@ -34,7 +35,7 @@ class Job:
     seconds: float
     can_hold: bool = True
     attempts: int = 0
-    failed_grasps: frozenset[Hashable] = field(default=frozenset())
+    failed_grasps: tuple[Grasp, ...] = ()
 
     @property
     def rate(self) -> float:
@@ -47,9 +48,9 @@ class Job:
         """Whether another attempt is allowed and makes sense."""
         return self.can_hold and self.attempts < MAX_ATTEMPTS
 
-    def failed(self, grasp: Hashable | None, seconds: float | None) -> Job:
+    def failed(self, grasp: Grasp | None = None, seconds: float | None = None) -> Job:
         """The job after an attempt that failed with a grasp (None: none was found) and that duration."""
-        failed = self.failed_grasps if grasp is None else self.failed_grasps | {grasp}
+        failed = self.failed_grasps if grasp is None else (*self.failed_grasps, grasp)
         estimate = self.seconds if seconds is None else seconds
         return replace(self, attempts=self.attempts + 1, failed_grasps=failed, seconds=estimate)
 

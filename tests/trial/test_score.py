@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from order_builders import ITEMS, pick_order
 
 from pickcli.cell.scene import TOTE
+from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import BINS, Order, OrderKind
 from pickcli.trial.score import (
     HELD,
-    OUTSIDE,
     RULES,
     Damage,
     Drop,
