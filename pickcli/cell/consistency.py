@@ -142,6 +142,6 @@ def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) ->
         for j, (joint, value) in enumerate(zip(joints, configuration.q, strict=True)):
             if joint is not None and not joint.lower <= value <= joint.upper:
                 text = (
-                    f"{joint.name} at {value:g} is outside of {joint.lower:g} to {joint.upper:g}; correct it"
+                    f"expected {joint.name} in {joint.lower:g} to {joint.upper:g}, got {value:g}; correct it"
                 )
                 source.add(("configurations", i, "q", j), text)

@@ -15,7 +15,7 @@ from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.model import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Joint, Limits, PivotState, Robot, Tool
+from pickcli.cell.robot import Limits, PivotState, Robot, Tool
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tote import build_tote

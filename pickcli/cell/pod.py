@@ -90,16 +90,13 @@ def _frame_bodies(figures: PodModel) -> dict[str, list[Body]]:
     top_row, bottom_row = figures.rows[0], figures.rows[-1]
     ceiling = top_row.ceiling_front + figures.board_thickness
     ground = bottom_row.floor_front - figures.floor_drop - figures.board_thickness
-    sides = {
-        f"side_{side}": [
-            box(f"wall_{side}", *_span(0.0, back, sign * wall, sign * half, figures.height)),
-            box(
-                f"post_{side}",
-                *_span(0.0, figures.post_depth, sign * figures.post, sign * wall, figures.height),
-            ),
+    sides = {}
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        inner = sign * wall
+        sides[f"side_{side}"] = [
+            box(f"wall_{side}", *_span(0.0, back, inner, sign * half, figures.height)),
+            box(f"post_{side}", *_span(0.0, figures.post_depth, sign * figures.post, inner, figures.height)),
         ]
-        for side, sign in (("left", 1.0), ("right", -1.0))
-    }
     return {
         **sides,
         "back": [box("back", (back, -half, 0.0), (figures.depth, half, figures.height))],

@@ -73,7 +73,7 @@ class Tool:
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Motion limits of the planned joints, arrays (n,). Positions m or rad; jerk is ours, chosen in the cell."""
+    """Motion limits of the planned joints, arrays (n,). Positions m or rad; jerk is chosen in the cell."""
 
     lower: Array
     upper: Array

@@ -22,7 +22,7 @@ class Bin:
     mouth_height: float  # m, from the lip's top to the hanging lip above
     y_range: tuple[
         float, float
-    ]  # m, clear inside behind the mouth, bin frame (wider than the mouth at posts)
+    ]  # m, clear inside behind the mouth, bin frame (behind a post wider than the mouth)
     depth: float  # m, front face to back wall
     floor_front: float  # z of the floor just behind the lip, bin frame, m (negative)
     floor_back: float  # z of the flat back part of the floor, m (negative)

@@ -51,9 +51,8 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     if kind == "extra_forbidden":
         known = sorted(_fields(model, key[:-1]))
         close = difflib.get_close_matches(str(key[-1]), known, n=1)
-        return (
-            f"unknown key; did you mean {close[0]!r}?" if close else f"unknown key; known: {', '.join(known)}"
-        )
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+        return f"unknown key; {hint}"
     if kind == "value_error":
         return str(detail["ctx"]["error"])
     expected = detail["msg"].removeprefix("Input should ").removeprefix("be ").removeprefix("have ")
