@@ -1,0 +1,91 @@
+"""What a trial needs of the rest: someone who plans, someone who verifies, an arena where it happens.
+
+The real ones are put together in ``setup``; tests play with a fake of forty lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.trial.score import Drop
+
+if TYPE_CHECKING:
+    from pickcli.simulation.contacts import Collision
+    from pickcli.verification.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class Execution:
+    """What happened while a plan was carried out. Times are simulated seconds.
+
+    stopped: why it ended before the plan did, "" if it did not
+    has_item: what the vacuum sensor said at the end of the retreat, None if it was not read
+    events: one mapping per fired event, with its device, action and distance from where it was due
+    """
+
+    duration: float
+    stopped: str = ""
+    has_item: bool | None = None
+    collisions: tuple[Collision, ...] = ()
+    limit_violations: tuple[str, ...] = ()
+    drops: tuple[Drop, ...] = ()
+    events: tuple[dict[str, Any], ...] = ()
+
+
+class Arena(Protocol):
+    """The place where plans are carried out, and the truth about it."""
+
+    @property
+    def q(self) -> Array:
+        """Measured configuration (n,)."""
+
+    @property
+    def pivot(self) -> PivotState:
+        """State of the pivoting cup."""
+
+    @property
+    def held(self) -> str | None:
+        """Id of the item in the cup."""
+
+    def now(self) -> Scene:
+        """Where everything really is, without the item that is held."""
+
+    def execute(self, plan: Plan) -> Execution:
+        """Carry out a certified plan to its end or to a stop."""
+
+
+class PlanPick(Protocol):
+    """Asks for a pick as ``planning.pick.plan_pick`` does. Raises NoPlanError."""
+
+    def __call__(
+        self,
+        scene: Scene,
+        bin_name: str,
+        item: str,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        exclude: Sequence[Grasp],
+    ) -> Plan: ...
+
+
+class PlanRecovery(Protocol):
+    """Asks for a way out to a safe place from wherever the robot stands. Raises NoPlanError."""
+
+    def __call__(self, scene: Scene, q: Array, pivot: PivotState, held: str | None, seed: int) -> Plan: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Crew:
+    """Everyone that a trial needs."""
+
+    plan: PlanPick
+    recover: PlanRecovery
+    verify: Callable[[Plan, Scene], Verdict]
+    arena: Arena

@@ -1,0 +1,161 @@
+"""The trial JSON: everything that was measured in a trial. The format is described in docs/formats/trial.md.
+
+All wall-clock figures stand under ``statistics`` and nowhere else: without that key, two runs of one trial
+with one seed give the same bytes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pickcli
+from pickcli.cell.atomic import write_text
+from pickcli.motion.plan import Plan
+from pickcli.trial.ports import Execution
+from pickcli.trial.result import Attempt, TargetResult, TrialResult
+
+FORMAT, VERSION = "apc-trial", 1
+CLAIM = (
+    "Poses given to planning were the true ones with a bounded error. In this model every executed motion "
+    "kept the clearance and limits of its certificate; this is evidence about the model, not about a cell."
+)
+_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig", "toppra")
+
+
+def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
+    """The whole trial as JSON data, the figures that people ask for first.
+
+    order_file: name of the order, for the reader; wall_s: duration of the trial by the wall clock, s
+    """
+    return {
+        "score": result.score.total,
+        "max_score": result.score.maximum,
+        "items_in_tote": result.items_in_tote,
+        "items": [_target(target) for target in result.targets],
+        "collisions": result.n_collisions,
+        "limit_violations": result.n_limit_violations,
+        "drops": len(result.drops),
+        "simulated_s": _rounded(result.simulated),
+        "clock_s": _rounded(result.clock),
+        "aborted": result.aborted,
+        "pose_noise": {
+            "position_mm": _rounded(1e3 * result.noise.position),
+            "angle_deg": _rounded(np.degrees(result.noise.angle)),
+        },
+        "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
+        "final_places": {item.id: item.end for item in result.final.items},
+        "attempts": [_attempt(attempt) for attempt in result.attempts],
+        "claim": CLAIM,
+        "made_from": _made_from(result, order_file),
+        "statistics": _statistics(result, wall_s),
+    }
+
+
+def record_text(record: Mapping[str, Any]) -> str:
+    """The record as JSON text."""
+    return json.dumps(record, indent=2, allow_nan=False) + "\n"
+
+
+def write_record(path: Path, record: Mapping[str, Any]) -> None:
+    """Write the record, whole or not at all. Raises InputError where that is impossible."""
+    write_text(path, record_text(record))
+
+
+def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
+    versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "order": order_file,
+        "seed": result.seed,
+        "cell": result.before.cell.name,
+        "cell_fingerprint": result.before.cell.fingerprint,
+        "versions": versions,
+    }
+
+
+def _target(target: TargetResult) -> dict[str, Any]:
+    return {
+        "bin": target.target.bin,
+        "item": target.target.item,
+        "outcome": str(target.outcome),
+        "reason": target.reason,
+        "points": target.points,
+        "attempts": len(target.attempts),
+        "motion_s": _rounded(sum(e.duration for a in target.attempts for e in a.executions)),
+    }
+
+
+def _attempt(attempt: Attempt) -> dict[str, Any]:
+    return {
+        "bin": attempt.target.bin,
+        "item": attempt.item or attempt.target.item,
+        "number": attempt.number,
+        "outcome": str(attempt.outcome),
+        "reason": attempt.reason,
+        "t_start": _rounded(attempt.t_start),
+        "plan": None if attempt.plan is None else _plan(attempt.plan),
+        "execution": None if attempt.execution is None else _execution(attempt.execution),
+        "recovery": [_execution(execution) for execution in attempt.recovery],
+    }
+
+
+def _plan(plan: Plan) -> dict[str, Any]:
+    grasp, certificate = plan.grasp, plan.certificate
+    return {
+        "query": plan.query,
+        "seed": plan.seed,
+        "duration": _rounded(plan.trajectory.duration),
+        "grasp": None
+        if grasp is None
+        else {"kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.pivot)},
+        "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
+        "certificate": None if certificate is None else dataclasses.asdict(certificate),
+    }
+
+
+def _execution(execution: Execution) -> dict[str, Any]:
+    return {
+        "duration": _rounded(execution.duration),
+        "stopped": execution.stopped,
+        "has_item": execution.has_item,
+        "collisions": [dataclasses.asdict(collision) for collision in execution.collisions],
+        "limit_violations": list(execution.limit_violations),
+        "drops": [dataclasses.asdict(drop) for drop in execution.drops],
+        "events": [dict(event) for event in execution.events],
+    }
+
+
+def _statistics(result: TrialResult, wall_s: float) -> dict[str, Any]:
+    planning = [a.statistics["planning_ms"] for a in result.attempts if a.plan is not None]
+    verifying = [
+        a.statistics["verification_ms"] for a in result.attempts if "verification_ms" in a.statistics
+    ]
+    return {
+        "wall_s": wall_s,
+        "planning_ms": {"median": _median(planning), "max": max(planning, default=None)},
+        "verification_ms": {"median": _median(verifying), "max": max(verifying, default=None)},
+        "attempts": [dict(attempt.statistics) for attempt in result.attempts],
+    }
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+def _rounded(value: float) -> float:
+    """To a microsecond or micrometre: figures that a person can read."""
+    return round(float(value), 6)

@@ -1,0 +1,61 @@
+"""Rows of the table at the end of a trial. Drawing it is the command's business."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pickcli.trial.result import TargetResult, TrialResult
+
+
+@dataclass(frozen=True)
+class Row:
+    """One target as people want to read it.
+
+    planning_ms: wall-clock time of all planning calls for it; None if there was none
+    motion_s: simulated seconds of all motion for it
+    """
+
+    bin: str
+    item: str
+    outcome: str
+    points: int
+    planning_ms: float | None
+    motion_s: float
+    reason: str
+
+
+def rows(result: TrialResult) -> tuple[Row, ...]:
+    """One row per target, in the order of the work order."""
+    return tuple(_row(target) for target in result.targets)
+
+
+def _row(target: TargetResult) -> Row:
+    planning = [a.statistics["planning_ms"] for a in target.attempts if "planning_ms" in a.statistics]
+    motion = sum(e.duration for attempt in target.attempts for e in attempt.executions)
+    # A retry that worked still has a story worth telling.
+    told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
+    return Row(
+        target.target.bin, target.target.item, str(target.outcome), target.points,
+        sum(planning) if planning else None, motion, target.reason or told,
+    )  # fmt: skip
+
+
+def summary(result: TrialResult) -> tuple[str, ...]:
+    """The sentences under the table."""
+    n_targets = len(result.targets)
+    lines = [
+        f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}; "
+        f"{result.items_in_tote} of {n_targets} targets in the tote",
+        f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
+        f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
+        f"drops {len(result.drops)}",
+        f"planning saw every pose with an error of up to {1e3 * result.noise.position:g} mm and "
+        f"{math.degrees(result.noise.angle):g} degrees",
+    ]
+    lines += [
+        f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
+    ]
+    if result.aborted:
+        lines.append(f"aborted: {result.aborted}")
+    return tuple(lines)

@@ -1,0 +1,114 @@
+"""What a trial leaves behind: attempts, targets, final state, score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.motion.plan import Plan
+from pickcli.trial.order import Order, Target
+from pickcli.trial.ports import Execution
+from pickcli.trial.score import FinalState, Score
+
+
+class Outcome(StrEnum):
+    """How an attempt ended."""
+
+    IN_TOTE = "in tote"
+    NO_PLAN = "no plan"
+    REJECTED = "rejected"  # by the verifier: nothing was executed
+    NOT_PICKED = "not picked"  # the sensor read no vacuum after the retreat
+    LOST = "lost"  # it was held, but did not arrive
+    MISSING = "missing"  # no such item is left in its bin
+    NO_TIME = "no time"
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One try at one target.
+
+    number: 1 for the first try at this target
+    t_start: s on the clock of the trial
+    plan: what was executed (or rejected); recovery: the motions that brought the arm out afterwards
+    statistics: wall-clock figures
+    """
+
+    target: Target
+    item: str  # id, "" if there was none
+    number: int
+    t_start: float
+    outcome: Outcome
+    reason: str = ""
+    plan: Plan | None = None
+    execution: Execution | None = None
+    recovery: tuple[Execution, ...] = ()
+    statistics: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def executions(self) -> tuple[Execution, ...]:
+        """All that was executed in this attempt."""
+        return (() if self.execution is None else (self.execution,)) + self.recovery
+
+
+@dataclass(frozen=True, eq=False)
+class TargetResult:
+    """One line of the order, played. ``points`` are what it gave."""
+
+    target: Target
+    outcome: Outcome
+    reason: str
+    points: int
+    attempts: tuple[Attempt, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TrialResult:
+    """A whole trial.
+
+    clock: s on the clock of the trial: simulated time and the charge of the planning calls
+    aborted: why the trial had to stop, "" if it did not
+    """
+
+    order: Order
+    seed: int
+    noise: PoseNoise
+    targets: tuple[TargetResult, ...]  # in the order of the work order
+    attempts: tuple[Attempt, ...]  # in the order of time
+    before: Scene
+    after: Scene
+    final: FinalState
+    score: Score
+    simulated: float  # s
+    clock: float
+    aborted: str
+
+    @property
+    def executions(self) -> tuple[Execution, ...]:
+        """Everything that was executed, in the order of time."""
+        return tuple(e for attempt in self.attempts for e in attempt.executions)
+
+    @property
+    def n_collisions(self) -> int:
+        """Contacts that no plan allowed."""
+        return sum(len(e.collisions) for e in self.executions)
+
+    @property
+    def n_limit_violations(self) -> int:
+        """Executed motions beyond a limit."""
+        return sum(len(e.limit_violations) for e in self.executions)
+
+    @property
+    def drops(self) -> tuple[str, ...]:
+        """Ids of items that the cup lost."""
+        return tuple(d.item for e in self.executions for d in e.drops if not d.is_release)
+
+    @property
+    def items_in_tote(self) -> int:
+        """Targets that lie in the tote."""
+        return sum(t.outcome is Outcome.IN_TOTE for t in self.targets)
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether it ran through, touched nothing and kept every limit."""
+        return not self.aborted and self.n_collisions == 0 and self.n_limit_violations == 0
