@@ -1,0 +1,23 @@
+"""Colours of pictures: fixed for what stands still, one per item name."""
+
+from __future__ import annotations
+
+import colorsys
+import zlib
+
+from pickcli.cell.item import Item
+from pickcli.simulation.engine import Colour
+
+STATIC_COLOURS: dict[str, Colour] = {
+    "pod": (0.93, 0.82, 0.42, 1.0),  # the yellow fabric of a Kiva pod
+    "tote": (0.30, 0.45, 0.70, 1.0),
+    "obstacle": (0.60, 0.62, 0.65, 1.0),
+}
+
+
+def item_colour(item: Item) -> Colour:
+    """A colour that depends on the name alone: the same item looks the same in every picture."""
+    number = zlib.crc32(item.name.encode())
+    hue, value = (number % 997) / 997, 0.60 + 0.35 * ((number >> 10) % 101) / 100
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.75, value)
+    return red, green, blue, 1.0

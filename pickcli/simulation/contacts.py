@@ -1,0 +1,83 @@
+"""What touched what it should not: every unplanned contact of the robot or the item it holds, once each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from pickcli.simulation.engine import Touch
+
+FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One contact that no plan allows, from its first to its last moment.
+
+    a: link of the robot, or the held item
+    b: body or item that it touched
+    """
+
+    a: str
+    b: str
+    t_start: float  # s, simulated
+    t_end: float
+    depth: float  # m, deepest overlap
+    position: tuple[float, float, float]  # m, world, where it was deepest
+    force: float  # N, largest at one point
+
+
+class ContactLog:
+    """Collects collisions step by step.
+
+    robot: name of the robot's body
+    cup: the link that may touch what the present segment allows
+    exempt: pairs (link, body) that are never counted
+    """
+
+    def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]]) -> None:
+        self._robot, self._cup, self._exempt = robot, cup, exempt
+        self._open: dict[tuple[str, str], Collision] = {}
+        self._closed: list[Collision] = []
+
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        """All so far, in the order of their start."""
+        return tuple(sorted([*self._closed, *self._open.values()], key=lambda c: (c.t_start, c.a, c.b)))
+
+    def update(self, touches: Iterable[Touch], touching: frozenset[str], held: str | None, t: float) -> None:
+        """Judge the contact points of one step of the robot and of the held item.
+
+        touching: names that the cup and the held item may touch now
+        """
+        for touch in touches:
+            a, b = self._pair(touch)
+            if self._is_planned(a, b, touching, held):
+                continue
+            self._record(a, b, touch, t)
+        for pair in [pair for pair, c in self._open.items() if t - c.t_end > FORGET_TIME]:
+            self._closed.append(self._open.pop(pair))
+
+    def _pair(self, touch: Touch) -> tuple[str, str]:
+        if touch.a == self._robot:
+            return touch.link_a, touch.b
+        return touch.a, touch.link_b or touch.b
+
+    def _is_planned(self, a: str, b: str, touching: frozenset[str], held: str | None) -> bool:
+        if (a, b) in self._exempt or held == b:
+            return True  # the held item's own contacts are judged from its side
+        return b in touching and a in (self._cup, held)
+
+    def _record(self, a: str, b: str, touch: Touch, t: float) -> None:
+        known = self._open.get((a, b))
+        if known is None:
+            self._open[a, b] = Collision(a, b, t, t, touch.depth, touch.position, touch.force)
+            return
+        deepest = touch if touch.depth > known.depth else None
+        self._open[a, b] = replace(
+            known,
+            t_end=t,
+            depth=deepest.depth if deepest else known.depth,
+            position=deepest.position if deepest else known.position,
+            force=max(known.force, touch.force),
+        )

@@ -1,0 +1,349 @@
+"""The only file that talks to pybullet: one client of its own per engine, poses as (4, 4) arrays.
+
+Bodies are named. Static boxes stand one body each: pybullet crashes on compounds of more than 16.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.item import Item
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.geometry import Array, from_quaternion, inverse, pose, to_quaternion
+
+GRAVITY = 9.81  # m/s^2
+SOLVER_ITERATIONS = 50
+STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the product of two counts
+ITEM_FRICTION = 0.6
+ROLLING_FRICTION = 2e-4  # m, keeps a bottle from rolling for ever
+DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
+
+ITEM_GROUP = 64  # bit of the collision group that only items have: probing rays see nothing else
+
+Colour = tuple[float, float, float, float]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """pybullet prints from C to stdout and stderr: nothing of it may reach ours."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    saved = [os.dup(1), os.dup(2)]
+    null = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(null, 1)
+        os.dup2(null, 2)
+        yield
+    finally:
+        for stream, copy in enumerate(saved, start=1):
+            os.dup2(copy, stream)
+            os.close(copy)
+        os.close(null)
+
+
+with _quiet():
+    import pybullet as p
+
+
+@dataclass(frozen=True)
+class Touch:
+    """One contact point between two bodies as the engine found it.
+
+    link_a, link_b: names of the links ("" for bodies of one part)
+    depth: m, positive when the shapes overlap
+    position: (x, y, z) in the world, m
+    """
+
+    a: str
+    link_a: str
+    b: str
+    link_b: str
+    depth: float
+    position: tuple[float, float, float]
+    force: float  # N along the normal
+
+
+class Engine:
+    """A physics world. ``close()`` frees it; so does the garbage collector.
+
+    time_step: s per ``step()``
+    """
+
+    def __init__(self, time_step: float) -> None:
+        self.time_step = time_step
+        with _quiet():
+            self._client = p.connect(p.DIRECT)
+        self._ids: dict[str, int] = {}
+        self._names: dict[int, str] = {}
+        self._links: dict[str, dict[str, int]] = {}  # by body: link index by name
+        self._link_names: dict[str, dict[int, str]] = {}
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=time_step,
+            numSolverIterations=SOLVER_ITERATIONS,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
+        p.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
+
+    def close(self) -> None:
+        """Free the world; further calls are errors of the caller."""
+        if self._client >= 0:
+            p.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def __del__(self) -> None:
+        if getattr(self, "_client", -1) >= 0:
+            self.close()
+
+    def step(self) -> None:
+        """Advance by one time step."""
+        p.stepSimulation(physicsClientId=self._client)
+
+    # Bodies ------------------------------------------------------------------------------------------
+
+    def add_static(self, body: Body, T_world_parent: Array, colour: Colour) -> None:
+        """A body that never moves, standing in a parent frame."""
+        self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
+        self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
+
+    def add_item(self, name: str, item: Item, T_world_item: Array, colour: Colour) -> None:
+        """A free body with the item's shape and mass; it may fall asleep."""
+        self._create(name, item.shape, item.mass, T_world_item, colour)
+        self._dynamics(
+            name,
+            lateralFriction=ITEM_FRICTION,
+            rollingFriction=ROLLING_FRICTION,
+            spinningFriction=ROLLING_FRICTION,
+            linearDamping=DAMPING,
+            angularDamping=DAMPING,
+            restitution=0.0,
+            activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING,
+        )
+        p.setCollisionFilterGroupMask(self._ids[name], -1, 1 | ITEM_GROUP, -1, physicsClientId=self._client)
+
+    def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
+        """A serial chain on a fixed base, without self-collision; its own damping is off."""
+        with _quiet():
+            body = p.loadURDF(
+                str(urdf),
+                basePosition=T_world_base[:3, 3].tolist(),
+                baseOrientation=to_quaternion(T_world_base[:3, :3]).tolist(),
+                useFixedBase=True,
+                physicsClientId=self._client,
+            )
+        self._register(name, body)
+        for index in range(p.getNumJoints(body, physicsClientId=self._client)):
+            info = p.getJointInfo(body, index, physicsClientId=self._client)
+            link = info[12].decode()
+            self._links[name][link] = index
+            self._link_names[name][index] = link
+            self._dynamics(name, link=index, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0)
+        root = p.getBodyInfo(body, physicsClientId=self._client)[0].decode()
+        self._links[name][root] = -1
+        self._link_names[name][-1] = root
+
+    def remove(self, name: str) -> None:
+        """Take a body out of the world."""
+        p.removeBody(self._ids[name], physicsClientId=self._client)
+        del self._names[self._ids.pop(name)]
+
+    def _create(self, name: str, shape: Shape, mass: float, T: Array, colour: Colour) -> None:
+        collision = p.createCollisionShape(physicsClientId=self._client, **_shape_arguments(shape, "height"))
+        visual = p.createVisualShape(
+            physicsClientId=self._client, rgbaColor=colour, **_shape_arguments(shape, "length")
+        )
+        body = p.createMultiBody(
+            baseMass=mass,
+            baseCollisionShapeIndex=collision,
+            baseVisualShapeIndex=visual,
+            basePosition=T[:3, 3].tolist(),
+            baseOrientation=to_quaternion(T[:3, :3]).tolist(),
+            physicsClientId=self._client,
+        )
+        self._register(name, body)
+
+    def _register(self, name: str, body: int) -> None:
+        self._ids[name], self._names[body] = body, name
+        self._links[name], self._link_names[name] = {"": -1}, {-1: ""}
+
+    def _dynamics(self, name: str, link: int = -1, **values: float) -> None:
+        p.changeDynamics(self._ids[name], link, physicsClientId=self._client, **values)
+
+    def has_body(self, name: str) -> bool:
+        """Whether a body of that name is in the world."""
+        return name in self._ids
+
+    def has_link(self, name: str, link: str) -> bool:
+        """Whether a body has a link of that name."""
+        return link in self._links[name]
+
+    def set_collision(self, a: str, link_a: str, b: str, link_b: str, on: bool) -> None:
+        """Whether two parts collide in the physics."""
+        p.setCollisionFilterPair(
+            self._ids[a], self._ids[b], self._links[a][link_a], self._links[b][link_b], int(on),
+            physicsClientId=self._client,
+        )  # fmt: skip
+
+    # State -------------------------------------------------------------------------------------------
+
+    def pose(self, name: str, link: str = "") -> Array:
+        """``T_world_body`` (4, 4), or of one of its links (the link frame of the URDF)."""
+        index = self._links[name][link]
+        if index < 0:
+            xyz, quaternion = p.getBasePositionAndOrientation(self._ids[name], physicsClientId=self._client)
+        else:
+            xyz, quaternion = p.getLinkState(
+                self._ids[name], index, computeForwardKinematics=1, physicsClientId=self._client
+            )[4:6]
+        return pose(xyz, R=from_quaternion(quaternion))
+
+    def speed(self, name: str) -> tuple[float, float]:
+        """Linear (m/s) and angular (rad/s) speed of a free body."""
+        linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
+        return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
+
+    def wake(self, name: str) -> None:
+        """Wake a sleeping body; making a constraint alone does not."""
+        self._dynamics(name, activationState=p.ACTIVATION_STATE_WAKE_UP)
+
+    def touches(self, name: str) -> list[Touch]:
+        """Every contact point of a body in the last step whose shapes touch or overlap."""
+        found = p.getContactPoints(bodyA=self._ids[name], physicsClientId=self._client)
+        return [self._touch(c) for c in found if c[8] <= 0.0]
+
+    def _touch(self, contact: tuple) -> Touch:  # type: ignore[type-arg]
+        a, b = self._names[contact[1]], self._names[contact[2]]
+        return Touch(
+            a, self._link_names[a][contact[3]], b, self._link_names[b][contact[4]],
+            -contact[8], contact[5], contact[9],
+        )  # fmt: skip
+
+    def distance(self, a: str, link_a: str, b: str, farthest: float) -> float:
+        """Signed distance between a link and a body in m; ``farthest`` if they are farther apart."""
+        points = p.getClosestPoints(
+            self._ids[a], self._ids[b], farthest, self._links[a][link_a], physicsClientId=self._client
+        )
+        return min((float(c[8]) for c in points), default=farthest)
+
+    def ray_hits(self, starts: Array, ends: Array) -> list[tuple[str, float]]:
+        """First item on each ray and the fraction in [0, 1] where; ("", 1.0) where none is hit."""
+        hits = p.rayTestBatch(
+            starts.tolist(), ends.tolist(), collisionFilterMask=ITEM_GROUP, physicsClientId=self._client
+        )
+        return [(self._names.get(h[0], ""), float(h[2])) if h[0] >= 0 else ("", 1.0) for h in hits]
+
+    # Motors and forces -------------------------------------------------------------------------------
+
+    def joints(self, name: str) -> dict[str, int]:
+        """Index by name of every movable joint."""
+        body = self._ids[name]
+        infos = [
+            p.getJointInfo(body, i, physicsClientId=self._client)
+            for i in range(p.getNumJoints(body, physicsClientId=self._client))
+        ]
+        return {info[1].decode(): info[0] for info in infos if info[2] != p.JOINT_FIXED}
+
+    def reset_joints(self, name: str, positions: Mapping[int, float]) -> None:
+        """Set joint positions at rest. Only for the start: later the robot moves by its motors alone."""
+        for index, value in positions.items():
+            p.resetJointState(self._ids[name], index, value, physicsClientId=self._client)
+
+    def joint_positions(self, name: str, indices: Sequence[int]) -> Array:
+        """Positions (k,) of joints by index."""
+        states = p.getJointStates(self._ids[name], indices, physicsClientId=self._client)
+        return np.array([state[0] for state in states])
+
+    def drive(
+        self,
+        name: str,
+        indices: Sequence[int],
+        q: Array,
+        dq: Array,
+        gains: tuple[float, float],
+        forces: Array,
+    ) -> None:
+        """Position control of joints: targets, velocity targets, (position, velocity) gain, force limits."""
+        n = len(indices)
+        p.setJointMotorControlArray(
+            self._ids[name],
+            indices,
+            p.POSITION_CONTROL,
+            targetPositions=q.tolist(),
+            targetVelocities=dq.tolist(),
+            positionGains=[gains[0]] * n,
+            velocityGains=[gains[1]] * n,
+            forces=forces.tolist(),
+            physicsClientId=self._client,
+        )
+
+    def push(self, name: str, force: Array, point: Array) -> None:
+        """Force (3,) in N on a free body at a world point (3,), for the next step only."""
+        p.applyExternalForce(
+            self._ids[name], -1, force.tolist(), point.tolist(), p.WORLD_FRAME, physicsClientId=self._client
+        )
+
+    def weld(
+        self, a: str, link_a: str, b: str, T_link_joint: Array, T_b_joint: Array, max_force: float
+    ) -> int:
+        """Join body b rigidly to a link of a at a common frame. Returns a handle."""
+        index = self._links[a][link_a]
+        # pybullet wants the frame relative to the link's centre of mass.
+        T_com_joint = inverse(self._inertial(a, index)) @ T_link_joint
+        handle = p.createConstraint(
+            self._ids[a], index, self._ids[b], -1, p.JOINT_FIXED, [0, 0, 0],
+            T_com_joint[:3, 3].tolist(), T_b_joint[:3, 3].tolist(),
+            to_quaternion(T_com_joint[:3, :3]).tolist(), to_quaternion(T_b_joint[:3, :3]).tolist(),
+            physicsClientId=self._client,
+        )  # fmt: skip
+        p.changeConstraint(handle, maxForce=max_force, physicsClientId=self._client)
+        # A new weld does not wake a sleeping body, and a held one must not fall asleep.
+        self._dynamics(b, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING)
+        return int(handle)
+
+    def _inertial(self, name: str, index: int) -> Array:
+        info = p.getDynamicsInfo(self._ids[name], index, physicsClientId=self._client)
+        return pose(info[3], R=from_quaternion(info[4]))
+
+    def weld_load(self, handle: int) -> tuple[Array, Array]:
+        """Force (3,) in N in world axes and moment (3,) in Nm in the axes of the weld's frame, about its
+        origin, by which body b loaded the link in the last step."""
+        state = np.array(p.getConstraintState(handle, physicsClientId=self._client))
+        return state[:3], state[3:]
+
+    def unweld(self, handle: int, b: str) -> None:
+        """Open a weld; body b may sleep again."""
+        p.removeConstraint(handle, physicsClientId=self._client)
+        self._dynamics(b, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
+        self.wake(b)
+
+    # Pictures ----------------------------------------------------------------------------------------
+
+    def picture(
+        self, eye: Sequence[float], target: Sequence[float], fov: float, size: tuple[int, int]
+    ) -> NDArray[np.uint8]:
+        """Colour picture (height, width, 3) uint8 by the software renderer, z up; fov in degrees."""
+        width, height = size
+        view = p.computeViewMatrix(list(eye), list(target), [0, 0, 1])
+        projection = p.computeProjectionMatrixFOV(fov, width / height, 0.05, 10.0)
+        image = p.getCameraImage(
+            width, height, view, projection, shadow=1, lightDirection=[-1.5, 0.8, 2.5],
+            renderer=p.ER_TINY_RENDERER, physicsClientId=self._client,
+        )  # fmt: skip
+        return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+
+
+def _shape_arguments(shape: Shape, length_name: str) -> dict[str, object]:
+    """pybullet's keywords for a shape; it calls a cylinder's length by two names."""
+    if shape.kind is ShapeKind.BOX:
+        return {"shapeType": p.GEOM_BOX, "halfExtents": [s / 2 for s in shape.size]}
+    if shape.kind is ShapeKind.CYLINDER:
+        return {"shapeType": p.GEOM_CYLINDER, "radius": shape.size[0], length_name: shape.size[1]}
+    return {"shapeType": p.GEOM_SPHERE, "radius": shape.size[0]}

@@ -1,0 +1,112 @@
+"""Let items come to rest: physics of the pod and some items, without the robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.errors import Reason
+from pickcli.geometry import inverse
+from pickcli.simulation.colours import STATIC_COLOURS, item_colour
+from pickcli.simulation.engine import Engine
+from pickcli.simulation.places import bounds, location_of
+
+TIME_STEP = 1e-3  # s, that of the world: rest found here is rest there
+MAX_TIME = 6.0  # s; what still moves then never rests
+REST_TIME = 0.25  # s below both speeds: at rest
+REST_SPEED = 1e-3  # m/s
+REST_TURN = 2e-2  # rad/s
+MAX_OVERLAP = 1e-3  # m between any two shapes
+MAX_DRIFT = 5e-4  # m that an item may move when the world goes on
+DRIFT_TIME = 0.5  # s
+
+
+def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...] | Reason:
+    """Drop items of a scene from where they are until they rest.
+
+    scene: gives pod and tote; its own items are left out
+    Returns the items at rest, in the same order, or the reason why they do not rest inside their
+    locations: something keeps moving, left its bin, sticks out of it, or overlaps.
+    """
+    engine = Engine(TIME_STEP)
+    try:
+        for body in (*scene.cell.pod.bodies,):
+            engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
+        for body in scene.cell.tote.bodies:
+            engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
+        for placed in items:
+            engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
+        return _come_to_rest(engine, scene, items)
+    finally:
+        engine.close()
+
+
+def _come_to_rest(
+    engine: Engine, scene: Scene, items: tuple[PlacedItem, ...]
+) -> tuple[PlacedItem, ...] | Reason:
+    if (mover := _run(engine, items)) is not None:
+        return Reason("does not come to rest", mover.location, mover.id)
+    rested = tuple(replace(p, T_world_item=engine.pose(p.id)) for p in items)
+    for placed in rested:
+        if reason := _misplaced(scene, placed):
+            return reason
+        if reason := _overlap(engine, placed):
+            return reason
+    return _drift(engine, rested) or rested
+
+
+def _run(engine: Engine, items: tuple[PlacedItem, ...]) -> PlacedItem | None:
+    """Step until all items rest; the first one that still moves after MAX_TIME, or None."""
+    quiet = 0.0
+    moving: PlacedItem | None = None
+    for _ in range(round(MAX_TIME / TIME_STEP)):
+        engine.step()
+        moving = next((p for p in items if _moves(engine, p)), None)
+        quiet = 0.0 if moving else quiet + TIME_STEP
+        if quiet >= REST_TIME:
+            return None
+    return moving or items[0]
+
+
+def _moves(engine: Engine, placed: PlacedItem) -> bool:
+    linear, angular = engine.speed(placed.id)
+    return linear > REST_SPEED or angular > REST_TURN
+
+
+def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:
+    """Why an item is not wholly inside its location."""
+    where = location_of(scene, placed.item, placed.T_world_item)
+    if where != placed.location:
+        return Reason("left its place", placed.location, f"{placed.id} is {where}")
+    cell_bin = scene.cell.pod.bins.get(placed.location)
+    if cell_bin is None:
+        return None
+    lower, _ = bounds(
+        placed.item.shape, inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
+    )
+    if lower[0] < 0.0:
+        return Reason("sticks out", placed.location, f"{placed.id} by {-lower[0] * 1e3:.0f} mm")
+    return None
+
+
+def _overlap(engine: Engine, placed: PlacedItem) -> Reason | None:
+    for touch in engine.touches(placed.id):
+        if touch.depth > MAX_OVERLAP:
+            detail = f"{placed.id} and {touch.b} by {touch.depth * 1e3:.1f} mm"
+            return Reason("overlap", placed.location, detail)
+    return None
+
+
+def _drift(engine: Engine, items: tuple[PlacedItem, ...]) -> Reason | None:
+    """Go on for a while: what rests stays where it is."""
+    for _ in range(round(DRIFT_TIME / TIME_STEP)):
+        engine.step()
+    for placed in items:
+        moved = float(np.linalg.norm(engine.pose(placed.id)[:3, 3] - placed.T_world_item[:3, 3]))
+        if moved > MAX_DRIFT:
+            return Reason(
+                "does not come to rest", placed.location, f"{placed.id} creeps {moved * 1e3:.1f} mm"
+            )
+    return None

@@ -1,0 +1,218 @@
+"""The world of a scene: cell, robot and items in one physics engine, stepped as a whole.
+
+After the start the robot moves by its motors alone. Nothing is random: two fresh worlds of one scene that
+get the same commands are bit-identical.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array
+from pickcli.simulation.colours import STATIC_COLOURS, item_colour
+from pickcli.simulation.contacts import ContactLog
+from pickcli.simulation.engine import Engine
+from pickcli.simulation.places import location_of
+from pickcli.simulation.servo import Servo, Swing
+from pickcli.simulation.suction import Suction
+from pickcli.simulation.vacuum import Vacuum
+
+TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
+ROBOT = "robot"
+PIVOT_FORCE = 20.0  # Nm where the cell names no force for the pivot joint
+PIVOT_TOLERANCE = 0.02  # rad around its two positions within which the pivot counts as arrived
+APART = 1e-3  # m from which the cup collides again with what it was allowed to touch
+
+
+class World:
+    """Cell, robot and items of a scene, at rest at simulated time 0.
+
+    scene: with the true poses of the items; the noisy ones are the planner's business
+    q: configuration (n,) at the start
+    pivot: state of the pivoting cup at the start, STRAIGHT or DOWN
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        q: Array,
+        pivot: PivotState = PivotState.STRAIGHT,
+        *,
+        servo: Servo | None = None,
+        time_step: float = TIME_STEP,
+    ) -> None:
+        self.scene, self.time_step, self.t = scene, time_step, 0.0
+        self.servo = servo or Servo()
+        self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
+        self.robot = scene.cell.robot
+        self.engine = Engine(time_step)
+        add_statics(self.engine, scene)
+        for placed in scene.items:
+            self.engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
+        self._load_robot(q, pivot)
+        self._uncollided: frozenset[str] = frozenset()
+        exempt = self._apply_allowed_pairs()
+        self.contacts = ContactLog(ROBOT, self.robot.tool.cup_link, exempt)
+        leads = {device.kind: device.lead for device in scene.cell.devices.values()}
+        vacuum = Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE])
+        self.suction = Suction(self.engine, ROBOT, self.robot.tool, vacuum)
+
+    def close(self) -> None:
+        """Free the engine."""
+        self.engine.close()
+
+    def _load_robot(self, q: Array, pivot: PivotState) -> None:
+        tool = self.robot.tool
+        self.engine.load_robot(ROBOT, self.robot.urdf, self.robot.T_world_base)
+        indices = self.engine.joints(ROBOT)
+        self._indices = [indices[name] for name in (*self.robot.joint_names, tool.pivot_joint)]
+        forces = self.robot.motor_forces
+        names = self.robot.joint_names
+        pivot_force = forces.get(tool.pivot_joint, PIVOT_FORCE)
+        self._forces = np.array([*(forces[name] for name in names), pivot_force])
+        angle = tool.pivot_positions[pivot]
+        device = next(d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT)
+        turn = abs(tool.pivot_positions[PivotState.DOWN] - tool.pivot_positions[PivotState.STRAIGHT])
+        self._swing = Swing(angle, angle, turn / device.lead)
+        start = np.array([*q, angle])
+        self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
+        self._command, self._velocity = np.array(q, dtype=float), np.zeros(len(q))
+        self._measured = start
+
+    def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
+        """Switch off the physics of pairs that the cell allows to overlap; returns them."""
+        pairs = set()
+        for allowed in self.scene.cell.allowed_pairs:
+            for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
+                if self.engine.has_link(ROBOT, link) and self.engine.has_body(other):
+                    self.engine.set_collision(ROBOT, link, other, "", on=False)
+                    pairs.add((link, other))
+        return frozenset(pairs)
+
+    # Commands ----------------------------------------------------------------------------------------
+
+    def command(self, q: Array, dq: Array) -> None:
+        """Target configuration (n,) and velocity (n,) of the servo for the next steps."""
+        self._command, self._velocity = q, dq
+
+    def act(self, device: str, action: str) -> bool | None:
+        """Switch a device; a sensor answers whether something is held. Raises UnknownNameError."""
+        devices = self.scene.cell.devices
+        if device not in devices:
+            raise UnknownNameError("device", device, sorted(devices))
+        if action not in devices[device].actions:
+            raise UnknownNameError("action", action, devices[device].actions, device)
+        kind = devices[device].kind
+        if kind is DeviceKind.SENSOR:
+            return self.suction.is_holding
+        if kind is DeviceKind.PUMP:
+            self.suction.vacuum.switch_pump(action == "on")
+        elif kind is DeviceKind.VALVE:
+            self.suction.vacuum.switch_valve(action == "on")
+        else:
+            self._swing.target = self.robot.tool.pivot_positions[PivotState(action)]
+        return None
+
+    def step(self) -> None:
+        """Let one time step pass: servo, suction, physics, contacts."""
+        tip = self.tip
+        self.suction.before_step(tip, self.time_step)
+        self._let_cup_through()
+        self.engine.drive(
+            ROBOT,
+            self._indices,
+            np.append(self._command, self._swing.advance(self.time_step)),
+            np.append(self._velocity, 0.0),
+            self.servo.gains(self.time_step),
+            self._forces,
+        )
+        self.engine.step()
+        self.t += self.time_step
+        self._measured = self.engine.joint_positions(ROBOT, self._indices)
+        self._look_at_contacts()
+        self.suction.after_step(self.tip, self.time_step, self.t)
+
+    def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
+        """Stand still at the last command for a time in s."""
+        self._velocity = np.zeros_like(self._velocity)
+        for _ in range(round(duration / self.time_step)):
+            self.step()
+            if on_step is not None:
+                on_step(self)
+
+    def _look_at_contacts(self) -> None:
+        touches = self.engine.touches(ROBOT)
+        if self.suction.held is not None:
+            touches += self.engine.touches(self.suction.held)
+        self.contacts.update(touches, self.touching, self.suction.held, self.t)
+
+    def _let_cup_through(self) -> None:
+        """The bellows give way to what they may touch: no physics between these and the cup.
+
+        A pair collides again only once the two are apart, or the physics would throw the item off.
+        """
+        tool = self.robot.tool
+        wanted = {name for name in self.touching if self.engine.has_body(name)}
+        if self.suction.held is not None:
+            wanted.add(self.suction.held)
+        for name in wanted - self._uncollided:
+            self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=False)
+        left = self._uncollided - wanted
+        apart = {n for n in left if self.engine.distance(ROBOT, tool.cup_link, n, APART) >= APART}
+        for name in apart:
+            self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=True)
+        self._uncollided = frozenset((self._uncollided | wanted) - apart)
+
+    # State -------------------------------------------------------------------------------------------
+
+    @property
+    def q(self) -> Array:
+        """Measured configuration (n,)."""
+        return self._measured[:-1]
+
+    @property
+    def pivot(self) -> PivotState:
+        """State of the pivoting cup as it stands."""
+        for state, angle in self.robot.tool.pivot_positions.items():
+            if abs(angle - self._measured[-1]) < PIVOT_TOLERANCE:
+                return state
+        return PivotState.MOVING
+
+    @property
+    def tip(self) -> Array:
+        """``T_world_tip`` (4, 4), measured, with the pivot where it really is."""
+        tool = self.robot.tool
+        return self.engine.pose(ROBOT, tool.cup_link) @ tool.T_cup_tip
+
+    @property
+    def held(self) -> str | None:
+        """Id of the item in the cup."""
+        return self.suction.held
+
+    def placed(self, item_id: str) -> PlacedItem:
+        """One item as it stands now, with its present location."""
+        before = self.scene.find(item_id)
+        T = self.engine.pose(item_id)
+        return replace(before, T_world_item=T, location=location_of(self.scene, before.item, T))
+
+    def now(self) -> Scene:
+        """The scene as it stands now, without the item that is held."""
+        items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
+        return replace(self.scene, items=items)
+
+
+def add_statics(engine: Engine, scene: Scene) -> None:
+    """Pod (where it really stands), tote and obstacles: one body per box."""
+    for body in scene.cell.pod.bodies:
+        engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
+    for body in scene.cell.tote.bodies:
+        engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
+    for body in scene.cell.obstacles.bodies:
+        engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])
