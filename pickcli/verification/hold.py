@@ -1,0 +1,139 @@
+"""The grasp: the cup meets the item where the plan says, seals inside a face, and holds on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import Tool
+from pickcli.cell.scene import Scene
+from pickcli.cell.shapes import ShapeKind
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse, rotation_angle
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.arm import link_poses, tip_poses
+
+ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
+ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
+TURNED = np.radians(1.0)
+ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal
+GRAVITY = 9.81  # m/s^2
+STEP = 1e-3  # s
+
+
+def check_hold(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+    """All that concerns the cup and the item; () for a plan without a grasp."""
+    if plan.grasp is None:
+        return ()
+    grasp, item = plan.grasp, scene.find(plan.grasp.item).item
+    reasons = list(_seal(grasp, item, scene.cell.robot.tool))
+    for k, segment in enumerate(plan.segments):
+        if segment.kind is SegmentKind.CONTACT:
+            if segment.pivot is not grasp.pivot:
+                reasons.append(
+                    Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.pivot}")
+                )
+            reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
+    if not item.suction:
+        reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
+    return (*reasons, *_holds(plan, scene, grasp, item))
+
+
+def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
+    """The tip lies on the surface, points inwards, and the whole cup is inside the face."""
+    tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
+    off, normal, room = _face_at(item, tip)
+    if abs(off) > ON_SURFACE:
+        yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
+    if axis @ -normal < np.cos(ON_NORMAL):
+        yield Reason(
+            "cup not square on the face", grasp.item, f"{np.degrees(np.arccos(axis @ -normal)):.1f} deg"
+        )
+    inset = tool.cup_radius + item.seal_inset
+    if room < inset - 1e-6:
+        yield Reason(
+            "cup beyond the edge", grasp.item, f"{room * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+        )
+
+
+def _face_at(item: Item, p: Array) -> tuple[float, Array, float]:
+    """Of the face nearest to a point (3,): height of the point over it, its normal, room to its edge, m."""
+    shape, half = item.shape, item.shape.extents / 2
+    if shape.kind is ShapeKind.SPHERE:
+        r = float(np.linalg.norm(p))
+        return r - shape.size[0], p / max(r, 1e-9), np.inf
+    if shape.kind is ShapeKind.BOX:
+        axis = int(np.argmax(np.abs(p) - half))
+        normal = np.sign(p[axis]) * np.eye(3)[axis]
+        return float(abs(p[axis]) - half[axis]), normal, float(np.delete(half - np.abs(p), axis).min())
+    radius, length = shape.size
+    r = float(np.hypot(p[0], p[1]))
+    if abs(p[2]) - length / 2 > r - radius:  # an end
+        return float(abs(p[2]) - length / 2), np.array([0.0, 0.0, np.sign(p[2])]), radius - r
+    return r - radius, np.array([p[0], p[1], 0.0]) / max(r, 1e-9), float(length / 2 - abs(p[2]))
+
+
+def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
+    """At the end of contact the tip is where the grasp says, pressed on by what noise and bellows allow."""
+    robot = scene.cell.robot
+    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.pivot)[0]
+    wanted = scene.find(grasp.item).T_world_item @ grasp.T_item_tip
+    off = inverse(wanted) @ tip
+    aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
+    most = scene.noise.bound(scene.find(grasp.item).item) + robot.tool.cup_stroke
+    if not -ON_SURFACE <= pressed <= most:
+        yield Reason(
+            "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"
+        )
+    if aside > ASIDE or rotation_angle(off[:3, :3]) > TURNED:
+        turned = np.degrees(rotation_angle(off[:3, :3]))
+        yield Reason("misses the item", where, f"{aside * 1e3:.1f} mm aside, turned {turned:.1f} deg")
+
+
+def _holds(plan: Plan, scene: Scene, grasp: Grasp, item: Item) -> Iterator[Reason]:
+    """Pull, shear and moment at the cup, at every millisecond that the item is carried."""
+    held = [segment for segment in plan.segments if segment.held is not None]
+    if not held:
+        return
+    t_start, t_end = held[0].t_start, held[-1].t_end
+    times = np.linspace(t_start, t_end, int(np.ceil((t_end - t_start) / STEP)) + 1)
+    tips = _tips(plan, scene, times)
+    p_tip_com = inverse(grasp.T_item_tip)[:3, 3]
+    accelerations = _accelerations(plan, scene, times, p_tip_com)
+    force = item.mass * (accelerations + np.array([0.0, 0.0, GRAVITY]))
+    local = np.einsum("tji,tj->ti", tips[:, :3, :3], force)  # what the cup exerts, in the tool frame
+    tool = scene.cell.robot.tool
+    loads = (
+        ("pull", np.maximum(0.0, -local[:, 2]), tool.max_pull, "N"),
+        ("shear", np.linalg.norm(local[:, :2], axis=1), tool.max_shear, "N"),
+        ("moment", np.linalg.norm(np.cross(p_tip_com, local)[:, :2], axis=1), tool.max_moment, "Nm"),
+    )
+    for name, values, limit, unit in loads:
+        i = int(np.argmax(values))
+        if values[i] > limit:
+            at = f"{values[i]:.2f} {unit} at {times[i]:.3f} s, the cup holds {limit}"
+            yield Reason("does not hold", f"{grasp.item}, {name}", at)
+
+
+def _tips(plan: Plan, scene: Scene, times: Array) -> Array:
+    """Tool poses (T, 4, 4) with the pivot state of each time's segment."""
+    robot = scene.cell.robot
+    links = link_poses(robot, plan.trajectory.sample(times))
+    tips = np.empty((len(times), 4, 4))
+    for segment in plan.segments:
+        now = (times >= segment.t_start - 1e-9) & (times <= segment.t_end + 1e-9)
+        tips[now] = tip_poses(robot, links[:, now], segment.pivot)
+    return tips
+
+
+def _accelerations(plan: Plan, scene: Scene, times: Array, p_tip: Array) -> Array:
+    """Acceleration (T, 3) in the world of a point (3,) of the tool frame, by central differences."""
+    inside = np.clip(times, STEP, plan.trajectory.duration - STEP)
+    before, now, after = (
+        tips[:, :3, :3] @ p_tip + tips[:, :3, 3]
+        for tips in (_tips(plan, scene, inside + d) for d in (-STEP, 0.0, STEP))
+    )
+    return np.asarray((before - 2 * now + after) / STEP**2)

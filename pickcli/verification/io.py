@@ -1,0 +1,170 @@
+"""I/O events: they resolve to the stated times, come in an order that works, and fit the pivot states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.errors import Reason
+from pickcli.motion.event import AnchorKind, Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.verification.arm import link_poses, tip_poses
+
+TIME_TOLERANCE = 1e-6  # s
+WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
+VALVE_EARLY = 0.3  # s before contact begins; earlier, the vacuum leaks away and light items are dragged
+AT_RELEASE = 0.1  # s around the end of the last segment that holds
+
+
+def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+    """All events of the plan against its motion and the cell's devices."""
+    reasons = [*_resolved(plan, scene)]
+    if not reasons:
+        reasons = [*_order(plan, scene), *_pivot(plan, scene)]
+    return tuple(reasons)
+
+
+def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Device, lead and both times of every event."""
+    for i, event in enumerate(plan.events):
+        where = f"event {i} ({event.device} {event.action})"
+        device = scene.cell.devices.get(event.device)
+        if device is None or event.action not in device.actions:
+            yield Reason("unknown device or action", where, "the cell has no such")
+        elif event.lead != device.lead:
+            yield Reason("wrong lead", where, f"{event.lead} s, the device needs {device.lead} s")
+        elif event.t_anchor is None or event.t_trigger is None:
+            yield Reason("not resolved", where, "an event needs its times before it may run")
+        elif abs(event.t_trigger - (event.t_anchor - event.lead)) > TIME_TOLERANCE:
+            expected = event.t_anchor - event.lead
+            yield Reason(
+                "wrong trigger", where, f"at {event.t_trigger:.3f} s, anchor less lead is {expected:.3f} s"
+            )
+        elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
+            yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
+        else:
+            yield from _anchored(plan, scene, event, where)
+
+
+def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Reason]:
+    """The anchor's place is passed at ``t_anchor``."""
+    assert event.t_anchor is not None
+    anchor, segment = event.anchor, plan.segments[event.anchor.segment]
+    if anchor.kind is AnchorKind.ARC_LENGTH:
+        way = _way(plan, scene, segment, event.t_anchor)
+        if abs(way - anchor.offset) > WAY_TOLERANCE:
+            yield Reason(
+                "wrong anchor time", where, f"{way * 1e3:.1f} mm of way, {anchor.offset * 1e3:.1f} stated"
+            )
+        return
+    start = segment.t_end if anchor.kind is AnchorKind.SEGMENT_END else segment.t_start
+    if abs(event.t_anchor - (start + anchor.offset)) > TIME_TOLERANCE:
+        yield Reason(
+            "wrong anchor time", where, f"{event.t_anchor:.3f} s, resolves to {start + anchor.offset:.3f} s"
+        )
+
+
+def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
+    """Way of the tool in m from a segment's start to a time; negative before it."""
+    a, b = sorted((segment.t_start, t))
+    times = np.linspace(a, b, max(2, int(np.ceil((b - a) * 1e3)) + 1))
+    robot = scene.cell.robot
+    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), segment.pivot)[:, :3, 3]
+    way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
+    return way if t >= segment.t_start else -way
+
+
+def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Vacuum before contact ends, sensor while holding, air again at the release."""
+    contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
+    held = [s for s in plan.segments if s.held is not None]
+    is_released = bool(held) and plan.segments[-1].held is None
+    find = _finder(plan, scene)
+    if contact is not None:
+        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, contact.t_end)
+        early = contact.t_start - VALVE_EARLY
+        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), early, contact.t_end)
+        lift_end = next((s.t_start for s in held if s.kind is not SegmentKind.LIFT), held[-1].t_end)
+        yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
+    if is_released:
+        t = held[-1].t_end
+        yield from _needed("valve off", find(DeviceKind.VALVE, "off"), t - AT_RELEASE, t + AT_RELEASE)
+    for event in find(DeviceKind.VALVE, "off") + find(DeviceKind.PUMP, "off"):
+        # t_trigger: what is switched off starts to leak at once.
+        if (
+            held
+            and event.t_trigger is not None
+            and held[0].t_start < event.t_trigger < held[-1].t_end - AT_RELEASE
+        ):
+            yield Reason(
+                "vacuum lost", f"{event.device} off", f"at {event.t_trigger:.3f} s the item is still held"
+            )
+
+
+def _finder(plan: Plan, scene: Scene) -> Callable[[DeviceKind, str], list[Event]]:
+    def find(kind: DeviceKind, action: str) -> list[Event]:
+        return [e for e in plan.events if scene.cell.devices[e.device].kind is kind and e.action == action]
+
+    return find
+
+
+def _needed(what: str, events: Sequence[Event], earliest: float, latest: float) -> Iterator[Reason]:
+    """Exactly one event whose effect is complete between two times."""
+    times = [event.t_anchor for event in events if event.t_anchor is not None]
+    if len(times) != 1:
+        yield Reason(
+            "event missing" if not times else "event twice", what, f"{len(times)} of them, needs one"
+        )
+    elif not earliest - TIME_TOLERANCE <= times[0] <= latest + TIME_TOLERANCE:
+        yield Reason(
+            "event at the wrong time", what, f"{times[0]:.3f} s, needs {earliest:.3f}..{latest:.3f} s"
+        )
+
+
+def _pivot(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """Segments say what the cup does; commands must make it so, at rest in the hand."""
+    find = _finder(plan, scene)
+    moves = sorted(
+        (e.t_trigger, e.t_anchor, PivotState(e.action))
+        for action in (PivotState.STRAIGHT, PivotState.DOWN)
+        for e in find(DeviceKind.PIVOT, action)
+        if e.t_trigger is not None and e.t_anchor is not None
+    )
+    for k, segment in enumerate(plan.segments):
+        where = f"segment {k} ({segment.kind})"
+        if segment.pivot is PivotState.MOVING:
+            if segment.held is not None:
+                yield Reason("pivots while holding", where, "the load on the cup would not be known")
+            continue
+        yield from _still(segment, moves, where)
+    yield from _changes(plan, moves)
+
+
+def _still(
+    segment: Segment, moves: Sequence[tuple[float, float, PivotState]], where: str
+) -> Iterator[Reason]:
+    """No command moves the cup while a segment counts on its state."""
+    for trigger, anchor, state in moves:
+        if trigger < segment.t_end - TIME_TOLERANCE and anchor > segment.t_start + TIME_TOLERANCE:
+            yield Reason("wrong pivot", where, f"moves to {state} from {trigger:.3f} to {anchor:.3f} s")
+
+
+def _changes(plan: Plan, moves: Sequence[tuple[float, float, PivotState]]) -> Iterator[Reason]:
+    """From one resting state to the next there is exactly what the commands in between make of it."""
+    resting = [(k, s) for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING]
+    for (_, before), (k, after) in pairwise(resting):
+        between = [
+            m
+            for m in moves
+            if before.t_end - TIME_TOLERANCE <= m[0] and m[1] <= after.t_start + TIME_TOLERANCE
+        ]
+        reached = between[-1][2] if between else before.pivot
+        if reached is not after.pivot:
+            where = f"segment {k} ({after.kind})"
+            yield Reason("wrong pivot", where, f"stated {after.pivot}, the commands leave it {reached}")

@@ -1,0 +1,143 @@
+"""What moves and what stands: the solids of robot and held item, and of the world, in each segment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.scene import Scene
+from pickcli.cell.shapes import Body, Shape
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Grasp
+from pickcli.motion.segment import Segment
+from pickcli.verification.arm import T_lance_cup, pivot_angle, pivot_index, reaches
+from pickcli.verification.solids import Balls, Solid, cover
+
+SWEEP_STEP = 0.002  # m that a point moves between two checked positions of the pivoting cup
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One solid of the robot, or the held item.
+
+    The cup and what it holds are posed in the link that carries the pivot, at the angle they stand at;
+    while the cup pivots there is one part for each of many angles, and ``slack`` covers the ones between.
+    """
+
+    name: str  # link name, or id of the held item
+    link: int  # index of the link it is fixed to
+    T_link_shape: Array  # (4, 4)
+    shape: Shape
+    solid: Solid
+    balls: Balls
+    reach: Array  # (n,) m per unit of each joint, see arm.reaches
+    slack: float = 0.0  # m
+    is_cup: bool = False
+    is_held: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Fixture:
+    """One solid of the world that stands still."""
+
+    name: str  # body name or item id
+    T_world_shape: Array  # (4, 4)
+    shape: Shape
+    solid: Solid
+
+
+def fixtures(scene: Scene) -> tuple[Fixture, ...]:
+    """Pod where it really stands, tote, obstacles, and items grown by what their poses may be off."""
+    cell = scene.cell
+    found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in cell.pod.bodies]
+    found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
+    for placed in scene.items:
+        shape = placed.item.shape.inflated(scene.noise.bound(placed.item))
+        found.append(_fixture(placed.id, placed.T_world_item, shape))
+    return tuple(found)
+
+
+def _fixture(name: str, T: Array, shape: Shape) -> Fixture:
+    solid = Solid(shape)
+    solid.place(T)
+    return Fixture(name, T, shape, solid)
+
+
+def parts(scene: Scene, segment: Segment, grasp: Grasp | None) -> tuple[Part, ...]:
+    """Everything that the arm moves in a segment."""
+    robot = scene.cell.robot
+    cup = pivot_index(robot) + 1
+    found = [
+        _part(robot, link.name, i, body.T_parent_shape, body.shape)
+        for i, link in enumerate(robot.links)
+        if i < cup
+        for body in link.shapes
+    ]
+    hanging = [(b, False) for b in robot.links[cup].shapes]
+    if segment.held is not None and grasp is not None:
+        hanging.append((held_body(scene, segment.held, grasp), True))
+    for body, is_held in hanging:
+        found += _pivoted(robot, segment.pivot, body, is_held)
+    return tuple(found)
+
+
+def farthest(moving: tuple[Part, ...]) -> Array:
+    """(n,) m per unit of each joint, of whatever reaches farthest."""
+    return np.asarray(np.max([part.reach for part in moving], axis=0))
+
+
+def held_body(scene: Scene, item_id: str, grasp: Grasp) -> Body:
+    """The held item in the cup link, grown by its uncertainty."""
+    item = scene.find(item_id).item
+    T_cup_item = scene.cell.robot.tool.T_cup_tip @ inverse(grasp.T_item_tip)
+    return Body(item_id, item.shape.inflated(scene.noise.bound(item)), T_cup_item)
+
+
+def _pivoted(robot: Robot, pivot: PivotState, body: Body, is_held: bool) -> list[Part]:
+    """A body in the cup link as parts of the link before it: one, or many where the cup pivots."""
+    lance = pivot_index(robot)
+    name = body.name if is_held else robot.links[lance + 1].name
+    angles, slack = [pivot_angle(robot, pivot)], 0.0
+    if pivot is PivotState.MOVING:
+        positions = robot.tool.pivot_positions
+        way = abs(positions[PivotState.DOWN] - positions[PivotState.STRAIGHT])
+        radius = _radius(body.T_parent_shape, body.shape)
+        n = int(np.ceil(way * radius / SWEEP_STEP)) + 1
+        angles = list(np.linspace(positions[PivotState.STRAIGHT], positions[PivotState.DOWN], n))
+        slack = way / (n - 1) * radius / 2
+    return [
+        _part(
+            robot,
+            name,
+            lance,
+            T_lance_cup(robot, angle) @ body.T_parent_shape,
+            body.shape,
+            slack,
+            not is_held,
+            is_held,
+        )
+        for angle in angles
+    ]
+
+
+def _part(
+    robot: Robot,
+    name: str,
+    link: int,
+    T: Array,
+    shape: Shape,
+    slack: float = 0.0,
+    is_cup: bool = False,
+    is_held: bool = False,
+) -> Part:
+    reach = reaches(robot, link, _radius(T, shape))
+    return Part(name, link, T, shape, Solid(shape), cover(shape), reach, slack, is_cup, is_held)
+
+
+def _radius(T: Array, shape: Shape) -> float:
+    """Greatest distance in m of a point of the posed shape from the frame it stands in."""
+    balls = cover(shape)
+    centers = balls.centers @ T[:3, :3].T + T[:3, 3]
+    return float(np.linalg.norm(centers, axis=1).max()) + balls.radius

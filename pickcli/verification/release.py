@@ -1,0 +1,62 @@
+"""Where the item is let go: inside the tote's walls and below the drop limit of the rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.cell.scene import Scene
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.verification.arm import link_poses, tip_poses
+
+DROP_LIMIT = 0.3  # m from the item's bottom to the tote's floor (rules of 2016)
+
+
+def check_release(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+    """() where nothing is released."""
+    if plan.grasp is None:
+        return ()
+    ends = zip(plan.segments, plan.segments[1:], strict=False)
+    releases = [a for a, b in ends if a.held is not None and b.held is None]
+    if plan.segments[-1].held is None and not releases:
+        return (Reason("never released", plan.grasp.item, "the item is not brought to the tote"),)
+    robot = scene.cell.robot
+    return tuple(
+        reason
+        for segment in releases
+        for reason in _inside(
+            scene,
+            plan.grasp,
+            tip_poses(robot, link_poses(robot, plan.trajectory.sample(segment.t_end)), segment.pivot)[0],
+        )
+    )
+
+
+def _inside(scene: Scene, grasp: Grasp, T_world_tip: Array) -> Iterator[Reason]:
+    tote = scene.cell.tote
+    T = inverse(tote.T_world_tote) @ T_world_tip @ inverse(grasp.T_item_tip)
+    reach = extent_along_axes(scene.find(grasp.item).item.shape, T[:3, :3])
+    low, high = T[:3, 3] - reach, T[:3, 3] + reach
+    half = np.array(tote.inner[:2]) / 2
+    beyond = float(np.maximum(high[:2] - half, -half - low[:2]).max())
+    if beyond > 0.0:
+        yield Reason("released beyond the tote's walls", grasp.item, f"by {beyond * 1e3:.0f} mm")
+    if low[2] > DROP_LIMIT:
+        yield Reason(
+            "released too high", grasp.item, f"{low[2]:.3f} m over the floor, the limit is {DROP_LIMIT}"
+        )
+
+
+def extent_along_axes(shape: Shape, R: Array) -> Array:
+    """Half extents (3,) in m of a shape turned by R (3, 3), along the axes it is turned in."""
+    if shape.kind is ShapeKind.BOX:
+        return np.asarray(np.abs(R) @ (np.array(shape.size) / 2))
+    if shape.kind is ShapeKind.SPHERE:
+        return np.full(3, shape.size[0])
+    radius, length = shape.size
+    along = np.abs(R[:, 2])
+    return np.asarray(length / 2 * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)))

@@ -1,0 +1,74 @@
+"""Exact shapes by python-fcl, and a quick lower bound of their distances. The only file that knows fcl."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array
+
+MAX_BALLS = 12
+
+
+class Solid:
+    """A shape that fcl can pose and measure. Its frame is the shape's own."""
+
+    def __init__(self, shape: Shape) -> None:
+        self._object = fcl.CollisionObject(_geometry(shape), fcl.Transform())
+
+    def place(self, T_world_shape: Array) -> None:
+        """Put the solid at a pose (4, 4)."""
+        self._object.setTransform(fcl.Transform(T_world_shape[:3, :3], T_world_shape[:3, 3]))
+
+    def distance(self, other: Solid) -> float:
+        """Distance in m to another solid; 0 when they touch or overlap."""
+        return max(0.0, float(fcl.distance(self._object, other._object)))
+
+    def depth(self, other: Solid) -> float:
+        """How deep, in m, the two overlap; 0 when they do not."""
+        request = fcl.CollisionRequest(num_max_contacts=8, enable_contact=True)
+        result = fcl.CollisionResult()
+        fcl.collide(self._object, other._object, request, result)
+        return max((abs(float(c.penetration_depth)) for c in result.contacts), default=0.0)
+
+
+def _geometry(shape: Shape) -> object:
+    if shape.kind is ShapeKind.BOX:
+        return fcl.Box(*shape.size)
+    if shape.kind is ShapeKind.CYLINDER:
+        return fcl.Cylinder(*shape.size)
+    return fcl.Sphere(*shape.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """Balls whose union contains a shape."""
+
+    centers: Array  # (K, 3) in the shape's frame
+    radius: float  # m
+
+
+def cover(shape: Shape) -> Balls:
+    """Balls in a row along the longest side of the shape's box."""
+    extents = shape.extents
+    axis = int(np.argmax(extents))
+    across = float(np.linalg.norm(np.delete(extents, axis)))
+    if shape.kind is ShapeKind.SPHERE:
+        return Balls(np.zeros((1, 3)), shape.size[0])
+    if shape.kind is ShapeKind.CYLINDER and axis == 2:
+        across = 2 * shape.size[0]
+    n = int(np.clip(np.ceil(extents[axis] / max(across, 0.02)), 1, MAX_BALLS))
+    piece = extents[axis] / n
+    centers = np.zeros((n, 3))
+    centers[:, axis] = (np.arange(n) + 0.5) * piece - extents[axis] / 2
+    return Balls(centers, float(np.hypot(piece, across)) / 2)
+
+
+def distances_to_boxes(points: Array, T_world_box: Array, half: Array) -> Array:
+    """Distances (P, B) in m of points (P, 3) from boxes (B, 4, 4) with half extents (B, 3); 0 inside."""
+    local = (points[:, None] - T_world_box[:, :3, 3])[:, :, None, :] @ T_world_box[:, :3, :3]
+    outside = np.maximum(0.0, np.abs(local[:, :, 0]) - half)
+    return np.asarray(np.sqrt(np.einsum("pbk,pbk->pb", outside, outside)))

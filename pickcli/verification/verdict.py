@@ -1,0 +1,21 @@
+"""What the verifier answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.errors import Reason
+from pickcli.motion.plan import Certificate
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Either a certificate and no reasons, or no certificate and every reason that was found."""
+
+    certificate: Certificate | None
+    reasons: tuple[Reason, ...]
+
+    @property
+    def is_accepted(self) -> bool:
+        """Whether the plan may be executed."""
+        return self.certificate is not None

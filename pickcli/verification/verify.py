@@ -1,0 +1,103 @@
+"""The second opinion: may this plan be executed in this scene?
+
+It shares with the planner what a cell, a scene and a plan are, and nothing else: kinematics, shapes,
+distances and limits are computed here by other means. See docs/verification.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.scene import Scene
+from pickcli.cell.scene_file import scene_hash
+from pickcli.errors import Reason, RejectedError, StaleError
+from pickcli.motion.plan import Certificate, Plan
+from pickcli.motion.plan_file import motion_hash
+from pickcli.verification.clearance import check_clearance
+from pickcli.verification.hold import check_hold
+from pickcli.verification.io import check_io
+from pickcli.verification.limits import check_limits
+from pickcli.verification.lines import check_lines
+from pickcli.verification.parts import farthest, parts
+from pickcli.verification.release import check_release
+from pickcli.verification.states import MAX_STEP, States, sample_states
+from pickcli.verification.structure import check_structure
+from pickcli.verification.verdict import Verdict
+
+CHECKS = (
+    "structure: names, times, contiguous segments, the item held from contact to release",
+    "clearance: arm, tool and held item against world and themselves, exact shapes, proven between states",
+    "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
+    "lines: straight where stated, contact along the tool axis at the tool's speed",
+    "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
+    "events: anchors, leads, order, pivot states",
+    "release: inside the tote's walls, below the drop limit",
+)
+
+
+def verify(plan: Plan, scene: Scene) -> Verdict:
+    """Check a plan against the scene it is to be executed in.
+
+    Returns a certificate, or every reason against the plan. Raises StaleError when the plan was made for
+    another cell or another scene: then nothing can be said about it.
+    """
+    digest = _same_world(plan, scene)
+    reasons = check_structure(plan, scene)
+    if reasons:
+        return Verdict(None, reasons)
+    states = _states(plan, scene)
+    if states.max_step > MAX_STEP * 1.001:
+        return Verdict(
+            None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
+        )
+    ratios = check_limits(plan, scene)
+    clearance = check_clearance(plan, scene, states)
+    reasons = (
+        *ratios.reasons,
+        *clearance.reasons,
+        *check_lines(plan, scene.cell.robot, states),
+        *check_hold(plan, scene),
+        *check_io(plan, scene),
+        *check_release(plan, scene),
+    )
+    if reasons:
+        return Verdict(None, reasons)
+    certificate = Certificate(
+        motion_hash=motion_hash(plan),
+        scene_hash=digest,
+        cell_fingerprint=scene.cell.fingerprint,
+        n_states=len(states.times),
+        max_step=states.max_step,
+        min_clearance=clearance.minimum,
+        max_velocity_ratio=ratios.velocity,
+        max_acceleration_ratio=ratios.acceleration,
+        max_jerk_ratio=ratios.jerk,
+        checks=CHECKS,
+    )
+    return Verdict(certificate, ())
+
+
+def certify(plan: Plan, scene: Scene) -> Plan:
+    """The plan with its certificate. Raises RejectedError with all reasons, or StaleError."""
+    verdict = verify(plan, scene)
+    if verdict.certificate is None:
+        raise RejectedError(f"{plan.query}: rejected: " + "; ".join(map(str, verdict.reasons)))
+    return replace(plan, certificate=verdict.certificate)
+
+
+def _same_world(plan: Plan, scene: Scene) -> str:
+    """The scene's hash, if cell and scene are those of the plan."""
+    digest = scene_hash(scene)
+    pairs = (("cell", plan.cell_fingerprint, scene.cell.fingerprint), ("scene", plan.scene_hash, digest))
+    for name, made_for, here in pairs:
+        if made_for != here:
+            raise StaleError(f"the plan was made for the {name} {made_for}, this is {here}; plan it anew")
+    return digest
+
+
+def _states(plan: Plan, scene: Scene) -> States:
+    reach = np.max([farthest(parts(scene, s, plan.grasp)) for s in plan.segments], axis=0)
+    ends = np.array([t for s in plan.segments for t in (s.t_start, s.t_end)])
+    return sample_states(scene.cell.robot, plan.trajectory, ends, reach)
