@@ -1,0 +1,104 @@
+"""A crew without physics: plans are empty motions, executions follow a script per item."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array, pose
+from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.trajectory import Trajectory
+from pickcli.trial.order import Order
+from pickcli.trial.ports import Crew, Execution
+from pickcli.verification.verdict import Verdict
+
+DURATION = 10.0  # s of every fake motion
+
+
+def scene_of(order: Order, cell: Cell) -> Scene:
+    """All items of an order at the middle of their bins."""
+    items, seen = [], dict[str, int]()
+    for bin_name, names in order.bin_contents.items():
+        for name in names:
+            seen[name] = seen.get(name, 0) + 1
+            item_id = name if seen[name] == 1 else f"{name}#{seen[name]}"
+            T = cell.pod.bins[bin_name].T_pod_bin @ pose((0.2, 0.0, 0.05))
+            items.append(PlacedItem(item_id, cell.item(name, order.year), bin_name, T))
+    return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
+
+
+@dataclass
+class FakeCrew:
+    """Plans and executes by script. What is not scripted works.
+
+    no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
+    executions: per item, what its executions are, one after the other; then it is delivered
+    """
+
+    scene: Scene
+    no_plan: frozenset[str] = frozenset()
+    rejects: frozenset[str] = frozenset()
+    executions: dict[str, list[Execution]] = field(default_factory=dict)
+    duration: float = DURATION
+    held: str | None = None
+    planned: list[tuple[str, int, tuple[Grasp, ...]]] = field(default_factory=list)  # item, seed, excluded
+    perceived: list[Scene] = field(default_factory=list)
+    executed: list[Plan] = field(default_factory=list)
+    q: Array = field(default_factory=lambda: np.zeros(8))
+    pivot: PivotState = PivotState.STRAIGHT
+
+    def crew(self) -> Crew:
+        """This fake in all four roles."""
+        return Crew(self.plan, self.recover, self.verify, self)
+
+    def now(self) -> Scene:
+        return self.scene if self.held is None else self.scene.without(self.held)
+
+    def plan(self, scene: Scene, bin_name: str, item: str, q: Array, pivot: PivotState, seed: int,
+             exclude: Sequence[Grasp]) -> Plan:  # fmt: skip
+        self.perceived.append(scene)
+        self.planned.append((item, seed, tuple(exclude)))
+        if item in self.no_plan:
+            raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
+        grasp = Grasp(
+            item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), 0.0, 0.0, 0.0
+        )
+        return self._motion(f"pick {item}", seed, grasp)
+
+    def recover(self, scene: Scene, q: Array, pivot: PivotState, held: str | None, seed: int) -> Plan:
+        if "recover" in self.no_plan:
+            raise NoPlanError("the way out", [Reason("collision", "retreat", "")])
+        return self._motion("recover", seed, None)
+
+    def verify(self, plan: Plan, scene: Scene) -> Verdict:
+        if any(word in plan.query for word in self.rejects):
+            return Verdict(None, (Reason("clearance", "lift", "1 mm to bin_A"),))
+        return Verdict(Certificate("m", "s", "c", 1, 0.005, 0.01, 0.5, 0.5, 0.5, ("clearance",)), ())
+
+    def execute(self, plan: Plan) -> Execution:
+        assert plan.certificate is not None, "nothing uncertified may be executed"
+        self.executed.append(plan)
+        if plan.grasp is None:
+            self.held = None
+            return Execution(self.duration)
+        script = self.executions.get(plan.grasp.item, [])
+        if script:
+            return script.pop(0)
+        self.put(plan.grasp.item, TOTE)
+        return Execution(self.duration, has_item=True)
+
+    def put(self, item: str, location: str) -> None:
+        """An item gets elsewhere."""
+        self.scene = self.scene.moved(replace(self.scene.find(item), location=location))
+
+    def _motion(self, query: str, seed: int, grasp: Grasp | None) -> Plan:
+        zeros = np.zeros((2, 8))
+        names = ("rail", "s", "l", "e", "u", "r", "b", "t")
+        trajectory = Trajectory(names, np.array([0.0, self.duration]), zeros, zeros, zeros)
+        return Plan(query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0})

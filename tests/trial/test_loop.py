@@ -1,0 +1,221 @@
+"""The trial loop's promises, played with a crew without physics."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from fake_crew import DURATION, FakeCrew, scene_of
+from order_builders import pick_order
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.errors import InputError
+from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.loop import TrialSettings, run_trial
+from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.ports import Execution
+from pickcli.trial.record import record_text, trial_record
+from pickcli.trial.report import rows, summary
+from pickcli.trial.result import Outcome, TrialResult
+from pickcli.trial.score import Drop
+from pickcli.trial.strategy import PLANNING_CHARGE
+
+ORDER = pick_order(
+    {
+        "bin_A": ("crayola_24_ct", "crayola_24_ct"),
+        "bin_B": ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape"),
+        "bin_C": ("dasani_water_bottle",),
+        "bin_D": ("fitness_gear_3lb_dumbbell",),
+    },
+    ("bin_A", "crayola_24_ct"),
+    ("bin_B", "scotch_duct_tape"),
+    ("bin_C", "dasani_water_bottle"),
+    ("bin_D", "fitness_gear_3lb_dumbbell"),
+)
+LOST = Execution(4.0, stopped="vacuum lost in retreat", has_item=False)
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return load_cell("apc2016_delft")
+
+
+def play(fake: FakeCrew, order: Order = ORDER, **settings: object) -> TrialResult:
+    return run_trial(order, fake.crew(), TrialSettings(**settings))  # type: ignore[arg-type]
+
+
+def outcomes(result: TrialResult) -> dict[str, Outcome]:
+    return {t.target.item: t.outcome for t in result.targets}
+
+
+def test_when_everything_works_the_score_is_the_maximum(cell: Cell) -> None:
+    result = play(FakeCrew(scene_of(ORDER, cell)))
+    assert result.score.total == result.score.maximum
+    assert result.items_in_tote == 4
+    assert result.is_clean
+    assert [t.target for t in result.targets] == list(ORDER.work_order)
+
+
+def test_the_richest_target_comes_first_and_what_cannot_be_held_last(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell))
+    play(fake)
+    items = [item for item, _, _ in fake.planned]
+    assert items[0] == "scotch_duct_tape"  # 15 + 1 points; the slow bottle gives 12
+    assert items[-1] == "fitness_gear_3lb_dumbbell"
+
+
+def test_lost_vacuum_is_recovered_and_retried_once_with_another_grasp(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+    tries = [(seed, exclude) for item, seed, exclude in fake.planned if item == "scotch_duct_tape"]
+    assert len(tries) == 2
+    assert tries[0][0] != tries[1][0]
+    assert [len(exclude) for _, exclude in tries] == [0, 1]
+    queries = [plan.query for plan in fake.executed]
+    assert queries[queries.index("pick scotch_duct_tape") + 1] == "recover"
+    first = next(a for a in result.attempts if a.item == "scotch_duct_tape")
+    assert first.outcome is Outcome.NOT_PICKED
+    assert "vacuum lost in retreat" in first.reason and "bin_B" in first.reason
+
+
+def test_there_is_no_third_attempt(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 5})
+    result = play(fake)
+    assert [item for item, _, _ in fake.planned].count("scotch_duct_tape") == 2
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.NOT_PICKED
+
+
+def test_no_plan_is_an_outcome_with_its_reason(cell: Cell) -> None:
+    result = play(FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"dasani_water_bottle"})))
+    missed = next(t for t in result.targets if t.outcome is Outcome.NO_PLAN)
+    assert missed.target.item == "dasani_water_bottle"
+    assert "does not hold" in missed.reason
+    assert result.items_in_tote == 3 and result.is_clean
+
+
+def test_what_the_tool_cannot_hold_is_asked_once(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"}))
+    play(fake)
+    assert [item for item, _, _ in fake.planned].count("fitness_gear_3lb_dumbbell") == 1
+
+
+def test_a_rejected_plan_is_never_executed(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), rejects=frozenset({"scotch_duct_tape"}))
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.REJECTED
+    assert not any("scotch_duct_tape" in plan.query for plan in fake.executed)
+    assert all(plan.certificate is not None for plan in fake.executed)
+
+
+@pytest.mark.parametrize("fault", ["no_plan", "rejects"])
+def test_an_arm_that_cannot_be_brought_out_aborts_the_trial(cell: Cell, fault: str) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    result = play(replace(fake, **{fault: frozenset({"recover"})}))
+    assert "cannot be brought out" in result.aborted or "not certified" in result.aborted
+    assert not result.is_clean
+    assert len(result.attempts) == 1
+    assert len(result.targets) == len(ORDER.work_order)
+    assert {t.outcome for t in result.targets} == {Outcome.NOT_PICKED, Outcome.NO_TIME}
+
+
+@pytest.mark.parametrize("n_fits", [0, 1, 2])
+def test_nothing_is_executed_past_the_time_limit(cell: Cell, n_fits: int) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell))
+    limit = n_fits * (DURATION + PLANNING_CHARGE) + 0.9 * DURATION
+    result = play(fake, time_limit=limit)
+    assert result.items_in_tote == n_fits == len(fake.executed)
+    assert result.clock <= limit
+    assert all(t.reason for t in result.targets if t.outcome is Outcome.NO_TIME)
+
+
+def test_the_clock_is_simulated_time_plus_planning_calls(cell: Cell) -> None:
+    result = play(FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"})))
+    assert result.simulated == pytest.approx(3 * DURATION)
+    assert result.clock == pytest.approx(3 * DURATION + 4 * PLANNING_CHARGE)
+
+
+def test_planning_sees_noise_and_its_bound_never_the_truth(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell))
+    play(fake)
+    truth = scene_of(ORDER, cell)
+    for seen in fake.perceived:
+        assert seen.noise.position > 0.0 and seen.noise.angle > 0.0
+        assert all(
+            (a.T_world_item != b.T_world_item).any() for a, b in zip(seen.items, truth.items, strict=True)
+        )
+
+
+def test_a_fallen_item_is_missing_and_costs_points(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell))
+    dropped = Execution(4.0, stopped="vacuum lost in transfer", has_item=True,
+                        drops=(Drop("scotch_duct_tape", 1.2),))  # fmt: skip
+    fake.executions["scotch_duct_tape"] = [dropped]
+    execute = fake.execute
+
+    def execute_and_drop(plan):  # type: ignore[no-untyped-def]
+        done = execute(plan)
+        if done is dropped:
+            fake.put("scotch_duct_tape", OUTSIDE)
+        return done
+
+    fake.execute = execute_and_drop  # type: ignore[method-assign]
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.MISSING
+    assert [a.outcome for a in result.attempts if a.target.bin == "bin_B"] == [Outcome.LOST, Outcome.MISSING]
+    assert result.drops == ("scotch_duct_tape",)
+    assert result.score.total == result.score.maximum - 16 - 10 - 5
+
+
+def test_stow_orders_are_refused(cell: Cell) -> None:
+    stow = Order(OrderKind.STOW, 2016, ORDER.bin_contents, ("jane_eyre_dvd",), ())
+    with pytest.raises(InputError, match="pick orders"):
+        play(FakeCrew(scene_of(ORDER, cell)), stow)
+
+
+def test_same_seed_same_bytes_but_for_statistics(cell: Cell) -> None:
+    def record(seed: int) -> dict[str, object]:
+        fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+        record = trial_record(play(fake, seed=seed), "order.json", wall_s=1.0)
+        record.pop("statistics")
+        return record
+
+    assert record_text(record(1)) == record_text(record(1))
+    assert record_text(record(1)) != record_text(record(2))
+
+
+def test_the_record_has_what_is_promised_and_counts_agree(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    result = play(fake)
+    record = json.loads(record_text(trial_record(result, "order.json", wall_s=1.0)))
+    assert set(record) >= {
+        "score", "max_score", "items_in_tote", "items", "collisions", "limit_violations", "drops",
+        "simulated_s", "statistics",
+    }  # fmt: skip
+    assert record["items_in_tote"] == sum(i["outcome"] == "in tote" for i in record["items"]) == 4
+    assert record["score"] == sum(line["points"] for line in record["score_lines"])
+    assert [i["bin"] for i in record["items"]] == [t.bin for t in ORDER.work_order]
+    wall_clock = [key for key in json.dumps({**record, "statistics": None}).split('"') if key.endswith("_ms")]
+    assert wall_clock == []
+
+
+def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    result = play(fake)
+    table = {row.item: row for row in rows(result)}
+    assert list(table) == [t.item for t in ORDER.work_order]
+    assert table["scotch_duct_tape"].reason.startswith("after: ")
+    assert table["scotch_duct_tape"].motion_s == pytest.approx(4.0 + DURATION + DURATION)
+    assert sum(row.points for row in table.values()) == result.score.total
+    assert any("2 mm and 1 degrees" in line for line in summary(result))
+
+
+def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
+    seen: list[tuple[int, int, str]] = []
+    run_trial(ORDER, FakeCrew(scene_of(ORDER, cell)).crew(), progress=lambda *report: seen.append(report))
+    done = [d for d, _, _ in seen]
+    assert done == sorted(done)
+    assert seen[-1][:2] == (4, 4)
+    assert any("planning" in what and "s left" in what for _, _, what in seen)
