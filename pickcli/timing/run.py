@@ -1,0 +1,146 @@
+"""A run: everything between two stops, stitched into one path and timed as one motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.blend import Curve
+from pickcli.timing.bounds import PathBounds, ToolSpeed, path_bounds
+from pickcli.timing.limits import LimitReport, check_limits, peaks
+from pickcli.timing.polyline import NOWHERE
+from pickcli.timing.prove import IsFree, proven_blend
+from pickcli.timing.retime import retime, to_trajectory
+from pickcli.timing.smooth import Pace, join, standing
+
+STEP = 0.008  # s between trajectory points, before stretching
+EXACT = 1e-3  # joint units: tolerance at a boundary that asks for an exact pass
+
+
+@dataclass(frozen=True, eq=False)
+class RunPart:
+    """One segment's share of a run.
+
+    waypoints: (N, n), N >= 1; the first equals the last of the part before
+    speed_scale: of this part's velocity, acceleration and jerk limits
+    max_tool_speed: m/s of the tool's tip, or None
+    blend_tolerance: joint units, how far the motion may leave the waypoints' polyline; 0 stops at each corner
+    exact_end: the boundary to the next part is passed within ``EXACT`` instead of the blend tolerance
+    """
+
+    kind: SegmentKind
+    waypoints: Array
+    speed_scale: float = 1.0
+    max_tool_speed: float | None = None
+    blend_tolerance: float = 0.02
+    exact_end: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class TimedRun:
+    """A run in time, from rest to rest.
+
+    part_times: (P + 1,) when each part begins, and the run's end; a boundary inside a blend counts where
+        the blend's middle is passed
+    piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``
+    curve: the path the trajectory follows; deviation: bound on how far, joint by joint, the quintics leave it
+    stretch: factor by which time was stretched at the end to keep the limits strictly
+    """
+
+    trajectory: Trajectory
+    part_times: Array
+    piece_scales: Array
+    curve: Curve
+    deviation: float
+    stretch: float
+    report: LimitReport
+
+
+def time_run(
+    joint_names: tuple[str, ...],
+    parts: Sequence[RunPart],
+    limits: Limits,
+    is_free: IsFree | None = None,
+    jacobian_speed: ToolSpeed | None = None,
+    step: float = STEP,
+) -> TimedRun:
+    """One motion through all parts, at rest only at its ends (and at corners that no blend could pass).
+
+    is_free: (part, chords, slack) -> first chord not proven free, or -1; None trusts the blends' bound
+    jacobian_speed: tool travel per unit of path, needed where a part has ``max_tool_speed``
+    Raises ValueError for parts that do not join, NoPlanError for a path that is not free, LimitError if
+    the result breaks a limit (a bug).
+    """
+    waypoints, tolerances, edges = _stitched(parts)
+    curve = proven_blend(waypoints, tolerances, edges, limits, is_free)
+    scales = np.array([part.speed_scale for part in parts])
+    caps = np.array([np.inf if part.max_tool_speed is None else part.max_tool_speed for part in parts])
+    bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed)
+    pace, stretch = _pace(curve, bounds, step)
+    trajectory = _exact_ends(to_trajectory(curve, pace, joint_names), waypoints)
+    piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
+    report = check_limits(trajectory, limits, piece_scales)
+    times = pace.times_at(bounds.edges)
+    return TimedRun(trajectory, times, piece_scales, curve, _deviation(curve, pace, trajectory), stretch, report)
+
+
+def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
+    """Waypoints (N, n) of all parts, tolerance (N,) of each, and indices (P + 1,) of the boundaries."""
+    if not parts:
+        raise ValueError("a run needs at least one part")
+    rows, tolerances, edges = [parts[0].waypoints[:1]], [np.array([parts[0].blend_tolerance])], [0]
+    for index, part in enumerate(parts):
+        gap = float(np.abs(part.waypoints[0] - rows[-1][-1]).max())
+        if gap > NOWHERE:
+            raise ValueError(f"part {index} ({part.kind}) starts {gap:.3g} from where the part before it ends")
+        rows.append(part.waypoints[1:])
+        tolerances.append(np.full(len(part.waypoints) - 1, part.blend_tolerance))
+        edges.append(edges[-1] + len(part.waypoints) - 1)
+    tolerance = np.concatenate(tolerances)
+    for index, part in enumerate(parts[:-1]):
+        both = min(part.blend_tolerance, parts[index + 1].blend_tolerance)
+        tolerance[edges[index + 1]] = min(both, EXACT) if part.exact_end else both
+    return np.concatenate(rows), tolerance, np.array(edges)
+
+
+def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
+    """The whole curve's pace, with rests at its stops, and the largest stretch that a leg needed."""
+    if curve.length <= NOWHERE:
+        return standing(curve.length, step), 1.0
+    legs, start, stretch = [], 0.0, 1.0
+    for leg in curve.split():
+        local = bounds.shifted(start)
+        timed = retime(leg, local, step)
+        legs.append(timed.pace.stretched(timed.stretch).shifted(start))
+        stretch = max(stretch, timed.stretch)
+        start += leg.length
+    return join(legs), stretch
+
+
+def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
+    """The trajectory with its ends on the first and last waypoint to the last bit, at rest."""
+    trajectory.positions[[0, -1]] = waypoints[[0, -1]]
+    trajectory.velocities[[0, -1]] = 0.0
+    trajectory.accelerations[[0, -1]] = 0.0
+    return trajectory
+
+
+def _deviation(curve: Curve, pace: Pace, trajectory: Trajectory) -> float:
+    """Bound on the distance, per joint, between the trajectory's quintics and the curve they sample.
+
+    Both meet at every point with velocity and acceleration; an error with triple zeros at both ends of a
+    cell of length h is at most h^3 / 48 times the largest difference of the third derivatives.
+    """
+    h = np.diff(pace.t)
+    speed = np.maximum(pace.ds[1:], pace.ds[:-1]) + h * np.abs(pace.dds).max()
+    pull = np.maximum(np.abs(pace.dds[1:]), np.abs(pace.dds[:-1]))
+    snatch = np.abs(np.diff(pace.dds)) / h
+    bend, twist = curve.bend(pace.s[:-1], pace.s[1:]).max(axis=1), curve.twist(pace.s[:-1], pace.s[1:]).max(axis=1)
+    true_jerk = twist * speed**3 + 3.0 * bend * speed * pull + snatch
+    return float((h**3 / 48 * (true_jerk + peaks(trajectory)[2].max(axis=1))).max())
