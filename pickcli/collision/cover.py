@@ -54,14 +54,15 @@ class Cover:
 def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = MAX_COUNT) -> Cover:
     """Few tight spheres that contain ``shape``, in its own frame.
 
-    max_excess: m, how far they may stick out. It grows by steps of 5 % while more than ``max_count``
-    spheres would be needed; ``Cover.excess`` states what was reached.
+    max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) as long as
+    more than ``max_count`` spheres would be needed; ``Cover.excess`` states what was reached.
     """
     if shape.kind is ShapeKind.SPHERE:
         return Cover(np.zeros((1, 3)), np.array([shape.size[0]]), 0.0)
     excess = max_excess
     while (spheres := _spheres(shape, excess)) is None or len(spheres[1]) > max_count:
-        excess *= 1.05
+        is_close = spheres is not None and len(spheres[1]) <= 1.3 * max_count
+        excess *= 1.05 if is_close else 1.2
     centers, radii = spheres
     reached = float((radii - _depth(shape, centers)).max())
     return Cover(centers, radii + _ROUNDING, reached + _ROUNDING)
@@ -83,7 +84,7 @@ def cover_bodies(bodies: Sequence[Body], max_excess: float = MAX_EXCESS, max_cou
         return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
     moved = [cover.moved(body.T_parent_shape) for cover, body in zip(covers, bodies, strict=True)]
     centers, radii = np.concatenate([c.centers for c in moved]), np.concatenate([c.radii for c in moved])
-    kept = _outermost(centers, radii)
+    kept = outermost(centers, radii)
     return Cover(centers[kept], radii[kept], max(c.excess for c in covers))
 
 
@@ -120,7 +121,7 @@ def _is_domed(body: Body, bodies: Sequence[Body]) -> bool:
     )
 
 
-def _outermost(centers: Array, radii: Array) -> list[int]:
+def outermost(centers: Array, radii: Array) -> list[int]:
     """Indices of the spheres that no other one contains (of equal ones the first)."""
     kept: list[int] = []
     for i in np.argsort(-radii, kind="stable"):

@@ -1,0 +1,124 @@
+"""Is this configuration, edge or path free? One checker per scene, pivot state, held item and contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.collision import explain
+from pickcli.collision.cover import Cover, cover_shape
+from pickcli.collision.explain import Contact
+from pickcli.collision.model import CollisionModel
+from pickcli.collision.world import build_world
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.kernel import Checker
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """An item in the cup.
+
+    T_tip_item: (4, 4) item frame in the tool frame
+    inflate: m, how far any of its points may be from where that pose says
+    """
+
+    item: Item
+    T_tip_item: Array
+    inflate: float = 0.0
+
+
+class SceneChecker:
+    """Answers for one scene and one way the robot is in it. Cheap to make: covers and boxes are shared.
+
+    without: ids of items that are not there (the held one, or those a planner may ignore)
+    touching: names of bodies and ids of items that cup and held item may touch; all other links of the robot
+        still keep clear of them
+    margin: m that everything else is kept apart, the cell's clearance by default
+
+    Raises UnknownNameError for a name in ``without`` or ``touching`` that is not in the scene.
+    """
+
+    def __init__(
+        self,
+        model: CollisionModel,
+        scene: Scene,
+        pivot: PivotState,
+        held: Held | None = None,
+        without: frozenset[str] = frozenset(),
+        touching: frozenset[str] = frozenset(),
+        margin: float | None = None,
+    ) -> None:
+        self.model, self.scene, self.pivot, self.held = model, scene, pivot, held
+        self.margin = model.cell.clearance if margin is None else margin
+        self.world = build_world(model, scene)
+        self.kept: NDArray[np.intp] = np.flatnonzero(self.world.is_kept(without))
+        state = model.state(pivot)
+        self.kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
+        self._set_world(touching - without)
+        if held is not None:
+            self._set_held(held)
+
+    @property
+    def n(self) -> int:
+        """Number of joints of a configuration."""
+        return len(self.model.robot.joint_names)
+
+    def is_free(self, q: Array) -> bool:
+        """Whether q (n,) keeps more than the margin everywhere."""
+        return bool(self.kernel.is_free(q, self.margin))
+
+    def are_free(self, Q: Array) -> NDArray[np.bool_]:
+        """(N,) whether each of Q (N, n) is free."""
+        return np.asarray(self.kernel.are_free(np.ascontiguousarray(Q), self.margin), dtype=bool)
+
+    def edge_is_free(self, q0: Array, q1: Array, slack: Array | None = None) -> bool:
+        """Whether every point of the straight edge is proven free.
+
+        slack: (n,) half-width per joint of a tube around the edge that must be free as well
+        """
+        return bool(self.kernel.edge_is_free(q0, q1, self.margin, slack))
+
+    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
+        """Index of the first edge of the polyline Q (N, n) that is not proven free, -1 if all are.
+
+        slack: (N - 1, n) per edge as in `edge_is_free`
+        """
+        return int(self.kernel.path_is_free(np.ascontiguousarray(Q), self.margin, slack))
+
+    def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
+        """The closest pair at q; distances of spheres, negative inside. ``a`` is a part of the robot."""
+        return explain.closest(self, q, max_distance)
+
+    def explain(self, q: Array) -> Reason:
+        """Why q is not free: which link, which obstacle, how deep."""
+        return explain.configuration(self, q)
+
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        """Why the edge is not free: the deepest pair on it, and at which fraction of the edge."""
+        return explain.edge(self, q0, q1)
+
+    def _set_world(self, touching: frozenset[str]) -> None:
+        world, kept = self.world, self.kept
+        ignored = world.ignored.copy()
+        cup, item = self.model.n_frames - 1, self.model.n_frames
+        ignored[world.indices(touching)] |= np.uint64((1 << cup) | (1 << item))
+        self.kernel.set_world(
+            world.T_world_box[kept], world.half_extents[kept], world.groups[kept], ignored[kept]
+        )
+
+    def _set_held(self, held: Held) -> None:
+        cover = held_cover(self.model, held, self.pivot)
+        self.kernel.set_held(cover.centers, cover.radii, self.model.held_tested_frames)
+
+
+def held_cover(model: CollisionModel, held: Held, pivot: PivotState) -> Cover:
+    """Spheres of a held item in the cup's frame; while the cup moves, of all it passes through."""
+    T_cup_item = model.robot.tool.T_cup_tip @ held.T_tip_item
+    cover = cover_shape(held.item.shape).inflated(held.inflate).moved(T_cup_item)
+    return model.swept(cover) if pivot is PivotState.MOVING else cover

@@ -1,0 +1,79 @@
+"""What the numbers of the kernel mean to a person: names, depths and places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+
+if TYPE_CHECKING:
+    from pickcli.collision.checker import SceneChecker
+
+_SAMPLES = 65  # of an edge, to find where it is worst
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The closest pair of a configuration.
+
+    distance: m between spheres of the robot and what they are closest to, negative inside
+    a: link name or "held <item>"; b: body name, item id, link name or "held <item>"; "" if nothing is near
+    kind: what b is: "pod", "tote", "obstacle", "item", "base", "robot", or ""
+    """
+
+    distance: float
+    a: str
+    b: str
+    kind: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.a} against {self.kind} {self.b}".replace("robot ", "") if self.b else "nothing near"
+
+
+def closest(checker: SceneChecker, q: Array, max_distance: float) -> Contact:
+    """The closest pair at q within ``max_distance``."""
+    distance, frame, kind, index = checker.kernel.clearance(q, max_distance)
+    if frame < 0:
+        return Contact(float(distance), "", "")
+    if kind == 1:
+        return Contact(float(distance), _part(checker, frame), _part(checker, index), "robot")
+    box = int(checker.kept[index])
+    return Contact(float(distance), _part(checker, frame), checker.world.names[box], checker.world.kinds[box])
+
+
+def configuration(checker: SceneChecker, q: Array) -> Reason:
+    """Why q is not free."""
+    return _reason(checker, closest(checker, q, 1.0), "")
+
+
+def edge(checker: SceneChecker, q0: Array, q1: Array) -> Reason:
+    """Why the straight edge is not free: its deepest place, the kernel's witness among the candidates."""
+    result = checker.kernel.check_edge(q0, q1, checker.margin)
+    fractions = np.linspace(0.0, 1.0, _SAMPLES)
+    if not result.free:
+        fractions = np.append(fractions, result.t)
+    Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
+    t = float(fractions[np.argmin(checker.kernel.clearances(Q, 1.0))])
+    return _reason(checker, closest(checker, (1 - t) * q0 + t * q1, 1.0), f" at {100 * t:.0f} % of the edge")
+
+
+def _reason(checker: SceneChecker, contact: Contact, place: str) -> Reason:
+    millimetres = 1e3 * abs(contact.distance)
+    if contact.distance > checker.margin:
+        return Reason("no collision", "", f"{contact}, {millimetres:.0f} mm apart{place}")
+    if contact.distance > 0:
+        needed = f"{1e3 * checker.margin:.0f} mm are needed"
+        return Reason("too close", "", f"{contact}, {millimetres:.1f} mm apart{place} ({needed})")
+    return Reason("collision", "", f"{contact}, {millimetres:.0f} mm deep{place}")
+
+
+def _part(checker: SceneChecker, frame: int) -> str:
+    """Name of a frame of the robot; the frame after the last is the held item."""
+    if frame < checker.model.n_frames:
+        return checker.model.frame_names[frame]
+    assert checker.held is not None
+    return f"held {checker.held.item.name}"

@@ -1,0 +1,139 @@
+"""The arm of a cell: forward and inverse kinematics of its tool, in every pivot state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import JointType, Limits, PivotState, Robot
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.kernel import Chain
+from pickcli.kinematics.chain import build_chain, is_planned
+from pickcli.kinematics.follow import Deviation, FollowResult
+from pickcli.kinematics.manipulability import yoshikawa
+
+# Cost of moving 1 m of a prismatic joint, squared, against 1 rad^2 of a revolute one: cheap enough that a
+# rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
+PRISMATIC_WEIGHT = 2.0
+
+MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
+MAX_STEP_REVOLUTE = 0.12  # rad
+
+_FOLLOW_REASONS = {1: "no convergence", 2: "branch jump", 3: "joint limit"}
+
+
+class Arm:
+    """Kinematics of one robot. The tool frame ("tip") is the tip of the uncompressed cup, +z out of it."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._chains = {pivot: build_chain(robot, pivot) for pivot in PivotState}
+        self._T_last_tip = np.ascontiguousarray(robot.tool.T_cup_tip, dtype=np.float64)
+        planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
+        self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
+        self.weights: Array = np.where(self._is_prismatic, PRISMATIC_WEIGHT, 1.0)  # (n,) of IK
+        self.max_step: Array = np.where(self._is_prismatic, MAX_STEP_PRISMATIC, MAX_STEP_REVOLUTE)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the planned joints, in the order of every q."""
+        return self.robot.joint_names
+
+    @property
+    def n(self) -> int:
+        """Number of planned joints."""
+        return len(self.robot.joint_names)
+
+    @property
+    def limits(self) -> Limits:
+        """Limits of the planned joints."""
+        return self.robot.limits
+
+    def chain(self, pivot: PivotState) -> Chain:
+        """The kernel's chain in that pivot state (MOVING stands where STRAIGHT does)."""
+        return self._chains[pivot]
+
+    def T_last_tip(self, pivot: PivotState) -> Array:
+        """Pose (4, 4) of the tool frame in the chain's last frame: the same in every pivot state."""
+        return self._T_last_tip
+
+    def tip(self, q: Array, pivot: PivotState) -> Array:
+        """Pose (4, 4) of the tool frame in the world at q (n,)."""
+        return np.asarray(self._chains[pivot].fk(q)[-1] @ self._T_last_tip)
+
+    def tips(self, Q: Array, pivot: PivotState) -> Array:
+        """Poses (N, 4, 4) of the tool frame in the world at Q (N, n)."""
+        return np.asarray(self._chains[pivot].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip)
+
+    def jacobian(self, q: Array, pivot: PivotState) -> Array:
+        """(6, n): velocity of the tip (m/s), then angular velocity (rad/s), in world axes, per joint rate."""
+        return np.asarray(self._chains[pivot].jacobian(q, self._T_last_tip))
+
+    def manipulability(self, q: Array, pivot: PivotState) -> float:
+        """Yoshikawa's measure, 0 in a singular configuration."""
+        return yoshikawa(self.jacobian(q, pivot))
+
+    def solve(self, T_world_tip: Array, pivot: PivotState, seeds: Array) -> Array:
+        """Distinct configurations (M, n) within limits that put the tip at a pose, in the seeds' order.
+
+        seeds: (K, n) starting points of the descent. No solution is an empty (0, n).
+        """
+        solutions = self._chains[pivot].ik(
+            T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
+            self.limits.lower, self.limits.upper, self.weights,
+        )  # fmt: skip
+        return np.asarray(solutions).reshape(-1, self.n)
+
+    def solve_spread(
+        self, T_world_tip: Array, pivot: PivotState, rng: np.random.Generator, n_seeds: int = 16
+    ) -> Array:
+        """Distinct solutions (M, n) spread over the redundancy: the prismatic joints of the seeds are
+        stratified over their range, the others random. Same generator state, same solutions."""
+        seeds = self.random_seeds(rng, n_seeds)
+        strata = (np.arange(n_seeds) + rng.random(n_seeds)) / n_seeds
+        lower, upper = self.limits.lower, self.limits.upper
+        for j in np.flatnonzero(self._is_prismatic):
+            seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
+        return self.solve(T_world_tip, pivot, seeds)
+
+    def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
+        """(k, n) configurations, uniform within the limits."""
+        return rng.uniform(self.limits.lower, self.limits.upper, size=(k, self.n))
+
+    def follow(
+        self, T_world_tips: Array, pivot: PivotState, q0: Array, deviation: Deviation | None = None
+    ) -> FollowResult:
+        """Configurations along tool poses (P, 4, 4), each next to the one before, the first next to q0.
+
+        No joint steps farther than ``max_step`` from pose to pose, from q0 included, and half-way between
+        two configurations the tool is no farther off the line than ``deviation`` (1 mm, 0.5 degrees).
+        """
+        poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
+        Q, code = self._chains[pivot].follow(
+            poses, self._T_last_tip, q0, self.limits.lower, self.limits.upper, self.weights, self.max_step
+        )
+        whole = np.vstack([q0, np.asarray(Q).reshape(-1, self.n)])
+        reason = None if code == 0 else self._why_broken(whole[-1], code, len(whole) - 1, len(poses))
+        tips, middles = self.tips(whole, pivot), self.tips((whole[:-1] + whole[1:]) / 2, pivot)
+        off = (deviation or Deviation()).first_broken(tips, middles)
+        if off is not None:
+            i, how_far = off
+            whole = whole[: i + 1]
+            reason = Reason("leaves the line", "", f"{how_far} {_place(i, len(poses))}")
+        return FollowResult(whole[1:], reason is None, reason)
+
+    def _why_broken(self, q: Array, code: int, i: int, n_poses: int) -> Reason:
+        """What the kernel's code means at pose i, the first that could not be reached, coming from q."""
+        detail = _place(i, n_poses)
+        if code == 3:
+            room = np.minimum(q - self.limits.lower, self.limits.upper - q)
+            j = int(np.argmin(room / self.max_step))
+            detail = f"{self.names[j]} at {q[j]:.3f} {detail}"
+        elif code == 2:
+            detail = f"a joint would step over {MAX_STEP_REVOLUTE} rad or {MAX_STEP_PRISMATIC} m {detail}"
+        return Reason(_FOLLOW_REASONS[code], "", detail)
+
+
+def _place(i: int, n: int) -> str:
+    """Where on a line of n poses pose i lies."""
+    return f"at {100.0 * i / max(n - 1, 1):.0f} % of the line"

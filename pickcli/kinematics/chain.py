@@ -1,0 +1,76 @@
+"""A robot in one pivot state as the kernel's chain: the pivot folded in as a fixed joint."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import Joint, JointType, PivotState, Robot
+from pickcli.errors import InputError
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.kernel import Chain
+
+_KERNEL_TYPE = {
+    JointType.REVOLUTE: 0,
+    JointType.CONTINUOUS: 0,
+    JointType.PRISMATIC: 1,
+    JointType.FIXED: 2,
+}
+
+
+def build_chain(robot: Robot, pivot: PivotState) -> Chain:
+    """The kernel's chain of ``robot``: frame k is the child link of ``robot.joints[k]``.
+
+    Base pose and pivot position are folded into the joint origins. MOVING stands where STRAIGHT does: its
+    swept shape is a matter of collision, not of kinematics. Raises InputError if the joints are no serial
+    chain that ends in the cup, or if a moving joint is neither planned nor the pivot.
+    """
+    _check_serial(robot)
+    origins = [joint.T_parent_joint @ _pivot_turn(robot, joint, pivot) for joint in robot.joints]
+    origins[0] = robot.T_world_base @ origins[0]
+    fixed = [not is_planned(robot, joint) for joint in robot.joints]
+    types = [2 if f else _KERNEL_TYPE[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
+    indices = [-1 if f else robot.joint_names.index(j.name) for f, j in zip(fixed, robot.joints, strict=True)]
+    return Chain(
+        np.array(types, dtype=np.int32),
+        np.ascontiguousarray(origins, dtype=np.float64),
+        np.ascontiguousarray([j.axis for j in robot.joints], dtype=np.float64),
+        np.array(indices, dtype=np.int32),
+    )
+
+
+def is_planned(robot: Robot, joint: Joint) -> bool:
+    """Whether a joint moves with the configuration: not if it is fixed, and not the pivot."""
+    return joint.type is not JointType.FIXED and joint.name != robot.tool.pivot_joint
+
+
+def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
+    """Number of the rigid body that each frame belongs to: how many planned joints lead to it.
+
+    Frames of body 0 stand still with the base; neighbouring numbers are joined by one joint.
+    """
+    return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
+
+
+def pivot_angle(robot: Robot, pivot: PivotState) -> float:
+    """Position in rad of the pivot joint; MOVING counts from STRAIGHT."""
+    key = PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+    return robot.tool.pivot_positions[key]
+
+
+def _pivot_turn(robot: Robot, joint: Joint, pivot: PivotState) -> Array:
+    if joint.name != robot.tool.pivot_joint:
+        return np.eye(4)
+    return pose(R=rotation_axis_angle(joint.axis, pivot_angle(robot, pivot)))
+
+
+def _check_serial(robot: Robot) -> None:
+    parents, children = [j.parent for j in robot.joints], [j.child for j in robot.joints]
+    if parents[1:] != children[:-1] or children[-1] != robot.tool.cup_link:
+        raise InputError(
+            f"{robot.urdf}: the joints must form one chain from the base to {robot.tool.cup_link!r}, "
+            f"got {' > '.join([parents[0], *children])}"
+        )
+    moving = {j.name for j in robot.joints if is_planned(robot, j)}
+    if moving != set(robot.joint_names):
+        odd = ", ".join(sorted(moving ^ set(robot.joint_names)))
+        raise InputError(f"{robot.urdf}: planned joints and moving joints of the chain differ in {odd}")
