@@ -1,0 +1,90 @@
+"""A* over a roadmap whose edges are proven again before they are used."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.roadmap.graph import Roadmap
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way through the roadmap."""
+
+    nodes: tuple[int, ...]
+    edges: tuple[int, ...]  # edges[i] joins nodes[i] and nodes[i + 1]
+    cost: float
+
+
+def shortest_route(
+    roadmap: Roadmap,
+    start: int,
+    goals: Sequence[int],
+    edge_is_valid: Callable[[int], bool],
+) -> tuple[Route | None, tuple[int, ...]]:
+    """The shortest route from start to any of the goals along valid edges, and the edges dropped.
+
+    Lazy (after Dellin and Srinivasa 2016): only the edges of a route that would win are asked about, each
+    at most once; one that fails is dropped for this query and the search goes on. So the answer is the
+    shortest route of the roadmap as it would be without all invalid edges.
+    """
+    valid: set[int] = set()
+    dropped: list[int] = []
+    while True:
+        route = _search(roadmap, start, goals, frozenset(dropped))
+        if route is None:
+            return None, tuple(dropped)
+        failed = _first_failing(route, valid, edge_is_valid)
+        if failed is None:
+            return route, tuple(dropped)
+        dropped.append(failed)
+
+
+def _first_failing(route: Route, valid: set[int], edge_is_valid: Callable[[int], bool]) -> int | None:
+    for edge in route.edges:
+        if edge not in valid:
+            if not edge_is_valid(edge):
+                return edge
+            valid.add(edge)
+    return None
+
+
+def _search(roadmap: Roadmap, start: int, goals: Sequence[int], dropped: frozenset[int]) -> Route | None:
+    """A* proper. The heuristic, the distance to the nearest goal, is never more than the way there."""
+    if not goals:
+        return None
+    to_goals = roadmap.configurations[:, None, :] - roadmap.configurations[list(goals)][None]
+    heuristic = np.linalg.norm(to_goals, axis=2).min(axis=1).tolist()
+    lengths, targets = roadmap.lengths.tolist(), set(goals)
+    cost = {start: 0.0}
+    came: dict[int, tuple[int, int]] = {}  # node -> (node before it, edge between)
+    closed: set[int] = set()
+    queue = [(heuristic[start], start)]
+    while queue:
+        _, node = heapq.heappop(queue)
+        if node in targets:
+            return _route(start, node, came, cost[node])
+        if node in closed:
+            continue
+        closed.add(node)
+        for edge, other in roadmap.neighbours[node]:
+            if edge in dropped or other in closed:
+                continue
+            candidate = cost[node] + lengths[edge]
+            if candidate < cost.get(other, np.inf):
+                cost[other], came[other] = candidate, (node, edge)
+                heapq.heappush(queue, (candidate + heuristic[other], other))
+    return None
+
+
+def _route(start: int, end: int, came: dict[int, tuple[int, int]], cost: float) -> Route:
+    nodes, edges = [end], []
+    while nodes[-1] != start:
+        before, edge = came[nodes[-1]]
+        nodes.append(before)
+        edges.append(edge)
+    return Route(tuple(reversed(nodes)), tuple(reversed(edges)), cost)

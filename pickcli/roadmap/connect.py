@@ -1,0 +1,97 @@
+"""Links from a configuration to the roadmap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.planners import PlannerName
+from pickcli.roadmap.sampling import plan
+from pickcli.roadmap.seeds import derive_seed
+from pickcli.roadmap.space import EdgeChecker, JointSpace
+
+
+@dataclass(frozen=True)
+class QueryOptions:
+    """How hard a coarse query tries. Everything is counted, nothing is timed."""
+
+    planner: PlannerName = PlannerName.RRT_CONNECT
+    max_iterations: int = 3000  # of the planner, each time that it is asked
+    n_nearest: int = 6  # nodes that a start or goal is linked to, at most
+    n_goals: int = 24  # goals that are linked to the roadmap, nearest first
+    n_planned_goals: int = 2  # goals for which the planner searches a link, if no goal has a straight one
+    n_shortcuts: int = 80
+    detour: float = 1.3  # a route that costs more than this times the straight line meets a rival
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One coarse query: from q_start (n,) to any of the goals (G, n), all of them free, cheapest first."""
+
+    roadmap: Roadmap
+    checker: EdgeChecker
+    space: JointSpace
+    q_start: Array
+    goals: Array
+    seed: int
+    options: QueryOptions
+
+    def plan(self, q: Array, goals: Array, task: str) -> Array | None:
+        """The planner's path (K, n) from q to one of the goals, or None. ``task`` names its seed."""
+        path = plan(
+            self.checker,
+            self.space,
+            q,
+            goals,
+            seed=derive_seed(self.seed, task),
+            planner=self.options.planner,
+            max_iterations=self.options.max_iterations,
+        )
+        return None if path is None else path.waypoints
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A proven polyline (K, n) from a configuration to a node of the roadmap."""
+
+    node: int
+    waypoints: Array
+
+
+def straight_links(problem: Problem, q: Array) -> list[Link]:
+    """Links by a straight proven edge to those of the nearest nodes that have one.
+
+    A configuration that is a node is linked to it by a polyline of one point, and to nothing else.
+    """
+    links = []
+    for node in problem.roadmap.nearest(q, problem.options.n_nearest):
+        there = problem.roadmap.configurations[node]
+        if np.array_equal(there, q):
+            return [Link(node, q[None])]
+        if problem.checker.edge_is_free(q, there):
+            links.append(Link(node, np.stack([q, there])))
+    return links
+
+
+def planned_link(problem: Problem, q: Array, task: str) -> list[Link]:
+    """At most one link, found by the planner, to whichever of the nearest nodes it reaches first."""
+    nodes = problem.roadmap.nearest(q, problem.options.n_nearest)
+    waypoints = problem.plan(q, problem.roadmap.configurations[nodes], task) if nodes else None
+    if waypoints is None:
+        return []
+    node = next(i for i in nodes if np.array_equal(problem.roadmap.configurations[i], waypoints[-1]))
+    return [Link(node, waypoints)]
+
+
+def with_links(roadmap: Roadmap, q: Array, links: Sequence[Link]) -> tuple[Roadmap, int]:
+    """The roadmap with q and its links in it, and q's node: an old one where q is a node already."""
+    if len(links[0].waypoints) == 1:
+        return roadmap, links[0].node
+    roadmap, node = roadmap.with_node(q)
+    for link in links:
+        roadmap = roadmap.with_edge(node, link.node, link.waypoints)
+    return roadmap, node

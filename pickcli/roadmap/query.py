@@ -1,0 +1,146 @@
+"""Coarse queries: straight edge, else roadmap, else planner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.motion.path import JointPath
+from pickcli.roadmap.connect import Problem, QueryOptions, with_links
+from pickcli.roadmap.cost import edge_costs
+from pickcli.roadmap.ends import free_goals
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.seeds import derive_seed
+from pickcli.roadmap.shorten import shorten
+from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.through import ThroughRoute, through_roadmap
+
+
+class How(StrEnum):
+    """Who answered a query."""
+
+    STRAIGHT = "straight edge"
+    ROADMAP = "roadmap"
+    PLANNER = "planner"
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseRoute:
+    """A proven coarse motion.
+
+    roadmap: the one that was asked, with start, goal and their links kept in it
+    """
+
+    path: JointPath
+    goal: int  # index into the goals of the query
+    how: How
+    nodes: tuple[str, ...]  # roadmap nodes on the way before shortening, by name or #index
+    dropped: tuple[tuple[str, str], ...]  # stored edges that are not free in this scene
+    roadmap: Roadmap
+
+
+def query(
+    roadmap: Roadmap,
+    checker: EdgeChecker,
+    space: JointSpace,
+    q_start: Array,
+    goals: Array,
+    *,
+    seed: int,
+    options: QueryOptions | None = None,
+    label: str = "coarse motion",
+) -> CoarseRoute:
+    """The coarse motion from q_start (n,) to the goal of (G, n) that is cheapest to reach.
+
+    The straight edge to the cheapest goal that has one wins at once. Otherwise start and goals are linked
+    to the roadmap and A* searches it, every stored edge being proven again in the scene as it is; the
+    planner answers where the roadmap cannot, and competes where the roadmap's answer is a detour. The
+    result is shortened; every edge of it is proven by ``checker``. Same arguments, same bytes.
+
+    Raises NoPlanError with the reasons: which end is not free and why, or that the planner gave up.
+    """
+    q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
+    free = free_goals(checker, space, q_start, goals, label)
+    order = sorted(free, key=lambda g: _cost(space, np.stack([q_start, goals[g]])))
+    problem = Problem(roadmap, checker, space, q_start, goals[order], seed, options or QueryOptions())
+    route = _straight(problem) or _cheapest(problem, label)
+    return replace(route, goal=order[route.goal])
+
+
+def _straight(problem: Problem) -> CoarseRoute | None:
+    """The straight edge to the first goal that has one."""
+    for goal in problem.goals:
+        if problem.checker.edge_is_free(problem.q_start, goal):
+            return _direct(problem, np.stack([problem.q_start, goal]), How.STRAIGHT)
+    return None
+
+
+def _cheapest(problem: Problem, label: str) -> CoarseRoute:
+    """The roadmap's answer, or the planner's where that is missing or a dearer detour."""
+    through = through_roadmap(problem)
+    stored = None if through is None else _stored(problem, through)
+    least = _cost(problem.space, np.stack([problem.q_start, problem.goals[0]]))
+    if stored is not None and _cost(problem.space, stored.path.waypoints) <= problem.options.detour * least:
+        return stored
+    waypoints = problem.plan(problem.q_start, problem.goals, "direct")
+    routes = [] if waypoints is None else [_direct(problem, waypoints, How.PLANNER)]
+    routes += [] if stored is None else [stored]
+    if not routes:
+        detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
+        raise NoPlanError(label, [Reason("no path", label, detail)])
+    return min(routes, key=lambda route: _cost(problem.space, route.path.waypoints))
+
+
+def _direct(problem: Problem, waypoints: Array, how: How) -> CoarseRoute:
+    """A route beside the roadmap; it is kept as one more edge."""
+    path = _shortened(problem, waypoints)
+    kept, a = _found_or_added(problem.roadmap, path.start)
+    kept, b = _found_or_added(kept, path.end)
+    kept = kept if a == b else kept.with_edge(a, b, path.waypoints)
+    return CoarseRoute(path, _goal(problem, path), how, (), (), kept)
+
+
+def _stored(problem: Problem, through: ThroughRoute) -> CoarseRoute:
+    """A route by stored edges; its two links are kept."""
+    roadmap = kept = problem.roadmap
+    for link in through.links:
+        kept, _ = with_links(kept, link.waypoints[0], [link])
+    path = _shortened(problem, through.waypoints)
+    nodes = tuple(_name(roadmap, node) for node in through.nodes)
+    dropped = tuple(
+        (_name(roadmap, a), _name(roadmap, b)) for a, b in roadmap.edges[list(through.dropped)].tolist()
+    )
+    return CoarseRoute(path, _goal(problem, path), How.ROADMAP, nodes, dropped, kept)
+
+
+def _shortened(problem: Problem, waypoints: Array) -> JointPath:
+    return shorten(
+        problem.checker,
+        problem.space,
+        JointPath(problem.space.joint_names, waypoints),
+        seed=derive_seed(problem.seed, "shorten"),
+        iterations=problem.options.n_shortcuts,
+    )
+
+
+def _goal(problem: Problem, path: JointPath) -> int:
+    return int(np.argmin(np.abs(problem.goals - path.end).max(axis=1)))
+
+
+def _found_or_added(roadmap: Roadmap, q: Array) -> tuple[Roadmap, int]:
+    for node in roadmap.nearest(q, 1):
+        if np.array_equal(roadmap.configurations[node], q):
+            return roadmap, node
+    return roadmap.with_node(q)
+
+
+def _cost(space: JointSpace, waypoints: Array) -> float:
+    return float(edge_costs(space, waypoints).sum())
+
+
+def _name(roadmap: Roadmap, node: int) -> str:
+    return roadmap.names[node] or f"#{node}"

@@ -1,0 +1,68 @@
+"""A checker for points in a box with axis-aligned boxes in the way: exact, in any dimension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.roadmap.space import JointSpace
+
+
+@dataclass
+class BoxWorld:
+    """Free is what lies in no box (lower, upper); edges are decided exactly by the slab test."""
+
+    boxes: list[tuple[Array, Array]] = field(default_factory=list)
+    n_edges: int = 0
+
+    def is_free(self, q: Array) -> bool:
+        return not any(bool(np.all((q >= lo) & (q <= hi))) for lo, hi in self.boxes)
+
+    def edge_is_free(self, q0: Array, q1: Array) -> bool:
+        self.n_edges += 1
+        return not any(_hits(q0, q1, lo, hi) for lo, hi in self.boxes)
+
+    def path_is_free(self, Q: Array) -> int:
+        for i in range(len(Q) - 1):
+            if not self.edge_is_free(Q[i], Q[i + 1]):
+                return i
+        return -1
+
+    def explain(self, q: Array) -> Reason:
+        return Reason("collision", detail="inside a box")
+
+
+def _hits(q0: Array, q1: Array, lo: Array, hi: Array) -> bool:
+    t0, t1 = 0.0, 1.0
+    for a, b, low, high in zip(q0, q1, lo, hi, strict=True):
+        d = b - a
+        if d == 0.0:
+            if a < low or a > high:
+                return False
+            continue
+        enter, leave = sorted(((low - a) / d, (high - a) / d))
+        t0, t1 = max(t0, enter), min(t1, leave)
+        if t0 > t1:
+            return False
+    return True
+
+
+def space(n: int = 2, size: float = 1.0) -> JointSpace:
+    """The box [-size, size]^n; every joint does 1 per s and 2 per s^2."""
+    return JointSpace(
+        tuple(f"j{i}" for i in range(n)),
+        np.full(n, -size),
+        np.full(n, size),
+        np.ones(n),
+        np.full(n, 2.0),
+    )
+
+
+def wall(n: int = 2, gap: float = 0.2, half_thickness: float = 0.05) -> BoxWorld:
+    """A wall across the first coordinate that leaves a gap below +1 of the second."""
+    lo, hi = np.full(n, -1.0), np.full(n, 1.0)
+    lo[0], hi[0], hi[1] = -half_thickness, half_thickness, 1.0 - gap
+    return BoxWorld([(lo, hi)])
