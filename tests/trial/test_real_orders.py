@@ -1,0 +1,56 @@
+"""The real orders that come with the product are read, and are worth what such orders are worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pickcli.cell.load import load_cell
+from pickcli.errors import InputError
+from pickcli.trial.order import OrderKind, parse_order, read_order
+from pickcli.trial.output import order_text
+from pickcli.trial.score import item_bonuses, maximum_score
+
+TASKS = Path(__file__).parents[2] / "data" / "tasks"
+CELL = load_cell("apc2016_delft")
+FILES = sorted(TASKS.glob("*.json"))
+
+
+def test_there_are_five_pick_orders_of_2016() -> None:
+    orders = [read_order(path, CELL) for path in FILES]
+    assert sum(o.kind is OrderKind.PICK and o.year == 2016 for o in orders) == 5
+    assert sum(o.kind is OrderKind.STOW for o in orders) == 5
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_real_orders_are_read_and_survive_writing(path: Path) -> None:
+    order = read_order(path, CELL)
+    names = {name for name, _ in CELL.items}
+    assert parse_order(order_text(order).encode(), "copy", names) == order
+    n_items = sum(len(names) for names in order.bin_contents.values())
+    if order.kind is OrderKind.PICK:
+        assert len(order.work_order) == len({t.bin for t in order.work_order}) == 12
+    else:
+        assert len(order.tote_contents) == 12
+    if order.year == 2016:
+        assert n_items + len(order.tote_contents) == 46
+    else:
+        assert n_items == 26
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_maxima_are_those_of_the_challenge(path: Path) -> None:
+    order = read_order(path, CELL)
+    best = maximum_score(order, item_bonuses(CELL, order))
+    if order.kind is OrderKind.STOW:
+        assert 12 * 20 <= best <= 12 * 20 + 18  # a bin of five or more is always there
+    elif order.year == 2016:
+        assert 178 <= best <= 201  # the range of the official pick files
+    else:
+        assert best <= 190
+
+
+def test_a_missing_order_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        read_order(tmp_path / "no.json", CELL)
