@@ -214,6 +214,10 @@ class Engine:
         """Wake a sleeping body; making a constraint alone does not."""
         self._dynamics(name, activationState=p.ACTIVATION_STATE_WAKE_UP)
 
+    def sleep(self, name: str) -> None:
+        """Let a body sleep until something that moves touches it."""
+        self._dynamics(name, activationState=p.ACTIVATION_STATE_SLEEP)
+
     def touches(self, name: str) -> list[Touch]:
         """Every contact point of a body in the last step whose shapes touch or overlap."""
         found = p.getContactPoints(bodyA=self._ids[name], physicsClientId=self._client)
@@ -262,22 +266,15 @@ class Engine:
         return np.array([state[0] for state in states])
 
     def drive(
-        self,
-        name: str,
-        indices: Sequence[int],
-        q: Array,
-        dq: Array,
-        gains: tuple[float, float],
-        forces: Array,
+        self, name: str, indices: Sequence[int], q: Array, gains: tuple[float, float], forces: Array
     ) -> None:
-        """Position control of joints: targets, velocity targets, (position, velocity) gain, force limits."""
+        """Position control of joints: targets at rest, (position, velocity) gain, force limits."""
         n = len(indices)
         p.setJointMotorControlArray(
             self._ids[name],
             indices,
             p.POSITION_CONTROL,
             targetPositions=q.tolist(),
-            targetVelocities=dq.tolist(),
             positionGains=[gains[0]] * n,
             velocityGains=[gains[1]] * n,
             forces=forces.tolist(),

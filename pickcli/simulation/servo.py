@@ -7,25 +7,23 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Servo:
-    """A critically damped position loop with velocity feed-forward.
+    """A position loop that follows its command late by ``lag`` and holds against gravity.
 
-    In pybullet's motor a joint's next velocity is ``v + kd (v_target - v) + kp (q_target - q) / dt``, so
-    the error obeys e'' + (kd/dt) e' + (kp/dt^2) e = acceleration. Choosing bandwidth and damping instead of
-    the gains makes the servo independent of the time step; under an acceleration a it lags by
-    a / bandwidth^2: 70 rad/s lags 2 mm at a tool that accelerates with 10 m/s^2, as was measured for
-    kp 0.1 and kd 0.5 at 240 Hz.
+    In pybullet's motor a joint's next velocity is ``v + kd (v_target - v) + kp (q_target - q) / dt``. With
+    kd = 1, no velocity target and kp = dt / lag that is a first-order lag, whatever the load (below the
+    force limit) and the time step. All joints are late alike, so the tool stays on its path and trails by
+    lag times speed, as on an industrial arm. A softer kd would sag under gravity: 10 mm at the tool for the
+    gains that trail 2 mm.
     """
 
-    bandwidth: float = 70.0  # rad/s
-    damping: float = 1.0
+    lag: float = 2e-3  # s: 2 mm behind at a tool speed of 1 m/s
 
     def gains(self, time_step: float) -> tuple[float, float]:
         """(position gain, velocity gain) for the engine's motors at a time step in s."""
-        x = self.bandwidth * time_step
-        return x * x, 2.0 * self.damping * x
+        return time_step / max(self.lag, time_step), 1.0
 
 
-LAGGING = Servo(bandwidth=20.0)  # a worn or overloaded arm: about 25 mm at the tool instead of 2
+LAGGING = Servo(lag=20e-3)  # a worn or overloaded arm, ten times as late
 
 
 @dataclass

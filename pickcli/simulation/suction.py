@@ -76,10 +76,13 @@ class Suction:
         """What the vacuum sensor says: a closed cup with enough vacuum."""
         return self.held is not None and self.vacuum.at_cup >= SEAL_VACUUM
 
-    def before_step(self, T_world_tip: Array, time_step: float) -> None:
-        """Pressure, seal and the forces of the open cup; before the engine steps."""
-        if self.held is not None:
-            self.vacuum.advance(time_step, is_sealed=True)
+    def before_step(self, T_world_tip: Array, time_step: float, is_near: bool) -> None:
+        """Pressure, seal and the forces of the open cup; before the engine steps.
+
+        is_near: whether a contact with an item is planned now; else only an open valve makes the cup act
+        """
+        if self.held is not None or not (is_near or self.vacuum.is_valve_open):
+            self.vacuum.advance(time_step, is_sealed=self.held is not None)
             return
         item, distances = self._face(T_world_tip)
         distance = float(distances.min())

@@ -28,6 +28,10 @@ TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that ex
 ROBOT = "robot"
 PIVOT_FORCE = 20.0  # Nm where the cell names no force for the pivot joint
 PIVOT_TOLERANCE = 0.02  # rad around its two positions within which the pivot counts as arrived
+REST_STEPS = 100  # between two looks for items that rest
+REST_MOVE = 2e-4  # m
+REST_SPEED = 5e-3  # m/s
+REST_TURN = 0.1  # rad/s
 APART = 1e-3  # m from which the cup collides again with what it was allowed to touch
 
 
@@ -48,7 +52,8 @@ class World:
         servo: Servo | None = None,
         time_step: float = TIME_STEP,
     ) -> None:
-        self.scene, self.time_step, self.t = scene, time_step, 0.0
+        self.scene, self.time_step = scene, time_step
+        self._n_steps = 0
         self.servo = servo or Servo()
         self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
         self.robot = scene.cell.robot
@@ -56,6 +61,7 @@ class World:
         add_statics(self.engine, scene)
         for placed in scene.items:
             self.engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
+        self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._load_robot(q, pivot)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
@@ -83,8 +89,9 @@ class World:
         self._swing = Swing(angle, angle, turn / device.lead)
         start = np.array([*q, angle])
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
-        self._command, self._velocity = np.array(q, dtype=float), np.zeros(len(q))
+        self._command = np.array(q, dtype=float)
         self._measured = start
+        self._tip: Array | None = None  # computed when asked for, once a step
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that the cell allows to overlap; returns them."""
@@ -98,9 +105,9 @@ class World:
 
     # Commands ----------------------------------------------------------------------------------------
 
-    def command(self, q: Array, dq: Array) -> None:
-        """Target configuration (n,) and velocity (n,) of the servo for the next steps."""
-        self._command, self._velocity = q, dq
+    def command(self, q: Array) -> None:
+        """Target configuration (n,) of the servo at the end of the next step, and until there is another."""
+        self._command = q
 
     def act(self, device: str, action: str) -> bool | None:
         """Switch a device; a sensor answers whether something is held. Raises UnknownNameError."""
@@ -122,26 +129,27 @@ class World:
 
     def step(self) -> None:
         """Let one time step pass: servo, suction, physics, contacts."""
-        tip = self.tip
-        self.suction.before_step(tip, self.time_step)
-        self._let_cup_through()
+        may_touch = {placed.id for placed in self.scene.items if placed.id in self.touching}
+        self.suction.before_step(self.tip, self.time_step, is_near=bool(may_touch))
+        self._let_cup_through(may_touch)
         self.engine.drive(
             ROBOT,
             self._indices,
             np.append(self._command, self._swing.advance(self.time_step)),
-            np.append(self._velocity, 0.0),
             self.servo.gains(self.time_step),
             self._forces,
         )
         self.engine.step()
-        self.t += self.time_step
+        self._n_steps += 1
         self._measured = self.engine.joint_positions(ROBOT, self._indices)
+        self._tip = None
+        if self._n_steps % REST_STEPS == 0:
+            self._put_to_sleep()
         self._look_at_contacts()
         self.suction.after_step(self.tip, self.time_step, self.t)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
         """Stand still at the last command for a time in s."""
-        self._velocity = np.zeros_like(self._velocity)
         for _ in range(round(duration / self.time_step)):
             self.step()
             if on_step is not None:
@@ -153,15 +161,14 @@ class World:
             touches += self.engine.touches(self.suction.held)
         self.contacts.update(touches, self.touching, self.suction.held, self.t)
 
-    def _let_cup_through(self) -> None:
+    def _let_cup_through(self, wanted: set[str]) -> None:
         """The bellows give way to what they may touch: no physics between these and the cup.
 
         A pair collides again only once the two are apart, or the physics would throw the item off.
         """
         tool = self.robot.tool
-        wanted = {name for name in self.touching if self.engine.has_body(name)}
         if self.suction.held is not None:
-            wanted.add(self.suction.held)
+            wanted = wanted | {self.suction.held}
         for name in wanted - self._uncollided:
             self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=False)
         left = self._uncollided - wanted
@@ -170,7 +177,25 @@ class World:
             self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=True)
         self._uncollided = frozenset((self._uncollided | wanted) - apart)
 
+    def _put_to_sleep(self) -> None:
+        """Let items sleep that have not moved since the last look: an awake one costs 50 us a step.
+
+        The engine would do so by itself only after 2 s without jitter.
+        """
+        for placed in self.scene.items:
+            position = self.engine.pose(placed.id)[:3, 3]
+            moved = float(np.abs(position - self._positions[placed.id]).max())
+            linear, angular = self.engine.speed(placed.id)
+            if moved < REST_MOVE and linear < REST_SPEED and angular < REST_TURN and placed.id != self.held:
+                self.engine.sleep(placed.id)
+            self._positions[placed.id] = position
+
     # State -------------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """Simulated time, s."""
+        return self._n_steps * self.time_step
 
     @property
     def q(self) -> Array:
@@ -188,8 +213,10 @@ class World:
     @property
     def tip(self) -> Array:
         """``T_world_tip`` (4, 4), measured, with the pivot where it really is."""
-        tool = self.robot.tool
-        return self.engine.pose(ROBOT, tool.cup_link) @ tool.T_cup_tip
+        if self._tip is None:
+            tool = self.robot.tool
+            self._tip = self.engine.pose(ROBOT, tool.cup_link) @ tool.T_cup_tip
+        return self._tip
 
     @property
     def held(self) -> str | None:

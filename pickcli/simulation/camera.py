@@ -1,0 +1,70 @@
+"""Pictures of a world, and films made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.errors import InputError
+from pickcli.simulation.engine import Engine
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a camera stands and what it looks at, world frame, m; fov in degrees, vertical."""
+
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float]
+    fov: float = 50.0
+
+
+CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
+POD_VIEW = View((-1.55, 0.0, 1.30), (0.2, 0.0, 1.30), 50.0)  # straight into the bins
+TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
+
+
+def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
+    """Colour picture (height, width, 3); size is (width, height) in pixels."""
+    return engine.picture(view.eye, view.target, view.fov, size)
+
+
+def write_png(picture: NDArray[np.uint8], path: Path) -> None:
+    """Write one picture."""
+    from PIL import Image
+
+    Image.fromarray(picture).save(path, format="PNG")
+
+
+class Film:
+    """Frames at a fixed rate of simulated time, written as an animated GIF.
+
+    rate: frames per simulated second
+    """
+
+    def __init__(self, view: View = CELL_VIEW, rate: float = 8.0, size: tuple[int, int] = (480, 360)) -> None:
+        self._view, self._period, self._size = view, 1.0 / rate, size
+        self._frames: list[NDArray[np.uint8]] = []
+        self._next = 0.0
+
+    def look(self, engine: Engine, t: float) -> None:
+        """Take a frame if one is due at simulated time t in s."""
+        if t >= self._next:
+            self._frames.append(take_picture(engine, self._view, self._size))
+            self._next = t + self._period
+
+    def write(self, path: Path) -> None:
+        """Write what was seen so far. Raises InputError when the name is no ``.gif`` or nothing was seen."""
+        from PIL import Image
+
+        if path.suffix.lower() != ".gif":
+            raise InputError(
+                f"{path}: films are written as animated GIF; give the file a name ending in .gif"
+            )
+        if not self._frames:
+            raise InputError(f"{path}: nothing was filmed, so there is nothing to write")
+        frames = [Image.fromarray(frame).quantize(128) for frame in self._frames]
+        duration = round(self._period * 1000)
+        frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
