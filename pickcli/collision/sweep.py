@@ -17,13 +17,8 @@ def sweep(cover: Cover, axis: Array, angle: float) -> Cover:
     Proof: at any angle a sphere is within half a sampling step of a sampled one; between the two its centre,
     rho from the axis, moves by a chord of at most 2 rho sin(step / 4), by which the sampled sphere is grown.
     """
-    across = cover.centers - np.outer(cover.centers @ axis, axis)
-    parts = [
-        _arc(center, radius, axis, angle, float(rho))
-        for center, radius, rho in zip(
-            cover.centers, cover.radii, np.linalg.norm(across, axis=1), strict=True
-        )
-    ]
+    pairs = list(zip(cover.centers, cover.radii, strict=True))
+    parts = [_arc(center, radius, axis, angle) for center, radius in pairs]
     spheres = np.concatenate(parts) if parts else np.zeros((0, 4))
     kept = outermost(spheres[:, :3], spheres[:, 3])
     growth = max((float(part[0, 3] - r) for part, r in zip(parts, cover.radii, strict=True)), default=0.0)
