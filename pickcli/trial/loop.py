@@ -14,7 +14,6 @@ from typing import TypeAlias
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import inverse
-from pickcli.motion.plan import Plan
 from pickcli.trial.final import final_state
 from pickcli.trial.noise import DEFAULT_NOISE, derived_seed, perceive
 from pickcli.trial.order import Order, OrderKind
@@ -142,13 +141,12 @@ class _Trial:
             reason = f"the motion takes {duration:.1f} s, {self.clock.left:.1f} s are left"
             return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
         self._say(job, "moving")
-        execution = self._run(attempt.plan)
+        execution = self._timed(self.crew.arena.execute(attempt.plan))
         recovery = self._recover(attempt) if execution.stopped or self.crew.arena.held else ()
         outcome, reason = self._judge(attempt, execution)
         return replace(attempt, execution=execution, recovery=recovery, outcome=outcome, reason=reason)
 
-    def _run(self, plan: Plan) -> Execution:
-        execution = self.crew.arena.execute(plan)
+    def _timed(self, execution: Execution) -> Execution:
         self.clock = self.clock.moved(execution.duration)
         return execution
 
@@ -166,14 +164,16 @@ class _Trial:
 
     def _recover(self, attempt: Attempt) -> tuple[Execution, ...]:
         """Bring the arm out to a safe place; where that fails the trial ends."""
-        done: list[Execution] = []
         arena = self.crew.arena
+        done: list[Execution] = []
+        if arena.held is not None:  # a motion that stopped is not trusted to hold on
+            done.append(self._timed(arena.release()))
         for k in range(MAX_RECOVERIES):
             self.clock = self.clock.planned()
             scene = self._look()
             seed = derived_seed("recover", self.settings.seed, attempt.item, attempt.number, k)
             try:
-                plan = self.crew.recover(scene, arena.q, arena.pivot, arena.held, seed)
+                plan = self.crew.recover(scene, arena.q, arena.pivot, seed)
             except NoPlanError as error:
                 self.aborted = f"the arm cannot be brought out: {error}"
                 return tuple(done)
@@ -181,7 +181,7 @@ class _Trial:
             if verdict.certificate is None:
                 self.aborted = f"the way out is not certified: {'; '.join(map(str, verdict.reasons[:3]))}"
                 return tuple(done)
-            done.append(self._run(replace(plan, certificate=verdict.certificate)))
+            done.append(self._timed(arena.execute(replace(plan, certificate=verdict.certificate))))
             if not done[-1].stopped:
                 return tuple(done)
         self.aborted = f"the arm did not come out: {done[-1].stopped}"

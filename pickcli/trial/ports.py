@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Execution:
-    """What happened while a plan was carried out. Times are simulated seconds.
+    """What happened while something was carried out. Times are simulated seconds.
 
     stopped: why it ended before the plan did, "" if it did not
     has_item: what the vacuum sensor said at the end of the retreat, None if it was not read
@@ -59,6 +59,9 @@ class Arena(Protocol):
     def execute(self, plan: Plan) -> Execution:
         """Carry out a certified plan to its end or to a stop."""
 
+    def release(self) -> Execution:
+        """Close the valve where the robot stands and wait until the item is let go."""
+
 
 class PlanPick(Protocol):
     """Asks for a pick as ``planning.pick.plan_pick`` does. Raises NoPlanError."""
@@ -76,9 +79,9 @@ class PlanPick(Protocol):
 
 
 class PlanRecovery(Protocol):
-    """Asks for a way out to a safe place from wherever the robot stands. Raises NoPlanError."""
+    """Asks for a way out to a safe place, with the empty tool, from wherever it is. Raises NoPlanError."""
 
-    def __call__(self, scene: Scene, q: Array, pivot: PivotState, held: str | None, seed: int) -> Plan: ...
+    def __call__(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan: ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,12 +38,14 @@ class FakeCrew:
     """Plans and executes by script. What is not scripted works.
 
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
+    clings: items that stay in the cup when their motion stops
     executions: per item, what its executions are, one after the other; then it is delivered
     """
 
     scene: Scene
     no_plan: frozenset[str] = frozenset()
     rejects: frozenset[str] = frozenset()
+    clings: frozenset[str] = frozenset()
     executions: dict[str, list[Execution]] = field(default_factory=dict)
     duration: float = DURATION
     held: str | None = None
@@ -71,7 +73,7 @@ class FakeCrew:
         )
         return self._motion(f"pick {item}", seed, grasp)
 
-    def recover(self, scene: Scene, q: Array, pivot: PivotState, held: str | None, seed: int) -> Plan:
+    def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
         if "recover" in self.no_plan:
             raise NoPlanError("the way out", [Reason("collision", "retreat", "")])
         return self._motion("recover", seed, None)
@@ -85,13 +87,18 @@ class FakeCrew:
         assert plan.certificate is not None, "nothing uncertified may be executed"
         self.executed.append(plan)
         if plan.grasp is None:
-            self.held = None
+            assert self.held is None, "recoveries are planned for the empty tool"
             return Execution(self.duration)
         script = self.executions.get(plan.grasp.item, [])
         if script:
+            self.held = plan.grasp.item if plan.grasp.item in self.clings else None
             return script.pop(0)
         self.put(plan.grasp.item, TOTE)
         return Execution(self.duration, has_item=True)
+
+    def release(self) -> Execution:
+        self.held = None
+        return Execution(0.5)
 
     def put(self, item: str, location: str) -> None:
         """An item gets elsewhere."""

@@ -81,6 +81,14 @@ def test_lost_vacuum_is_recovered_and_retried_once_with_another_grasp(cell: Cell
     assert "vacuum lost in retreat" in first.reason and "bin_B" in first.reason
 
 
+def test_an_item_that_is_still_held_after_a_stop_is_let_go_before_the_way_out(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), clings=frozenset({"scotch_duct_tape"}))
+    fake.executions["scotch_duct_tape"] = [Execution(4.0, stopped="the robot lags")]
+    result = play(fake)
+    assert [len(a.recovery) for a in result.attempts if a.item == "scotch_duct_tape"] == [2, 0]
+    assert result.is_clean and result.items_in_tote == 4
+
+
 def test_there_is_no_third_attempt(cell: Cell) -> None:
     fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 5})
     result = play(fake)
