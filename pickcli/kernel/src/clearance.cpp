@@ -1,0 +1,62 @@
+// Exact signed clearance in double precision.
+#include <algorithm>
+
+#include "checker.hpp"
+
+namespace apc {
+namespace {
+
+// Looks for the nearest pair; a whole frame is skipped when its ball is farther than the best so far
+// (signed distances change by at most the distance moved, inside too).
+class NearestPair {
+ public:
+  NearestPair(const Checker& checker, const double* q, double max_distance)
+      : covers_(checker.robot().covers()), best_{max_distance}, T_world_frame_(covers_.size()) {
+    checker.robot().place(q, T_world_frame_.data());
+    for (std::size_t f = 0; f < covers_.size(); ++f) {
+      if (covers_[f].spheres.empty()) continue;
+      const int frame = static_cast<int>(f);
+      for (const Box& box : checker.world().boxes())
+        if (!(box.ignored >> f & 1)) against_box(frame, box);
+      for (int inner : covers_[f].tested) against_frame(frame, inner);
+    }
+  }
+
+  const Contact& best() const { return best_; }
+
+ private:
+  Vec3 ball(int f) const { return T_world_frame_[f] * covers_[f].center; }
+
+  void against_box(int f, const Box& box) {
+    const FrameCover& cover = covers_[f];
+    if (signed_distance(ball(f), box) - cover.radius >= best_.distance) return;
+    for (const Sphere& s : cover.spheres)
+      offer(signed_distance(T_world_frame_[f] * s.center, box) - s.radius, f, ObstacleKind::box, box.index);
+  }
+
+  void against_frame(int f, int g) {
+    const FrameCover &outer = covers_[f], &inner = covers_[g];
+    if (inner.spheres.empty() || norm(ball(f) - ball(g)) - outer.radius - inner.radius >= best_.distance) return;
+    for (const Sphere& a : outer.spheres) {
+      const Vec3 center = T_world_frame_[f] * a.center;
+      for (const Sphere& b : inner.spheres)
+        offer(norm(center - T_world_frame_[g] * b.center) - a.radius - b.radius, f, ObstacleKind::self, g);
+    }
+  }
+
+  void offer(double distance, int frame, ObstacleKind kind, int index) {
+    if (distance < best_.distance) best_ = {distance, frame, static_cast<int>(kind), index};
+  }
+
+  const std::vector<FrameCover>& covers_;
+  Contact best_;
+  std::vector<Pose> T_world_frame_;
+};
+
+}  // namespace
+
+Contact Checker::clearance(const double* q, double max_distance) const {
+  return NearestPair(*this, q, max_distance).best();
+}
+
+}  // namespace apc

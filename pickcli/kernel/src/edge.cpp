@@ -1,0 +1,206 @@
+// Proof of edges by adaptive bisection, eight intervals at a time.
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+
+#include "checker.hpp"
+
+namespace apc {
+namespace {
+
+using eight::kLanes;
+
+eight::Test g_test = nullptr;
+
+bool has_avx2() {
+#ifdef APC_HAS_AVX2_BUILD
+  return __builtin_cpu_supports("avx2");
+#else
+  return false;
+#endif
+}
+
+eight::Test test_named(const char* name) {
+  if (std::strcmp(name, "baseline") == 0) return eight::baseline::test;
+#ifdef APC_HAS_AVX2_BUILD
+  if (std::strcmp(name, "avx2") == 0 && has_avx2()) return eight::avx2::test;
+#endif
+  throw std::invalid_argument(std::string("simd \"") + name + "\" is not available here: use \"baseline\"" +
+                              (has_avx2() ? " or \"avx2\"" : ""));
+}
+
+eight::Test chosen_test() {
+  if (!g_test) g_test = test_named(has_avx2() ? "avx2" : "baseline");
+  return g_test;
+}
+
+// Aligned memory for the hot test, kept from call to call by each thread.
+void* scratch(std::size_t n_bytes) {
+  struct Free {
+    void operator()(void* p) const { std::free(p); }
+  };
+  thread_local std::unique_ptr<void, Free> memory;
+  thread_local std::size_t size = 0;
+  if (size < n_bytes) {
+    size = (n_bytes + 63) / 64 * 64;
+    memory.reset(std::aligned_alloc(64, size));
+    if (!memory) {
+      size = 0;
+      throw std::bad_alloc();
+    }
+  }
+  return memory.get();
+}
+
+// Margins with what single precision may be off, for configurations whose prismatic joints stay within
+// +-travel (summed).
+void set_margins(eight::Batch& batch, const Robot& robot, const World& world, double margin, double travel) {
+  const double position = robot.rounding(travel), reach = robot.reach(travel);
+  batch.world_margin = static_cast<float>(margin + position + world.rounding(reach));
+  batch.self_margin = static_cast<float>(margin + 2.0 * position + 16.0 * eight::kUnitRoundoff * reach);
+  const double turned = 20.0 * eight::kUnitRoundoff * robot.single().n_joints;  // an axis' direction
+  batch.lever_error = static_cast<float>(2.0 * position + 2.0 * turned * reach);
+}
+
+double travel_of(const Robot& robot, const double* q) {
+  double travel = 0.0;
+  for (const Joint& joint : robot.chain().joints())
+    if (joint.type == JointType::prismatic) travel += std::abs(q[joint.q_index]);
+  return travel;
+}
+
+struct Interval {
+  double middle, half;
+};
+
+// Intervals still to be proven, widest first: a hit anywhere on the edge is found early.
+class Agenda {
+ public:
+  Agenda() {
+    intervals_.reserve(128);
+    intervals_.push_back({0.5, 0.5});
+  }
+
+  // The next batch (1..8 intervals). Lanes that would idle are filled by halving: they cost the same.
+  int take(Interval* out) {
+    while (2 * pending() <= kLanes) halve_all();
+    const int n = std::min<int>(kLanes, pending());
+    std::copy_n(intervals_.begin() + first_, n, out);
+    first_ += n;
+    if (first_ > 4096) intervals_.erase(intervals_.begin(), intervals_.begin() + first_), first_ = 0;
+    return n;
+  }
+
+  void halve(Interval whole) {
+    const double half = 0.5 * whole.half;
+    intervals_.push_back({whole.middle - half, half});
+    intervals_.push_back({whole.middle + half, half});
+  }
+
+  int pending() const { return static_cast<int>(intervals_.size() - first_); }
+
+ private:
+  void halve_all() {
+    for (int n = pending(); n > 0; --n) halve(intervals_[first_++]);
+  }
+
+  std::vector<Interval> intervals_;
+  std::size_t first_ = 0;
+};
+
+// One edge q0 + t (q1 - q0) as batches for the hot test.
+class Edge {
+ public:
+  Edge(const Checker& checker, const double* q0, const double* q1, double margin, const double* slack,
+       double resolution)
+      : checker_(checker), q0_(q0), n_(checker.n()) {
+    for (int j = 0; j < n_; ++j) dq_[j] = q1[j] - q0[j];
+    const Robot& robot = checker.robot();
+    const double travel = std::max(travel_of(robot, q0), travel_of(robot, q1));
+    set_margins(batch_, robot, checker.world(), margin, travel);
+    batch_.resolution = static_cast<float>(resolution);
+    batch_.is_edge = true;
+    // Rounded up: the products and sums of the bound are in single precision.
+    constexpr double up = 1.0 + 1e-5;
+    for (int k = 0; k < robot.single().n_joints; ++k) {
+      const int j = robot.single().joints[k].q_index;
+      batch_.speed[k] = static_cast<float>(up * std::abs(dq_[j]));
+      batch_.slack[k] = slack ? static_cast<float>(up * slack[j]) : 0.0f;
+    }
+  }
+
+  EdgeReport check() {
+    EdgeReport report;
+    Agenda agenda;
+    while (agenda.pending() > 0) {
+      Interval lanes[kLanes];
+      const int n = agenda.take(lanes);
+      std::fill(lanes + n, lanes + kLanes, lanes[n - 1]);
+      const eight::Verdict verdict = test(lanes);
+      report.n_configurations += n;
+      if (verdict.hit_lane >= 0) {
+        report.free = false;
+        report.t = lanes[verdict.hit_lane].middle;
+        report.frame = verdict.frame, report.kind = verdict.kind, report.index = verdict.index;
+        break;
+      }
+      for (int i = 0; i < n; ++i)
+        if (verdict.unproven >> i & 1) agenda.halve(lanes[i]);
+    }
+    return report;
+  }
+
+ private:
+  eight::Verdict test(const Interval* lanes) {
+    for (int i = 0; i < kLanes; ++i) batch_.half_width[i] = static_cast<float>(lanes[i].half);
+    for (int j = 0; j < n_; ++j)
+      for (int i = 0; i < kLanes; ++i) batch_.q[j][i] = q0_[j] + lanes[i].middle * dq_[j];
+    const eight::Robot& robot = checker_.robot().single();
+    eight::Verdict verdict;
+    chosen_test()(robot, checker_.world().single(), batch_, scratch(eight::scratch_bytes(robot)), verdict);
+    return verdict;
+  }
+
+  const Checker& checker_;
+  const double* q0_;
+  const int n_;
+  double dq_[kMaxJoints];
+  eight::Batch batch_;
+};
+
+}  // namespace
+
+const char* simd_name() { return chosen_test() == eight::baseline::test ? "baseline" : "avx2"; }
+
+void set_simd(const char* name) { g_test = test_named(name); }
+
+EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin, const double* slack,
+                               double resolution) const {
+  return Edge(*this, q0, q1, margin, slack, resolution).check();
+}
+
+void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {
+  const int n = this->n();
+  const eight::Robot& robot = robot_.single();
+  eight::Batch batch;
+  batch.is_edge = false;
+  for (int first = 0; first < n_rows;) {
+    const int n_lanes = std::min(kLanes, n_rows - first);
+    double travel = 0.0;
+    for (int i = 0; i < kLanes; ++i) {
+      const double* q = Q + n * static_cast<std::size_t>(first + std::min(i, n_lanes - 1));
+      for (int j = 0; j < n; ++j) batch.q[j][i] = q[j];
+      travel = std::max(travel, travel_of(robot_, q));
+    }
+    set_margins(batch, robot_, world_, margin, travel);
+    eight::Verdict verdict;
+    chosen_test()(robot, world_.single(), batch, scratch(eight::scratch_bytes(robot)), verdict);
+    for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.unproven >> i & 1);
+    first += n_lanes;
+  }
+}
+
+}  // namespace apc

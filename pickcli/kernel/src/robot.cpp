@@ -1,0 +1,157 @@
+#include "robot.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace apc {
+namespace {
+
+constexpr double u = eight::kUnitRoundoff;
+
+// Worst error of one more joint in a body's rotation matrix (Frobenius norm): rounding of the constant
+// matrix (1.8 u), product of two rotations in three-term sums (9 u), sine and cosine (4 u), turning the
+// first two columns (4 u).
+constexpr double kRotationError = 20.0 * u;
+
+// Centre of a small ball around the spheres: walk towards whatever sticks out most, in ever smaller steps
+// (Badoiu and Clarkson).
+Vec3 ball_center(const std::vector<Sphere>& spheres) {
+  Vec3 center = spheres.front().center;
+  for (int i = 1; i <= 300; ++i) {
+    const auto farthest = std::max_element(spheres.begin(), spheres.end(), [&](const Sphere& a, const Sphere& b) {
+      return norm(a.center - center) + a.radius < norm(b.center - center) + b.radius;
+    });
+    center = center + (1.0 / (i + 1)) * (farthest->center - center);
+  }
+  return center;
+}
+
+void bound(FrameCover& cover) {
+  cover.radius = 0.0;
+  if (cover.spheres.empty()) return;
+  cover.center = ball_center(cover.spheres);
+  for (const Sphere& s : cover.spheres) cover.radius = std::max(cover.radius, norm(s.center - cover.center) + s.radius);
+}
+
+void check_sphere(const Sphere& sphere, const std::string& what) {
+  if (!(sphere.radius > 0.0)) throw std::invalid_argument(what + ": the radius of a sphere must be positive");
+}
+
+eight::Sphere to_single(const Vec3& center, double radius) {
+  return {static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z),
+          static_cast<float>(radius)};
+}
+
+}  // namespace
+
+Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
+             const std::vector<std::pair<int, int>>& self_pairs)
+    : chain_(std::move(chain)), covers_(chain_.n_frames() + 1) {
+  const int n_frames = chain_.n_frames();
+  for (size_t i = 0; i < spheres.size(); ++i) {
+    check_sphere(spheres[i], "sphere " + std::to_string(i));
+    if (frame[i] < 0 || frame[i] >= n_frames)
+      throw std::invalid_argument("sphere " + std::to_string(i) + ": frame " + std::to_string(frame[i]) +
+                                  " is not in 0.." + std::to_string(n_frames - 1));
+    covers_[frame[i]].spheres.push_back(spheres[i]);
+  }
+  for (const auto& [a, b] : self_pairs) {
+    if (a == b || std::min(a, b) < 0 || std::max(a, b) >= n_frames)
+      throw std::invalid_argument("self pair (" + std::to_string(a) + ", " + std::to_string(b) +
+                                  ") is not a pair of two frames in 0.." + std::to_string(n_frames - 1));
+    covers_[std::max(a, b)].tested.push_back(std::min(a, b));
+  }
+  for (FrameCover& cover : covers_) bound(cover);
+  prepare_bodies();
+  prepare_spheres();
+}
+
+void Robot::set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames) {
+  for (size_t i = 0; i < spheres.size(); ++i) check_sphere(spheres[i], "held sphere " + std::to_string(i));
+  for (int f : tested_frames)
+    if (f < 0 || f >= chain_.n_frames())
+      throw std::invalid_argument("tested frame " + std::to_string(f) + " is not in 0.." +
+                                  std::to_string(chain_.n_frames() - 1));
+  FrameCover& held = covers_.back();
+  held.spheres = std::move(spheres);
+  held.tested = std::move(tested_frames);
+  bound(held);
+  prepare_spheres();
+}
+
+void Robot::place(const double* q, Pose* frames) const {
+  chain_.fk(q, frames);
+  frames[chain_.n_frames()] = frames[chain_.n_frames() - 1];
+}
+
+// Every moving joint gets a frame whose z is its axis, and what is fixed in between is folded together.
+void Robot::prepare_bodies() {
+  Pose T_body_frame;
+  for (const Joint& joint : chain_.joints()) {
+    T_body_frame = T_body_frame * joint.T_parent_joint;
+    if (joint.type != JointType::fixed) {
+      const Pose T_frame_body{rotation_with_z(joint.axis), {}};
+      const Pose T = T_body_frame * T_frame_body;
+      eight::Joint single{{}, joint.type == JointType::prismatic, joint.q_index};
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+          single.T_body_joint[4 * row + column] = static_cast<float>(T.R(row, column));
+        single.T_body_joint[4 * row + 3] = static_cast<float>(row == 0 ? T.p.x : row == 1 ? T.p.y : T.p.z);
+      }
+      joints_.push_back(single);
+      T_body_frame = inverse(T_frame_body);
+    }
+    body_of_frame_.push_back(static_cast<int>(joints_.size()));
+    T_body_frame_.push_back(T_body_frame);
+  }
+  body_of_frame_.push_back(body_of_frame_.back());
+  T_body_frame_.push_back(T_body_frame_.back());
+}
+
+void Robot::prepare_spheres() {
+  frames_.clear();
+  spheres_.clear();
+  tested_.clear();
+  for (size_t f = 0; f < covers_.size(); ++f) {
+    const FrameCover& cover = covers_[f];
+    eight::Frame single{body_of_frame_[f], static_cast<int>(spheres_.size()), static_cast<int>(cover.spheres.size()),
+                        {}, 0.0f, static_cast<int>(tested_.size()), static_cast<int>(cover.tested.size())};
+    const Vec3 center = T_body_frame_[f] * cover.center;
+    double spread = 0.0;
+    for (const Sphere& s : cover.spheres) {
+      spheres_.push_back(to_single(T_body_frame_[f] * s.center, s.radius));
+      spread = std::max(spread, norm(s.center - cover.center));
+    }
+    // What bounds the spheres must still do so after rounding.
+    const double slop = 8.0 * u * (norm(center) + cover.radius);
+    single.ball = to_single(center, cover.radius + slop);
+    single.spread = static_cast<float>(spread + slop);
+    frames_.push_back(single);
+    tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
+  }
+  single_ = {joints_.data(),  static_cast<int>(joints_.size()),  frames_.data(), static_cast<int>(frames_.size()),
+             spheres_.data(), static_cast<int>(spheres_.size()), tested_.data()};
+  bound_rounding();
+}
+
+// Every offset between two bodies inherits the rotation error of the joints before it and adds the
+// rounding of its own product (8 u of its length); every position is rounded twice more (2 u of the reach).
+void Robot::bound_rounding() {
+  const double n = static_cast<double>(joints_.size());
+  rounding_ = reach_ = 0.0;
+  for (size_t k = 0; k < joints_.size(); ++k) {
+    const float* C = joints_[k].T_body_joint;
+    const double offset = norm({C[3], C[7], C[11]});
+    rounding_ += (static_cast<double>(k) * kRotationError + 8.0 * u) * offset;
+    reach_ += offset;
+  }
+  double farthest = 0.0;
+  for (const eight::Sphere& s : spheres_) farthest = std::max(farthest, norm({s.x, s.y, s.z}));
+  rounding_ += (n * kRotationError + 8.0 * u) * farthest;
+  reach_ += farthest;
+  rounding_ += 2.0 * (n + 1.0) * u * reach_;
+  rounding_per_travel_ = n * kRotationError + 8.0 * u + 2.0 * (n + 1.0) * u;
+}
+
+}  // namespace apc
