@@ -46,11 +46,18 @@ def run_trial(
 
     Raises InputError for an order that is no pick order.
     """
-    if order.kind is not OrderKind.PICK:
-        raise InputError(f"this is a {order.kind} file; a trial plays pick orders (with a work_order)")
-    trial = _Trial(order, crew, settings or TrialSettings(), progress)
+    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), progress)
     trial.play()
     return trial.result()
+
+
+def require_pick(order: Order, where: str = "the order") -> Order:
+    """The order, if it is one that can be played. Raises InputError."""
+    if order.kind is not OrderKind.PICK:
+        raise InputError(
+            f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order)"
+        )
+    return order
 
 
 class _Trial:

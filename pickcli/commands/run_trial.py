@@ -1,0 +1,134 @@
+"""``apc run-trial``: a whole order, played by the rules."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.cell.scene import PoseNoise
+from pickcli.commands.options import cell_option, emit_json, json_option, progress, seed_option
+from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.errors import TrialAbortedError
+
+if TYPE_CHECKING:
+    from pickcli.trial.result import TrialResult
+
+MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
+
+
+class PoseNoiseType(click.ParamType):
+    """MM,DEG: bounds of the error of the poses that planning sees."""
+
+    name = "MM,DEG"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> PoseNoise:
+        """Two numbers with a comma to metres and radians."""
+        if isinstance(value, PoseNoise):
+            return value
+        try:
+            millimetres, degrees = (float(part) for part in str(value).split(","))
+        except ValueError:
+            self.fail(f"{value!r}: expected two numbers, millimetres and degrees, e.g. 2,1", param, ctx)
+        if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
+            self.fail(
+                f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees", param, ctx
+            )
+        return PoseNoise(millimetres / 1000.0, math.radians(degrees))
+
+
+@click.command("run-trial")
+@click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Folder to write  [default: runs/ORDER-SEED]"
+)
+@click.option("--overwrite", is_flag=True, help="Replace the files of an existing folder.")
+@click.option("--pose-noise", type=PoseNoiseType(), default="2,1", show_default=True,
+              help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
+@cell_option
+@artifact_options
+@seed_option
+@json_option
+def command(
+    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, cell_name: str,
+    roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Play a whole pick order in simulation by the rules of its year, and keep score.
+
+    \b
+    Example:
+      apc run-trial data/tasks/jsk_pick_sample.json --seed 3 -o runs/mine
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.trial.folder import refuse_existing_folder, write_folder
+    from pickcli.trial.loop import TrialSettings, require_pick, run_trial
+    from pickcli.trial.order import read_order
+    from pickcli.trial.record import trial_record
+
+    cell = load_cell(cell_name)
+    order = require_pick(read_order(order_path, cell), str(order_path))
+    folder = output or Path("runs") / f"{order_path.stem}-{seed}"
+    refuse_existing_folder(folder, overwrite)
+
+    from pickcli.trial.arena import SimulatedArena, crew_of
+    from pickcli.trial.make_scene import make_scene
+
+    planner = load_planner(cell, roadmap, trajectories)
+    with progress("placing the items") as report:
+        scene = make_scene(order.bin_contents, cell, seed, order.year, report)
+    arena = SimulatedArena(scene)
+    pictures = {"before": arena.picture()}
+    began = time.perf_counter()
+    with progress("picking") as report:
+        result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), report)
+    record = trial_record(result, order_path.name, time.perf_counter() - began)
+    pictures["after"] = arena.picture()
+    paths = write_folder(folder, result, record, pictures)
+    if as_json:
+        emit_json(record)
+    else:
+        _show(result, paths)
+    if not result.is_clean:
+        raise TrialAbortedError(_what_went_wrong(result))
+
+
+def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
+    """The table, the score and where everything was written."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from pickcli.trial.report import rows, summary
+
+    table = Table()
+    for title in ("bin", "item", "outcome"):
+        table.add_column(title)
+    for title in ("points", "planning ms", "motion s"):
+        table.add_column(title, justify="right")
+    table.add_column("reason", overflow="fold")
+    for row in rows(result):
+        planning = "-" if row.planning_ms is None else f"{row.planning_ms:.0f}"
+        table.add_row(
+            row.bin,
+            row.item,
+            row.outcome,
+            str(row.points),
+            planning,
+            f"{row.motion_s:.1f}",
+            escape(row.reason),
+        )
+    console = Console()
+    console.print(table)
+    for line in (*summary(result), *(f"wrote {path}" for path in paths)):
+        console.print(line, markup=False, highlight=False)
+
+
+def _what_went_wrong(result: TrialResult) -> str:
+    """One sentence for the end, when the trial was not clean."""
+    if result.aborted:
+        return f"trial aborted: {result.aborted}; see trial.json"
+    collisions, violations = result.n_collisions, result.n_limit_violations
+    return f"{collisions} collisions and {violations} limit violations; trial.json says where"

@@ -1,0 +1,51 @@
+"""The folder that a trial leaves behind. Its files are described in docs/formats/trial.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pickcli.cell.scene_file import write_scene
+from pickcli.errors import InputError
+from pickcli.trial.output import write_output
+from pickcli.trial.record import write_record
+from pickcli.trial.result import TrialResult
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
+    """Raise InputError, before any work is done, where the results could not be written in the end."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is a file; name a folder with -o")
+    if folder.exists() and any(folder.iterdir()) and not overwrite:
+        raise InputError(f"{folder}: exists already; name another folder with -o or add --overwrite")
+
+
+def write_folder(
+    folder: Path, result: TrialResult, record: Mapping[str, Any], pictures: Mapping[str, NDArray[np.uint8]]
+) -> tuple[Path, ...]:
+    """Write all files of a trial, each whole or not at all, and return their paths.
+
+    pictures: by name, (height, width, 3). Raises InputError where a file cannot be written.
+    """
+    from pickcli.simulation.camera import write_png
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be made: {error.strerror}; name another folder with -o"
+        ) from error
+    paths = [folder / "output.json", folder / "scene.json", folder / "trial.json"]
+    if result.final.claim is not None:
+        write_output(paths[0], result.final.claim)
+    write_scene(result.before, paths[1])
+    write_record(paths[2], record)
+    for name, picture in pictures.items():
+        paths.append(folder / f"{name}.png")
+        write_png(picture, paths[-1])
+    return tuple(paths)
