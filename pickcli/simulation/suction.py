@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.cell.robot import Tool
 from pickcli.geometry import Array, inverse
 from pickcli.simulation.engine import Engine
-from pickcli.simulation.vacuum import FULL_VACUUM, SEAL_VACUUM, Vacuum
+from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on
 CONFORMITY = 5e-3  # m, how uneven a face its lip follows: 10 degrees of tilt, or the curve of a bottle
@@ -24,7 +24,9 @@ STOP_STIFFNESS = 2000.0  # N/m beyond the stroke, when the bellows are solid
 DRAG_REACH = 0.01  # m in front of the cup where its open flow still moves things
 DRAG_SHARE = 0.05  # of the closed cup's force, at the cup
 WELD_FORCE = 1e4  # N, far above every limit: the weld itself never yields
-SETTING_SPEED = 2e-3  # m/s at which the cup advances no more
+SEAL_VACUUM = 40e3  # Pa in the cup from which it holds, and from which the sensor says so
+RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item comes off
+STANDING_SPEED = 2e-3  # m/s between cup and face below which a seal sets
 PROBE_BACK = 0.02  # m behind the compressed cup where the probing rays start, so never inside an item
 
 
@@ -74,7 +76,7 @@ class Suction:
     @property
     def is_holding(self) -> bool:
         """What the vacuum sensor says: a closed cup with enough vacuum."""
-        return self.held is not None and self.vacuum.at_cup >= SEAL_VACUUM
+        return self.held is not None and self.vacuum.cup >= SEAL_VACUUM
 
     def before_step(self, T_world_tip: Array, time_step: float, is_near: bool) -> None:
         """Pressure, seal and the forces of the open cup; before the engine steps.
@@ -92,8 +94,8 @@ class Suction:
         self.vacuum.advance(time_step, is_sealed=seals)
         if item is None:
             return
-        # While the cup still advances the bellows give way; they set once it stands.
-        if seals and closing < SETTING_SPEED and self.vacuum.at_cup >= SEAL_VACUUM:
+        # The bellows give way while the cup moves; what lifts off before they set is not held.
+        if seals and abs(closing) < STANDING_SPEED and self.vacuum.cup >= SEAL_VACUUM:
             self._attach(item, T_world_tip)
         else:
             self._act_on(item, T_world_tip, distance, seals)
@@ -103,9 +105,10 @@ class Suction:
         if self.held is None:
             return
         self.load = self._measure(T_world_tip)
-        ratio = self.load.ratio(self._tool, self.vacuum.at_cup)
+        ratio = self.load.ratio(self._tool, self.vacuum.cup)
         if not self.vacuum.is_valve_open:
-            self._detach(t, is_wanted=True)
+            if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
+                self._detach(t, is_wanted=True)
             return
         self.max_ratio = max(self.max_ratio, ratio)
         self._time_over = self._time_over + time_step if ratio > 1.0 else 0.0
@@ -131,9 +134,9 @@ class Suction:
         """Push with the solid bellows beyond the stroke, or draw with the open flow in front of it."""
         axis = T_world_tip[:3, 2]
         force = STOP_STIFFNESS * max(0.0, -distance - self._tool.cup_stroke)
-        if distance > 0.0 and not seals:
+        if distance > 0.0 and not seals and self.vacuum.is_valve_open:
             area = np.pi * self._tool.cup_radius**2
-            force = -DRAG_SHARE * self.vacuum.at_cup * area * (1.0 - distance / DRAG_REACH)
+            force = -DRAG_SHARE * self.vacuum.line * area * (1.0 - distance / DRAG_REACH)
         if force != 0.0:
             self._engine.wake(item)
             self._engine.push(item, force * axis, T_world_tip[:3, 3] + distance * axis)

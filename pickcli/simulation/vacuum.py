@@ -1,33 +1,39 @@
-"""Pump, valve and line of the suction tool: a pressure over time, without any geometry."""
+"""Pump, valve, line and cup of the suction tool: pressures over time, without any geometry.
+
+The pump evacuates the line up to the valve; the open valve lets the line evacuate the cup, if something
+seals it, and lets air into the line if nothing does. Pressures are Pa below ambient.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
-FULL_VACUUM = 60e3  # Pa below ambient that the pump reaches on a closed line
-LEAK_VACUUM = 4e3  # Pa that remains while the valve is open and nothing seals the cup
-LEAK_TIME = 0.05  # s, time constant of losing the vacuum through the open cup
+FULL_VACUUM = 60e3  # Pa that the pump reaches on a closed line
+LEAK_VACUUM = 4e3  # Pa that a running pump keeps while the valve is open and nothing seals the cup
+LEAK_TIME = 0.05  # s, time constant of losing the line's vacuum through the open cup
 HOLD_TIME = 20.0  # s, time constant of a closed line with the pump off
-SEAL_VACUUM = 30e3  # Pa below which a cup does not draw an item on, and the sensor says "nothing held"
+CUP_TIME = 0.04  # s, time constant of evacuating the small cup from the large line
+VENT_TIME = 0.02  # s, time constant of venting the cup through the closed valve
 TIME_CONSTANTS_TO_FULL = 4.0  # a pump's lead is the time to 98 % of the full vacuum
 
 
 @dataclass
 class Vacuum:
-    """The line between pump and cup. Exact over any step length, so the time step does not matter.
+    """Exponential in every phase, hence exact over any step length.
 
-    pump_lead: s from switching the pump on to full vacuum
+    pump_lead: s from switching the pump on to full vacuum in the line
     valve_lead: s from the command to the open or closed valve
     """
 
     pump_lead: float
     valve_lead: float
-    pressure: float = 0.0  # Pa below ambient, before the valve
+    line: float = 0.0
+    cup: float = 0.0
     is_pump_on: bool = False
     is_valve_open: bool = False
+    _is_open_wanted: bool = False
     _time_to_switch: float = 0.0
-    _wanted_open: bool = False
 
     def switch_pump(self, on: bool) -> None:
         """Pump command."""
@@ -35,26 +41,30 @@ class Vacuum:
 
     def switch_valve(self, on: bool) -> None:
         """Valve command; it acts after ``valve_lead``."""
-        if on != self._wanted_open:
-            self._wanted_open, self._time_to_switch = on, self.valve_lead
+        if on != self._is_open_wanted:
+            self._is_open_wanted, self._time_to_switch = on, self.valve_lead
 
     def advance(self, time_step: float, is_sealed: bool) -> None:
         """Let a time step in s pass; ``is_sealed``: whether something closes the cup."""
-        if self._wanted_open != self.is_valve_open:
+        if self._is_open_wanted != self.is_valve_open:
             self._time_to_switch -= time_step
-            if self._time_to_switch <= 1e-9:
-                self.is_valve_open = self._wanted_open
-        target, time = self._tendency(is_sealed)
-        self.pressure = target + (self.pressure - target) * math.exp(-time_step / time)
+            if self._time_to_switch <= time_step / 2:
+                self.is_valve_open = self._is_open_wanted
+        self.line = _approach(self.line, *self._line_tendency(is_sealed), time_step)
+        if not is_sealed:
+            self.cup = 0.0
+        elif self.is_valve_open:
+            self.cup = _approach(self.cup, self.line, CUP_TIME, time_step)
+        else:
+            self.cup = _approach(self.cup, 0.0, VENT_TIME, time_step)
 
-    def _tendency(self, is_sealed: bool) -> tuple[float, float]:
+    def _line_tendency(self, is_sealed: bool) -> tuple[float, float]:
         if self.is_valve_open and not is_sealed:
             return (LEAK_VACUUM if self.is_pump_on else 0.0), LEAK_TIME
         if self.is_pump_on:
             return FULL_VACUUM, self.pump_lead / TIME_CONSTANTS_TO_FULL
         return 0.0, HOLD_TIME
 
-    @property
-    def at_cup(self) -> float:
-        """Pa below ambient in a sealed cup: the line's while the valve is open, else nothing."""
-        return self.pressure if self.is_valve_open else 0.0
+
+def _approach(value: float, target: float, time_constant: float, time_step: float) -> float:
+    return target + (value - target) * math.exp(-time_step / time_constant)
