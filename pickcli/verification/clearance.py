@@ -79,13 +79,13 @@ class Clearance:
     reasons: tuple[Reason, ...]
 
 
-def check_clearance(plan: Plan, scene: Scene, states: States) -> Clearance:
+def check_clearance(plan: Plan, scene: Scene, states: States, T_tip_item: Array | None) -> Clearance:
     """Prove that nothing touches but what is planned to; see the head of this file."""
     world = fixtures(scene)
     queue: list[tuple[float, int, Pair, int, int, bool]] = []
     ticket = count()
     for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, scene, states, world, k):
+        for bound, pair, i, j in _near(plan, scene, states, T_tip_item, world, k):
             queue.append((bound, next(ticket), pair, i, j, False))
     heapq.heapify(queue)
     return _search(plan, queue, ticket)
@@ -132,11 +132,11 @@ def _reason(plan: Plan, pair: Pair, i: int, j: int) -> Reason:
 
 
 def _near(
-    plan: Plan, scene: Scene, states: States, world: tuple[Fixture, ...], k: int
+    plan: Plan, scene: Scene, states: States, T_tip_item: Array | None, world: tuple[Fixture, ...], k: int
 ) -> Iterator[tuple[float, Pair, int, int]]:
     """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
     segment = plan.segments[k]
-    moving = parts(scene, segment, plan.grasp)
+    moving = parts(scene, segment, T_tip_item)
     exempt = exemptions(plan, scene, k)
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
     standing = [f for f in world if f.name not in exempt.absent]

@@ -24,9 +24,9 @@ GRAVITY = 9.81  # m/s^2
 STEP = 1e-3  # s
 
 
-def check_hold(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
     """All that concerns the cup and the item; () for a plan without a grasp."""
-    if plan.grasp is None:
+    if plan.grasp is None or T_tip_item is None:
         return ()
     grasp, item = plan.grasp, scene.find(plan.grasp.item).item
     reasons = list(_seal(grasp, item, scene.cell.robot.tool))
@@ -39,7 +39,7 @@ def check_hold(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
     if not item.suction:
         reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
-    return (*reasons, *_holds(plan, scene, grasp, item))
+    return (*reasons, *_holds(plan, scene, T_tip_item[:3, 3], item))
 
 
 def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
@@ -93,7 +93,7 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iter
         yield Reason("misses the item", where, f"{aside * 1e3:.1f} mm aside, turned {turned:.1f} deg")
 
 
-def _holds(plan: Plan, scene: Scene, grasp: Grasp, item: Item) -> Iterator[Reason]:
+def _holds(plan: Plan, scene: Scene, p_tip_com: Array, item: Item) -> Iterator[Reason]:
     """Pull, shear and moment at the cup, at every millisecond that the item is carried."""
     held = [segment for segment in plan.segments if segment.held is not None]
     if not held:
@@ -101,7 +101,6 @@ def _holds(plan: Plan, scene: Scene, grasp: Grasp, item: Item) -> Iterator[Reaso
     t_start, t_end = held[0].t_start, held[-1].t_end
     times = np.linspace(t_start, t_end, int(np.ceil((t_end - t_start) / STEP)) + 1)
     tips = _tips(plan, scene, times)
-    p_tip_com = inverse(grasp.T_item_tip)[:3, 3]
     accelerations = _accelerations(plan, scene, times, p_tip_com)
     force = item.mass * (accelerations + np.array([0.0, 0.0, GRAVITY]))
     local = np.einsum("tji,tj->ti", tips[:, :3, :3], force)  # what the cup exerts, in the tool frame
@@ -115,7 +114,7 @@ def _holds(plan: Plan, scene: Scene, grasp: Grasp, item: Item) -> Iterator[Reaso
         i = int(np.argmax(values))
         if values[i] > limit:
             at = f"{values[i]:.2f} {unit} at {times[i]:.3f} s, the cup holds {limit}"
-            yield Reason("does not hold", f"{grasp.item}, {name}", at)
+            yield Reason("does not hold", f"{item.name}, {name}", at)
 
 
 def _tips(plan: Plan, scene: Scene, times: Array) -> Array:

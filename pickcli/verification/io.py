@@ -157,6 +157,9 @@ def _still(
 
 def _changes(plan: Plan, moves: Sequence[tuple[float, float, PivotState]]) -> Iterator[Reason]:
     """From one resting state to the next there is exactly what the commands in between make of it."""
+    first = next((k for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING), 0)
+    if first > 0 and not any(m[1] <= plan.segments[first].t_start + TIME_TOLERANCE for m in moves):
+        yield Reason("wrong pivot", f"segment {first}", "moves before, but no command says to where")
     resting = [(k, s) for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING]
     for (_, before), (k, after) in pairwise(resting):
         between = [

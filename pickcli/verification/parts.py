@@ -9,8 +9,7 @@ import numpy as np
 from pickcli.cell.robot import PivotState, Robot
 from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Body, Shape
-from pickcli.geometry import Array, inverse
-from pickcli.motion.plan import Grasp
+from pickcli.geometry import Array
 from pickcli.motion.segment import Segment
 from pickcli.verification.arm import T_lance_cup, pivot_angle, pivot_index, reaches
 from pickcli.verification.solids import Balls, Solid, cover
@@ -65,8 +64,8 @@ def _fixture(name: str, T: Array, shape: Shape) -> Fixture:
     return Fixture(name, T, shape, solid)
 
 
-def parts(scene: Scene, segment: Segment, grasp: Grasp | None) -> tuple[Part, ...]:
-    """Everything that the arm moves in a segment."""
+def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
+    """Everything that the arm moves in a segment. T_tip_item: (4, 4) of the item where one is held."""
     robot = scene.cell.robot
     cup = pivot_index(robot) + 1
     found = [
@@ -76,8 +75,8 @@ def parts(scene: Scene, segment: Segment, grasp: Grasp | None) -> tuple[Part, ..
         for body in link.shapes
     ]
     hanging = [(b, False) for b in robot.links[cup].shapes]
-    if segment.held is not None and grasp is not None:
-        hanging.append((held_body(scene, segment.held, grasp), True))
+    if segment.held is not None and T_tip_item is not None:
+        hanging.append((held_body(scene, segment.held, T_tip_item), True))
     for body, is_held in hanging:
         found += _pivoted(robot, segment.pivot, body, is_held)
     return tuple(found)
@@ -88,11 +87,11 @@ def farthest(moving: tuple[Part, ...]) -> Array:
     return np.asarray(np.max([part.reach for part in moving], axis=0))
 
 
-def held_body(scene: Scene, item_id: str, grasp: Grasp) -> Body:
+def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
     """The held item in the cup link, grown by its uncertainty."""
     item = scene.find(item_id).item
-    T_cup_item = scene.cell.robot.tool.T_cup_tip @ inverse(grasp.T_item_tip)
-    return Body(item_id, item.shape.inflated(scene.noise.bound(item)), T_cup_item)
+    shape = item.shape.inflated(scene.noise.bound(item))
+    return Body(item_id, shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
 
 
 def _pivoted(robot: Robot, pivot: PivotState, body: Body, is_held: bool) -> list[Part]:

@@ -33,15 +33,16 @@ def largest(points: Array) -> Array:
 
 
 def _largest(points: Array) -> float:
+    attained = -np.inf
     for _ in range(60):
-        attained = float(points[:, [0, -1]].max())
+        attained = max(attained, float(points[:, [0, -1]].max()))
         bounds = points.max(axis=1)
         slack = RELATIVE * max(1e-6, abs(attained))
         points = points[bounds > attained + slack]
         if len(points) == 0:
             return attained + slack
         points = np.concatenate(_halves(points))
-    return float(points.max())
+    return max(attained, float(points.max()))
 
 
 def _halves(points: Array) -> tuple[Array, Array]:

@@ -13,9 +13,11 @@ import numpy as np
 from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason, RejectedError, StaleError
+from pickcli.geometry import Array
 from pickcli.motion.plan import Certificate, Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.verification.clearance import check_clearance
+from pickcli.verification.held import pose_in_tool
 from pickcli.verification.hold import check_hold
 from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
@@ -24,11 +26,13 @@ from pickcli.verification.parts import farthest, parts
 from pickcli.verification.release import check_release
 from pickcli.verification.states import MAX_STEP, States, sample_states
 from pickcli.verification.structure import check_structure
+from pickcli.verification.touch import check_touch
 from pickcli.verification.verdict import Verdict
 
 CHECKS = (
     "structure: names, times, contiguous segments, the item held from contact to release",
     "clearance: arm, tool and held item against world and themselves, exact shapes, proven between states",
+    "planned contacts: in contact and the first stretch of the lift only, no deeper than noise and bellows",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
@@ -47,20 +51,22 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     reasons = check_structure(plan, scene)
     if reasons:
         return Verdict(None, reasons)
-    states = _states(plan, scene)
+    T_tip_item = pose_in_tool(plan, scene)
+    states = _states(plan, scene, T_tip_item)
     if states.max_step > MAX_STEP * 1.001:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
     ratios = check_limits(plan, scene)
-    clearance = check_clearance(plan, scene, states)
+    clearance = check_clearance(plan, scene, states, T_tip_item)
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
+        *check_touch(plan, scene, states, T_tip_item),
         *check_lines(plan, scene.cell.robot, states),
-        *check_hold(plan, scene),
+        *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
-        *check_release(plan, scene),
+        *check_release(plan, scene, T_tip_item),
     )
     if reasons:
         return Verdict(None, reasons)
@@ -97,7 +103,7 @@ def _same_world(plan: Plan, scene: Scene) -> str:
     return digest
 
 
-def _states(plan: Plan, scene: Scene) -> States:
-    reach = np.max([farthest(parts(scene, s, plan.grasp)) for s in plan.segments], axis=0)
+def _states(plan: Plan, scene: Scene, T_tip_item: Array | None) -> States:
+    reach = np.max([farthest(parts(scene, s, T_tip_item)) for s in plan.segments], axis=0)
     ends = np.array([t for s in plan.segments for t in (s.t_start, s.t_end)])
     return sample_states(scene.cell.robot, plan.trajectory, ends, reach)

@@ -1,0 +1,56 @@
+"""The verifier's own forward kinematics, against figures worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from handmade import DOWN, STRAIGHT, cell, tip
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.verification.arm import link_poses, reaches
+
+
+def test_home_stands_where_the_sheet_says() -> None:
+    T = tip(cell().configurations["home"].q)
+    assert T[:3, 3] == pytest.approx((-0.605, 0.0, 1.716), abs=1e-3)
+    # the lance is level and points at the shelf
+    assert T[:3, 2] == pytest.approx((1.0, 0.0, 0.0), abs=0.35)
+
+
+def test_the_stretched_arm_is_a_sum_of_lengths() -> None:
+    """All joints at zero: the arm stands upright, 0.85 + 0.41 + 0.49 + 0.42 + 0.18 m, then the tool."""
+    q = np.zeros(8)
+    q[0] = 0.4
+    assert tip(q)[:3, 3] == pytest.approx((-1.758 + 0.4, 0.0, 2.35 + 0.54), abs=1e-9)
+    # pivoted: the cup's last 30 mm point along the flange's +x
+    assert tip(q, DOWN)[:3, 3] == pytest.approx((-1.358 + 0.03, 0.0, 2.35 + 0.51), abs=1e-9)
+    assert tip(q, DOWN)[:3, 2] == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_one_joint_at_a_time() -> None:
+    q = np.zeros(8)
+    q[2] = np.pi / 2  # l about +y lays the arm forward, from z = 1.26
+    assert tip(q, STRAIGHT)[:3, 3] == pytest.approx((-1.758 + 0.49 + 0.42 + 0.18 + 0.54, 0.0, 1.26), abs=1e-9)
+    q[1] = np.pi / 2  # then s about +z turns it to the left
+    assert tip(q)[:3, 3] == pytest.approx((-1.758, 1.63, 1.26), abs=1e-9)
+    q[4] = np.pi / 2  # and u about -y bends the forearm, 0.60 m and the tool, back up
+    assert tip(q)[:3, 3] == pytest.approx((-1.758, 0.49, 1.26 + 1.14), abs=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_point_moves_farther_than_its_reach_allows(seed: int) -> None:
+    """The bound that the clearance proof stands on: |move| <= sum of reach times |joint move|."""
+    rng = np.random.default_rng(seed)
+    robot = cell().robot
+    lower, upper = robot.limits.lower, robot.limits.upper
+    Q = rng.uniform(lower, upper, size=(2, 8))
+    Q[1] = Q[0] + (Q[1] - Q[0]) * rng.choice([1e-4, 1e-2, 1.0])
+    poses = link_poses(robot, Q)
+    for link in range(len(robot.links) - 1):
+        point = rng.normal(size=3)
+        point *= rng.uniform(0, 0.4) / np.linalg.norm(point)
+        a, b = (T[:3, :3] @ point + T[:3, 3] for T in poses[link])
+        allowed = reaches(robot, link, float(np.linalg.norm(point))) @ np.abs(Q[1] - Q[0])
+        assert np.linalg.norm(b - a) <= allowed + 1e-9

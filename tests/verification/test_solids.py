@@ -1,0 +1,111 @@
+"""python-fcl's distances and depths against cases with a known answer, and the balls against the shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, inverse, pose, transform_points
+from pickcli.verification.solids import Solid, cover, distances_to_boxes
+
+BOX = Shape(ShapeKind.BOX, (0.2, 0.4, 0.6))
+CYLINDER = Shape(ShapeKind.CYLINDER, (0.1, 0.5))
+SPHERE = Shape(ShapeKind.SPHERE, (0.15,))
+
+
+def solid(shape: Shape, xyz: tuple[float, float, float], rpy: tuple[float, float, float] = (0, 0, 0)) -> Solid:
+    found = Solid(shape)
+    found.place(pose(xyz, rpy=rpy))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "expected"),
+    [
+        (solid(BOX, (0, 0, 0)), solid(BOX, (0.5, 0.1, 0.1)), 0.3),  # face to face
+        (solid(BOX, (0, 0, 0)), solid(BOX, (0.5, 0.8, 0)), 0.5),  # edge to edge: 0.3 and 0.4
+        (solid(BOX, (0, 0, 0)), solid(BOX, (0.5, 0, 0), (0, 0, np.pi / 4)), 0.4 - 0.3 / np.sqrt(2)),
+        (solid(BOX, (0, 0, 0)), solid(SPHERE, (0.4, 0.1, 0)), 0.15),
+        (solid(BOX, (0, 0, 0)), solid(CYLINDER, (0.4, 0, 0)), 0.2),
+        (solid(BOX, (0, 0, 0)), solid(CYLINDER, (0.6, 0, 0), (0, np.pi / 2, 0)), 0.25),  # end on
+        (solid(CYLINDER, (0, 0, 0)), solid(CYLINDER, (0.5, 0, 0)), 0.3),
+        (solid(CYLINDER, (0, 0, 0)), solid(CYLINDER, (0.3, 0, 0), (np.pi / 2, 0, 0)), 0.1),  # crossed
+        (solid(CYLINDER, (0, 0, 0)), solid(SPHERE, (0.3, 0.4, 0)), 0.25),
+        (solid(CYLINDER, (0, 0, 0)), solid(SPHERE, (0, 0, 0.5)), 0.1),
+        (solid(SPHERE, (0, 0, 0)), solid(SPHERE, (0, 0.3, 0.4)), 0.2),
+    ],
+)
+def test_distances_that_are_known(a: Solid, b: Solid, expected: float) -> None:
+    assert a.distance(b) == pytest.approx(expected, abs=1e-5)
+    assert b.distance(a) == pytest.approx(expected, abs=1e-5)
+    assert a.depth(b) == 0.0
+
+
+@pytest.mark.parametrize("shape", [BOX, CYLINDER, SPHERE])
+@pytest.mark.parametrize("depth", [1e-4, 0.003, 0.03])
+def test_depths_that_are_known(shape: Shape, depth: float) -> None:
+    """A shape sunk into a wide floor."""
+    floor = solid(Shape(ShapeKind.BOX, (4.0, 4.0, 0.5)), (0, 0, -0.25))
+    sunk = solid(shape, (0, 0, shape.extents[2] / 2 - depth))
+    assert sunk.distance(floor) == 0.0
+    assert sunk.depth(floor) == pytest.approx(depth, rel=0.05, abs=1e-5)
+
+
+def random_pose(rng: np.random.Generator) -> Array:
+    return pose(rng.uniform(-0.6, 0.6, 3), rpy=rng.uniform(-np.pi, np.pi, 3))
+
+
+def surface(shape: Shape, rng: np.random.Generator, n: int = 400) -> Array:
+    """Points on the surface of a shape, in its frame."""
+    x = rng.uniform(-1, 1, (n, 3))
+    if shape.kind is ShapeKind.BOX:
+        axis = rng.integers(0, 3, n)
+        x[np.arange(n), axis] = np.sign(x[np.arange(n), axis])
+        return x * shape.extents / 2
+    if shape.kind is ShapeKind.SPHERE:
+        return x / np.linalg.norm(x, axis=1, keepdims=True) * shape.size[0]
+    x[:, :2] /= np.maximum(np.linalg.norm(x[:, :2], axis=1, keepdims=True), 1e-9)
+    x[: n // 2, :2] *= np.sqrt(rng.random((n // 2, 1)))  # the ends
+    x[: n // 2, 2] = np.sign(x[: n // 2, 2])
+    return x * np.array([shape.size[0], shape.size[0], shape.size[1] / 2])
+
+
+@st.composite
+def shapes(draw: st.DrawFn) -> Shape:
+    sizes = st.floats(0.005, 0.8)
+    kind = draw(st.sampled_from(list(ShapeKind)))
+    n = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.SPHERE: 1}[kind]
+    return Shape(kind, tuple(draw(sizes) for _ in range(n)))
+
+
+@settings(max_examples=150, deadline=None)
+@given(shape=shapes(), seed=st.integers(0, 2**32 - 1))
+def test_balls_contain_the_shape(shape: Shape, seed: int) -> None:
+    points = surface(shape, np.random.default_rng(seed))
+    balls = cover(shape)
+    away = np.linalg.norm(points[:, None] - balls.centers, axis=2).min(axis=1)
+    assert away.max() <= balls.radius + 1e-12
+
+
+@settings(max_examples=150, deadline=None)
+@given(a=shapes(), b=shapes(), seed=st.integers(0, 2**32 - 1))
+def test_fcl_agrees_with_points_on_the_surfaces(a: Shape, b: Shape, seed: int) -> None:
+    """No two surface points are nearer than fcl's distance, which no ball bound exceeds."""
+    rng = np.random.default_rng(seed)
+    T_a, T_b = random_pose(rng), random_pose(rng)
+    one, other = Solid(a), Solid(b)
+    one.place(T_a)
+    other.place(T_b)
+    d = one.distance(other)
+    p, q = transform_points(T_a, surface(a, rng)), transform_points(T_b, surface(b, rng))
+    assert d <= np.linalg.norm(p[:, None] - q, axis=2).min() + 1e-5
+    centers = transform_points(T_a, cover(a).centers)
+    bound = distances_to_boxes(centers, T_b[None], b.extents[None] / 2).min() - cover(a).radius
+    assert bound <= d + 1e-5
+    if d > 0.0:  # moving a along any way shorter than d cannot touch
+        inside = np.abs(transform_points(inverse(T_b), p)) < b.extents / 2 - 1e-5
+        if b.kind is ShapeKind.BOX:
+            assert not inside.all(axis=1).any()
