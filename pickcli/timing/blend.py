@@ -93,7 +93,10 @@ class Curve:
     def split(self) -> tuple[Curve, ...]:
         """The curve cut at its stops. The pieces count s from 0; their waypoint_s are their own corners'."""
         cuts = np.concatenate([[0], self.stops, [len(self.corners) - 1]])
-        pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+        pieces = [
+            (self.corners[a : b + 1], self.half_lengths[a : b + 1])
+            for a, b in zip(cuts[:-1], cuts[1:], strict=True)
+        ]
         curves = [Curve(corners, half, np.zeros(1)) for corners, half in pieces]
         return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
 

@@ -48,7 +48,9 @@ class PathBounds:
 
     def shifted(self, by: float) -> PathBounds:
         """The same bounds for a curve that starts at s = ``by`` of this one."""
-        return PathBounds(self.limits, self.edges - by, self.scales, self.tool_caps, self.table_s - by, self.table_speed)
+        return PathBounds(
+            self.limits, self.edges - by, self.scales, self.tool_caps, self.table_s - by, self.table_speed
+        )
 
     def grid(self, curve: Curve, acceleration_share: float, jerk_share: float, cruise: float) -> Grid:
         """Gridpoints on the curve's knots, part boundaries and the tool's table, with all speed limits.

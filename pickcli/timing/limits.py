@@ -19,7 +19,9 @@ TOLERANCE = 1e-6  # relative, for rounding only
 POSITION_TOLERANCE = 1e-6  # rad or m: a bump between two checked nodes
 
 # Power basis of a quartic on [0, 1] to its Bernstein coefficients on [0, 1/2] and [1/2, 1].
-_C = np.array([[1, 0, 0, 0, 0], [1, 1 / 4, 0, 0, 0], [1, 1 / 2, 1 / 6, 0, 0], [1, 3 / 4, 1 / 2, 1 / 4, 0], [1] * 5])
+_C = np.array(
+    [[1, 0, 0, 0, 0], [1, 1 / 4, 0, 0, 0], [1, 1 / 2, 1 / 6, 0, 0], [1, 3 / 4, 1 / 2, 1 / 4, 0], [1] * 5]
+)
 _HALF = np.diag(0.5 ** np.arange(5))
 _SHIFT = np.array([[1, 0.5, 0.25, 0.125, 0.0625], [0, 0.5, 0.5, 0.375, 0.25], [0, 0, 0.25, 0.375, 0.375],
                    [0, 0, 0, 0.125, 0.25], [0, 0, 0, 0, 0.0625]])  # fmt: skip
@@ -53,7 +55,7 @@ def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
     """Largest |velocity| (an upper bound), |acceleration| and |jerk| (exact), each (N - 1, n), per piece."""
     c = trajectory.coefficients()
     h = np.diff(trajectory.times)[:, None]
-    velocity = np.abs(np.einsum("bk,ikn->ibn", _QUARTIC_BOUND, c[:, 1:] * _column(1, 2, 3, 4, 5))).max(axis=1)
+    velocity = np.abs(_QUARTIC_BOUND @ (c[:, 1:] * _column(1, 2, 3, 4, 5))).max(axis=1)
     acceleration = _cubic_peak(c[:, 2:] * _column(2, 6, 12, 20))
     jerk = _quadratic_peak(c[:, 3:] * _column(6, 24, 60))
     return velocity / h, acceleration / h**2, jerk / h**3
@@ -80,10 +82,16 @@ def check_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 
         raise LimitError("trajectory times must increase strictly from 0: rebuild the trajectory")
     ends = trajectory.velocities[[0, -1]]
     if np.any(ends != 0.0):
-        raise LimitError(f"trajectory must start and end at rest, but moves by up to {np.abs(ends).max():.3g} per s")
+        raise LimitError(
+            f"trajectory must start and end at rest, but moves by up to {np.abs(ends).max():.3g} per s"
+        )
     _check_positions(trajectory, limits)
     report = measure_limits(trajectory, limits, scale)
-    for name, worst in (("velocity", report.velocity), ("acceleration", report.acceleration), ("jerk", report.jerk)):
+    for name, worst in (
+        ("velocity", report.velocity),
+        ("acceleration", report.acceleration),
+        ("jerk", report.jerk),
+    ):
         if not worst.ratio <= 1.0 + TOLERANCE:
             raise LimitError(
                 f"{name} of joint {worst.joint} is {worst.ratio:.6f} of its limit at {worst.time:.3f} s of "

@@ -89,7 +89,9 @@ def _first_failure(
         beyond = np.maximum(limits.lower - q, q - limits.upper).max(axis=1)
         if beyond.max() > ROUNDING:
             k = min(int(np.argmax(beyond)), len(tube.s) - 2)
-            reason = Reason("joint limit", f"part {part}", f"{beyond.max():.3g} outside at s = {tube.s[k]:.3f}")
+            reason = Reason(
+                "joint limit", f"part {part}", f"{beyond.max():.3g} outside at s = {tube.s[k]:.3f}"
+            )
             return reason, float(tube.s[max(k - 1, 0)]), float(tube.s[k + 1])
         k = -1 if is_free is None else is_free(part, q, tube.slack)
         if k >= 0:

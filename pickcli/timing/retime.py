@@ -21,8 +21,9 @@ from pickcli.timing.limits import peaks
 from pickcli.timing.smooth import Pace, smooth
 from pickcli.timing.topp import Grid, Profile, parametrize
 
-_WINDOWS = (0.4, 0.65, 1.0, 1.3, 2.0)  # in units of acceleration / jerk
-_ROUNDS = 4  # of local corrections, for the most promising window
+_WINDOWS = (0.1, 0.2, 0.4, 0.65, 1.0, 1.25, 1.55)  # in units of acceleration / jerk
+_ROUNDS = 2  # for every window; as many again for the best one
+
 _GOOD = 1.003  # a stretch that is not worth another round
 
 
@@ -45,18 +46,19 @@ def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
     step: s of the time grid before stretching
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
-    shortest = parametrize(bounds.grid(curve, 1.0, 1e9, 0.0)).duration
+    shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
     # Short windows pay only where the motion is too short to reach its acceleration limits.
-    windows = {max(round(w * ramp / step), 1) for w in _WINDOWS if w >= 1.0 or shortest < 4.0 * ramp}
-    searches = [_Search(curve, bounds, step, n) for n in sorted(windows)]
-    first = [search.round() for search in searches]
-    best = min(first, key=lambda timed: timed.duration)
-    for search in sorted(searches, key=lambda one: one.best.duration)[:2]:
-        for _ in range(_ROUNDS):
-            if search.is_done:
-                break
-            best = min(best, search.round(), key=lambda timed: timed.duration)
-    return best
+    windows = {max(round(w * ramp / step), 1) for w in _WINDOWS if w >= 1.0 or shortest < 6.0 * w * ramp}
+    searches: list[_Search] = []
+    for n_window in sorted(windows):
+        searches.append(_Search(curve, bounds, step, n_window))
+        searches[-1].rounds(_ROUNDS)
+        if searches[-1].is_done and step * n_window >= ramp:
+            break  # it fits as it is: a longer window only lasts longer
+    best = min(searches, key=lambda search: search.best.duration)
+    best.rounds(_ROUNDS)
+    ratio = float(needed_stretch(curve, bounds, best.best.pace).max())
+    return Timed(best.best.pace, max(ratio, 1.0))
 
 
 class _Search:
@@ -70,30 +72,58 @@ class _Search:
         self.best: Timed
         self.is_done = False
 
-    def round(self) -> Timed:
+    def rounds(self, n: int) -> None:
+        """Up to n more attempts."""
+        for _ in range(n):
+            if not self.is_done:
+                self._round()
+
+    def _round(self) -> None:
         """The next attempt; lowers the limits for the one after it."""
         profile = parametrize(self._grid)
         pace = smooth(profile, self._step, self._n_window)
-        ratios = needed_stretch(self._curve, self._bounds, pace)
+        ratios = _estimate(self._curve, self._bounds, pace)
         timed = Timed(pace, max(float(ratios.max()), 1.0))
         self.best = timed if not hasattr(self, "best") or timed.duration < self.best.duration else self.best
         self.is_done = timed.stretch <= _GOOD
         if not self.is_done:
             self._grid = _lowered(self._grid, profile, ratios, self._step, self._n_window)
-        return timed
 
 
 def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
-    """(K - 1,) per cell of the pace, the factor of time at which the cell just keeps all its limits."""
+    """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
+    return _ratios(bounds, pace, *peaks(to_trajectory(curve, pace)))
+
+
+def _estimate(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
+    """The same from the cells' ends and mean jerk: cheaper, and near enough to correct by."""
+    trajectory = to_trajectory(curve, pace)
+    velocity, acceleration = np.abs(trajectory.velocities), np.abs(trajectory.accelerations)
+    jerk = np.abs(np.diff(trajectory.accelerations, axis=0)) / np.diff(pace.t)[:, None]
+    return _ratios(
+        bounds,
+        pace,
+        np.maximum(velocity[1:], velocity[:-1]),
+        np.maximum(acceleration[1:], acceleration[:-1]),
+        jerk,
+    )
+
+
+def _ratios(bounds: PathBounds, pace: Pace, velocity: Array, acceleration: Array, jerk: Array) -> Array:
     start, end = pace.s[:-1], pace.s[1:]
-    scale = bounds.lowest(bounds.scales, start, end)[:, None]
-    limits = bounds.limits
-    velocity, acceleration, jerk = peaks(to_trajectory(curve, pace))
-    ratio = np.maximum(velocity / (scale * limits.velocity), np.sqrt(acceleration / (scale * limits.acceleration)))
-    ratio = np.maximum(ratio, np.cbrt(jerk / (scale * limits.jerk))).max(axis=1)
+    scale, limits = bounds.lowest(bounds.scales, start, end), bounds.limits
+    ratio = np.maximum(
+        (velocity / limits.velocity).max(axis=1) / scale,
+        np.maximum(
+            np.sqrt((acceleration / limits.acceleration).max(axis=1) / scale),
+            np.cbrt((jerk / limits.jerk).max(axis=1) / scale),
+        ),
+    )
     if len(bounds.table_s):
         tool = bounds.tool_speed(pace.s) * pace.ds
-        ratio = np.maximum(ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end))
+        ratio = np.maximum(
+            ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
+        )
     return np.asarray(ratio)
 
 

@@ -87,7 +87,9 @@ def time_run(
     piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
     times = pace.times_at(bounds.edges)
-    return TimedRun(trajectory, times, piece_scales, curve, _deviation(curve, pace, trajectory), stretch, report)
+    return TimedRun(
+        trajectory, times, piece_scales, curve, _deviation(curve, pace, trajectory), stretch, report
+    )
 
 
 def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
@@ -98,7 +100,9 @@ def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
     for index, part in enumerate(parts):
         gap = float(np.abs(part.waypoints[0] - rows[-1][-1]).max())
         if gap > NOWHERE:
-            raise ValueError(f"part {index} ({part.kind}) starts {gap:.3g} from where the part before it ends")
+            raise ValueError(
+                f"part {index} ({part.kind}) starts {gap:.3g} from where the part before it ends"
+            )
         rows.append(part.waypoints[1:])
         tolerances.append(np.full(len(part.waypoints) - 1, part.blend_tolerance))
         edges.append(edges[-1] + len(part.waypoints) - 1)
@@ -141,6 +145,9 @@ def _deviation(curve: Curve, pace: Pace, trajectory: Trajectory) -> float:
     speed = np.maximum(pace.ds[1:], pace.ds[:-1]) + h * np.abs(pace.dds).max()
     pull = np.maximum(np.abs(pace.dds[1:]), np.abs(pace.dds[:-1]))
     snatch = np.abs(np.diff(pace.dds)) / h
-    bend, twist = curve.bend(pace.s[:-1], pace.s[1:]).max(axis=1), curve.twist(pace.s[:-1], pace.s[1:]).max(axis=1)
+    bend, twist = (
+        curve.bend(pace.s[:-1], pace.s[1:]).max(axis=1),
+        curve.twist(pace.s[:-1], pace.s[1:]).max(axis=1),
+    )
     true_jerk = twist * speed**3 + 3.0 * bend * speed * pull + snatch
     return float((h**3 / 48 * (true_jerk + peaks(trajectory)[2].max(axis=1))).max())

@@ -47,7 +47,9 @@ class Pace:
         low, high = np.zeros(len(s)), np.ones(len(s))
         for _ in range(50):
             u = (low + high) / 2
-            here = self.s[i] + h * u * (self.ds[i] + h * u * (self.dds[i] / 2 + (self.dds[i + 1] - self.dds[i]) * u / 6))
+            here = self.s[i] + h * u * (
+                self.ds[i] + h * u * (self.dds[i] / 2 + (self.dds[i + 1] - self.dds[i]) * u / 6)
+            )
             low, high = np.where(here < s, u, low), np.where(here < s, high, u)
         times = self.t[i] + h * high
         times = np.where(s <= self.s[0], 0.0, times)
@@ -80,7 +82,9 @@ def join(paces: Sequence[Pace]) -> Pace:
     if len(paces) == 1:
         return paces[0]
     starts = np.cumsum([0.0] + [pace.duration for pace in paces[:-1]])
-    t = np.concatenate([paces[0].t[:1]] + [pace.t[1:] + start for pace, start in zip(paces, starts, strict=True)])
+    t = np.concatenate(
+        [paces[0].t[:1]] + [pace.t[1:] + start for pace, start in zip(paces, starts, strict=True)]
+    )
     rows = [
         np.concatenate([getattr(paces[0], name)[:1]] + [getattr(pace, name)[1:] for pace in paces])
         for name in ("s", "ds", "dds")
