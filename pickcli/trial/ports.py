@@ -27,6 +27,9 @@ class Execution:
     stopped: why it ended before the plan did, "" if it did not
     has_item: what the vacuum sensor said at the end of the retreat, None if it was not read
     events: one mapping per fired event, with its device, action and distance from where it was due
+    missed: events that never fired
+    max_lag: m, farthest that the tool was from where it was told to be
+    max_load: worst share of the cup's limits while something was held
     """
 
     duration: float
@@ -36,6 +39,9 @@ class Execution:
     limit_violations: tuple[str, ...] = ()
     drops: tuple[Drop, ...] = ()
     events: tuple[dict[str, Any], ...] = ()
+    missed: tuple[str, ...] = ()
+    max_lag: float = 0.0
+    max_load: float = 0.0
 
 
 class Arena(Protocol):

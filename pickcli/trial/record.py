@@ -18,6 +18,7 @@ import numpy as np
 
 import pickcli
 from pickcli.cell.atomic import write_text
+from pickcli.cell.scene_file import scene_hash
 from pickcli.motion.plan import Plan
 from pickcli.trial.ports import Execution
 from pickcli.trial.result import Attempt, TargetResult, TrialResult
@@ -83,6 +84,7 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
         "seed": result.seed,
         "cell": result.before.cell.name,
         "cell_fingerprint": result.before.cell.fingerprint,
+        "scene_hash": scene_hash(result.before),
         "versions": versions,
     }
 
@@ -136,6 +138,9 @@ def _execution(execution: Execution) -> dict[str, Any]:
         "limit_violations": list(execution.limit_violations),
         "drops": [dataclasses.asdict(drop) for drop in execution.drops],
         "events": [dict(event) for event in execution.events],
+        "missed_events": list(execution.missed),
+        "max_lag": _rounded(execution.max_lag),
+        "max_load": _rounded(execution.max_load),
     }
 
 
