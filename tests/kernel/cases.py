@@ -1,0 +1,68 @@
+"""Random chains, spheres, worlds and edges, each a pure function of a generator."""
+
+from __future__ import annotations
+
+import numpy as np
+from reference import FIXED, PRISMATIC, Arm, World
+
+from pickcli.geometry import Array, pose, rotation_axis_angle
+
+
+def random_pose(rng: np.random.Generator, reach: float) -> Array:
+    """A pose with a uniform axis, any angle, and a position within a cube of half-width reach."""
+    axis = rng.normal(size=3)
+    R = rotation_axis_angle(axis / np.linalg.norm(axis), float(rng.uniform(-np.pi, np.pi)))
+    return pose(rng.uniform(-reach, reach, 3), R=R)
+
+
+def random_arm(rng: np.random.Generator) -> Arm:
+    """2 to 9 joints of all types in any order of q, spheres on most frames, sometimes a held item."""
+    n_frames = int(rng.integers(2, 10))
+    types = rng.choice([0, 0, 0, 1, 2], n_frames).astype(np.int32)
+    types[rng.integers(n_frames)] = 0
+    q_index = np.full(n_frames, -1, np.int32)
+    moving = np.flatnonzero(types != FIXED)
+    q_index[moving] = rng.permutation(len(moving))
+    axes = rng.normal(size=(n_frames, 3))
+    frame = rng.integers(0, n_frames, int(rng.integers(1, 16))).astype(np.int32)
+    pairs = [(a, b) for a in range(n_frames) for b in range(a + 2, n_frames) if rng.random() < 0.5]
+    n_held = int(rng.integers(0, 4))
+    tested = [f for f in range(n_frames - 1) if n_held and rng.random() < 0.3]
+    return Arm(
+        joint_types=types,
+        T_parent_joint=np.stack([random_pose(rng, 0.3) for _ in range(n_frames)]),
+        axes=axes / np.linalg.norm(axes, axis=1, keepdims=True),
+        q_index=q_index,
+        centers=rng.uniform(-0.15, 0.15, (len(frame), 3)),
+        radii=rng.uniform(0.01, 0.08, len(frame)),
+        frame=frame,
+        self_pairs=np.array([p if rng.random() < 0.5 else p[::-1] for p in pairs], np.int32).reshape(-1, 2),
+        held_centers=rng.uniform(-0.15, 0.15, (n_held, 3)),
+        held_radii=rng.uniform(0.01, 0.06, n_held),
+        held_tested=np.array(tested, np.int32),
+    )
+
+
+def random_world(rng: np.random.Generator, arm: Arm) -> World:
+    """Up to 15 boxes, plates and sticks among them, in up to 4 groups; some frames ignored."""
+    n = int(rng.integers(0, 16))
+    ignored = [sum(1 << f for f in range(arm.n_frames + 1) if rng.random() < 0.15) for _ in range(n)]
+    return World(
+        T_world_box=np.array([random_pose(rng, 1.2) for _ in range(n)]).reshape(-1, 4, 4),
+        half_extents=rng.choice([0.003, 0.05, 0.2, 0.5], (n, 3)),
+        group=rng.integers(-1, 3, n).astype(np.int32),
+        ignored_frames=np.array(ignored, np.uint64),
+    )
+
+
+def random_configuration(rng: np.random.Generator, arm: Arm) -> Array:
+    """Angles within +-2.5 rad, shifts within +-0.4 m."""
+    q = rng.uniform(-2.5, 2.5, arm.n)
+    q[arm.q_index[arm.joint_types == PRISMATIC]] *= 0.16
+    return np.asarray(q)
+
+
+def random_edge(rng: np.random.Generator, arm: Arm) -> tuple[Array, Array]:
+    """An edge from a whole tour down to a hair's breadth."""
+    q0 = random_configuration(rng, arm)
+    return q0, q0 + float(10.0 ** rng.uniform(-4, 0)) * (random_configuration(rng, arm) - q0)

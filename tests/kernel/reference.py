@@ -1,0 +1,129 @@
+"""The kernel's oracle: the same questions answered in plain numpy, slowly and without any cleverness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array
+from pickcli.kernel import Chain, Checker
+
+REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A chain with spheres and perhaps a held item, as the kernel takes them."""
+
+    joint_types: NDArray[np.int32]  # (L,)
+    T_parent_joint: Array  # (L, 4, 4)
+    axes: Array  # (L, 3) unit
+    q_index: NDArray[np.int32]  # (L,)
+    centers: Array  # (S, 3)
+    radii: Array  # (S,)
+    frame: NDArray[np.int32]  # (S,)
+    self_pairs: NDArray[np.int32]  # (P, 2)
+    held_centers: Array = field(default_factory=lambda: np.empty((0, 3)))
+    held_radii: Array = field(default_factory=lambda: np.empty(0))
+    held_tested: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+
+    @property
+    def n(self) -> int:
+        return int(self.q_index.max()) + 1
+
+    @property
+    def n_frames(self) -> int:
+        return len(self.joint_types)
+
+    def chain(self) -> Chain:
+        return Chain(self.joint_types, self.T_parent_joint, self.axes, self.q_index)
+
+    def checker(self, world: World) -> Checker:
+        checker = Checker(self.chain(), self.centers, self.radii, self.frame, self.self_pairs)
+        checker.set_world(world.T_world_box, world.half_extents, world.group, world.ignored_frames)
+        checker.set_held(self.held_centers, self.held_radii, self.held_tested)
+        return checker
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Oriented boxes."""
+
+    T_world_box: Array  # (B, 4, 4)
+    half_extents: Array  # (B, 3)
+    group: NDArray[np.int32]  # (B,)
+    ignored_frames: NDArray[np.uint64]  # (B,)
+
+
+def motion(joint_type: int, axis: Array, q: Array) -> Array:
+    """Motions (N, 4, 4) of one joint at the positions q (N,)."""
+    T = np.tile(np.eye(4), (len(q), 1, 1))
+    if joint_type == PRISMATIC:
+        T[:, :3, 3] = q[:, None] * axis
+    elif joint_type == REVOLUTE:
+        x, y, z = axis
+        K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        T[:, :3, :3] += np.sin(q)[:, None, None] * K + (1 - np.cos(q))[:, None, None] * (K @ K)
+    return T
+
+
+def frames(arm: Arm, Q: Array) -> Array:
+    """Poses (N, L, 4, 4) of all frames at Q (N, n)."""
+    T = np.tile(np.eye(4), (len(Q), 1, 1))
+    out = []
+    for k in range(arm.n_frames):
+        q = Q[:, arm.q_index[k]] if arm.q_index[k] >= 0 else np.zeros(len(Q))
+        T = T @ arm.T_parent_joint[k] @ motion(arm.joint_types[k], arm.axes[k], q)
+        out.append(T)
+    return np.stack(out, axis=1)
+
+
+def spheres(arm: Arm, Q: Array) -> tuple[Array, Array, NDArray[np.int32]]:
+    """Centres (N, S + H, 3) in the world, radii and frames (S + H,), the held item last, as frame L."""
+    T = frames(arm, Q)
+    frame = np.concatenate([arm.frame, np.full(len(arm.held_radii), arm.n_frames, np.int32)])
+    T_sphere = T[:, np.minimum(frame, arm.n_frames - 1)]
+    centers = np.concatenate([arm.centers, arm.held_centers])
+    world = np.einsum("nsij,sj->nsi", T_sphere[..., :3, :3], centers) + T_sphere[..., :3, 3]
+    return world, np.concatenate([arm.radii, arm.held_radii]), frame
+
+
+def box_distances(points: Array, T_world_box: Array, half: Array) -> Array:
+    """Signed distances (...,) of points (..., 3) from one box."""
+    local = (points - T_world_box[:3, 3]) @ T_world_box[:3, :3]
+    d = np.abs(local) - half
+    outside = np.linalg.norm(np.maximum(d, 0.0), axis=-1)
+    return np.asarray(np.where(outside > 0, outside, d.max(axis=-1)))
+
+
+def pair_clearances(arm: Arm, world: World, Q: Array) -> dict[tuple[int, int, int], Array]:
+    """Clearance (N,) by (frame, kind, index) of everything that is tested, kinds as in the kernel."""
+    centers, radii, frame = spheres(arm, Q)
+    out: dict[tuple[int, int, int], Array] = {}
+    for f in sorted(set(frame.tolist())):
+        mine = frame == f
+        for b in range(len(world.half_extents)):
+            if not (int(world.ignored_frames[b]) >> f) & 1:
+                d = box_distances(centers[:, mine], world.T_world_box[b], world.half_extents[b]) - radii[mine]
+                out[f, 0, b] = d.min(axis=1)
+    pairs = [(max(a, b), min(a, b)) for a, b in arm.self_pairs.tolist()]
+    pairs += [(arm.n_frames, int(f)) for f in arm.held_tested]
+    for f, g in pairs:
+        if (frame == f).any() and (frame == g).any():
+            gap = np.linalg.norm(centers[:, frame == f, None] - centers[:, None, frame == g], axis=-1)
+            gap -= radii[frame == f][:, None] + radii[frame == g]
+            out[f, 1, g] = gap.min(axis=(1, 2))
+    return out
+
+
+def clearances(arm: Arm, world: World, Q: Array) -> Array:
+    """Clearance (N,) at Q (N, n), infinite where nothing is tested."""
+    pairs = pair_clearances(arm, world, Q)
+    return np.min(list(pairs.values()), axis=0) if pairs else np.full(len(Q), np.inf)
+
+
+def along(q0: Array, q1: Array, n_samples: int) -> Array:
+    """Configurations (n_samples, n) on the segment, both ends included."""
+    return np.asarray(q0 + np.linspace(0.0, 1.0, n_samples)[:, None] * (q1 - q0))
