@@ -20,24 +20,17 @@ if TYPE_CHECKING:
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 
-class PoseNoiseType(click.ParamType):
-    """MM,DEG: bounds of the error of the poses that planning sees."""
-
-    name = "MM,DEG"
-
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> PoseNoise:
-        """Two numbers with a comma to metres and radians."""
-        if isinstance(value, PoseNoise):
-            return value
-        try:
-            millimetres, degrees = (float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r}: expected two numbers, millimetres and degrees, e.g. 2,1", param, ctx)
-        if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
-            self.fail(
-                f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees", param, ctx
-            )
-        return PoseNoise(millimetres / 1000.0, math.radians(degrees))
+def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
+    """MM,DEG to metres and radians. Raises BadParameter."""
+    try:
+        millimetres, degrees = (float(part) for part in value.split(","))
+    except ValueError:
+        what = f"{value!r}: expected two numbers, millimetres and degrees, e.g. 2,1"
+        raise click.BadParameter(what, ctx, param) from None
+    if not (0.0 <= millimetres <= MAX_NOISE[0] and 0.0 <= degrees <= MAX_NOISE[1]):
+        what = f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees"
+        raise click.BadParameter(what, ctx, param)
+    return PoseNoise(millimetres / 1000.0, math.radians(degrees))
 
 
 @click.command("run-trial")
@@ -46,7 +39,7 @@ class PoseNoiseType(click.ParamType):
     "-o", "--output", type=click.Path(path_type=Path), help="Folder to write  [default: runs/ORDER-SEED]"
 )
 @click.option("--overwrite", is_flag=True, help="Replace the files of an existing folder.")
-@click.option("--pose-noise", type=PoseNoiseType(), default="2,1", show_default=True,
+@click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @cell_option
 @artifact_options

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from pickcli.commands.run_trial import PoseNoiseType, command
+from pickcli.commands.run_trial import command, parse_noise
 from pickcli.errors import ApcError
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
@@ -39,7 +39,7 @@ def test_impossible_noise_is_a_usage_error(text: str) -> None:
 
 
 def test_noise_is_read_in_millimetres_and_degrees() -> None:
-    noise = PoseNoiseType().convert("3,0.5", None, None)
+    noise = parse_noise(None, None, "3,0.5")
     assert noise.position == pytest.approx(0.003)
     assert noise.angle == pytest.approx(math.radians(0.5))
 

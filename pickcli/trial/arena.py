@@ -1,0 +1,126 @@
+"""The simulated world as a trial sees it, and the crew that plays in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.recover import plan_recovery
+from pickcli.simulation.camera import CELL_VIEW, take_picture
+from pickcli.simulation.execute import StartError, execute
+from pickcli.simulation.execution import Execution as Run
+from pickcli.simulation.execution import FiredEvent
+from pickcli.simulation.world import World
+from pickcli.trial.ports import Crew, Execution
+from pickcli.trial.score import Drop
+from pickcli.verification.verify import verify
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from pickcli.planning.context import Planner
+
+HOME = "home"
+LET_GO = 0.5  # s after which a closed valve has let go of anything
+
+
+class SimulatedArena:
+    """A world in pybullet, with the robot at home and the items where ``scene`` says they truly are."""
+
+    def __init__(self, scene: Scene) -> None:
+        home = scene.cell.configurations[HOME]
+        self._world = World(scene, home.q, home.pivot)
+
+    @property
+    def q(self) -> Array:
+        """Measured configuration (n,)."""
+        return self._world.q
+
+    @property
+    def pivot(self) -> PivotState:
+        """State of the pivoting cup."""
+        return self._world.pivot
+
+    @property
+    def held(self) -> str | None:
+        """Id of the item in the cup."""
+        return self._world.held
+
+    def now(self) -> Scene:
+        """Where everything really is, without the item that is held."""
+        return self._world.now()
+
+    def execute(self, plan: Plan) -> Execution:
+        """Carry out a certified plan to its end or to a stop."""
+        try:
+            return _recorded(execute(plan, self._world))
+        except StartError as error:  # nothing has moved: the way out starts from where the robot is
+            return Execution(0.0, stopped=str(error))
+
+    def release(self) -> Execution:
+        """Close the valve where the robot stands and wait until the item is let go."""
+        began = self._world.t
+        self._world.act("valve", "off")
+        self._world.wait(LET_GO)
+        return Execution(self._world.t - began)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The cell as it looks now, (height, width, 3)."""
+        return take_picture(self._world.engine, CELL_VIEW)
+
+
+def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
+    """The real crew: our planner, the independent verifier, the simulated arena."""
+
+    def plan(
+        scene: Scene,
+        bin_name: str,
+        item: str,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        exclude: Sequence[Grasp],
+    ) -> Plan:
+        return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude)
+
+    def recover(scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
+        return plan_recovery(planner, scene, Start(q, pivot), seed)
+
+    return Crew(plan, recover, verify, arena)
+
+
+def _recorded(run: Run) -> Execution:
+    return Execution(
+        duration=run.duration,
+        stopped=_why(run),
+        has_item=run.has_item,
+        collisions=run.collisions,
+        limit_violations=tuple(str(violation) for violation in run.limit_violations),
+        drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in run.falls),
+        events=tuple(_event(fired) for fired in run.events),
+        missed=tuple(f"{event.device} {event.action}" for event in run.missed),
+        max_lag=run.max_lag,
+        max_load=run.max_load,
+    )
+
+
+def _why(run: Run) -> str:
+    where = f" in the {run.stopped_in}" if run.stopped and run.stopped_in is not None else ""
+    return run.stopped + where
+
+
+def _event(fired: FiredEvent) -> dict[str, object]:
+    return {
+        "device": fired.event.device,
+        "action": fired.event.action,
+        "t": round(fired.t, 6),
+        "distance": round(fired.distance, 6),
+        "reading": fired.reading,
+    }
