@@ -56,11 +56,12 @@ class Chain:
         rotation_tolerance: float = 1e-4,
         distinct: float = 0.05,
     ) -> NDArray[float64]:
-        """Configurations (M, n) that bring the tip to T_world_target, by damped least squares from seeds (K, n).
+        """Configurations (M, n) that bring the tip to T_world_target.
 
-        All lie within lower..upper (n,) and within both tolerances (m, rad). They stand in the order of
-        their seeds; one that is within ``distinct`` of an earlier one in every joint is left out. A joint
-        with a larger weight (n,) moves less. Deterministic.
+        Damped least squares (Levenberg-Marquardt) from each of the seeds (K, n). All solutions lie within
+        lower..upper (n,) and within both tolerances (m, rad), and stand in the order of their seeds; one
+        that is within ``distinct`` of an earlier one in every joint is left out. A joint with a larger
+        weight (n,) moves less. Deterministic.
         """
 
     def follow(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -123,7 +124,7 @@ def test_a_path_is_free_when_all_its_edges_are(seed: int) -> None:
     Q = np.array([random_configuration(rng, arm) for _ in range(4)])
     Q = Q[0] + 0.1 * (Q - Q[0])
     slack = rng.uniform(0, 0.01, (3, arm.n))
-    free = [checker.edge_is_free(*edge, 0.01, s) for edge, s in zip(zip(Q, Q[1:]), slack, strict=True)]
+    free = [checker.edge_is_free(*edge, 0.01, s) for edge, s in zip(pairwise(Q), slack, strict=True)]
     assert checker.path_is_free(Q, 0.01, slack) == (free.index(False) if False in free else -1)
     assert (checker.path_is_free(Q[:1], 0.01) == -1) == checker.is_free(Q[0], 0.01)
 
