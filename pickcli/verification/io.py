@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -156,18 +155,12 @@ def _still(
 
 
 def _changes(plan: Plan, moves: Sequence[tuple[float, float, PivotState]]) -> Iterator[Reason]:
-    """From one resting state to the next there is exactly what the commands in between make of it."""
-    first = next((k for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING), 0)
-    if first > 0 and not any(m[1] <= plan.segments[first].t_start + TIME_TOLERANCE for m in moves):
-        yield Reason("wrong pivot", f"segment {first}", "moves before, but no command says to where")
+    """Every resting state is the one that the last command before it leads to, or the one at the start."""
     resting = [(k, s) for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING]
-    for (_, before), (k, after) in pairwise(resting):
-        between = [
-            m
-            for m in moves
-            if before.t_end - TIME_TOLERANCE <= m[0] and m[1] <= after.t_start + TIME_TOLERANCE
-        ]
-        reached = between[-1][2] if between else before.pivot
-        if reached is not after.pivot:
-            where = f"segment {k} ({after.kind})"
-            yield Reason("wrong pivot", where, f"stated {after.pivot}, the commands leave it {reached}")
+    for k, segment in resting:
+        done = [m[2] for m in moves if m[1] <= segment.t_start + TIME_TOLERANCE]
+        first, at_start = resting[0]
+        known = done[-1] if done else (at_start.pivot if first == 0 else None)
+        if known is not segment.pivot:
+            said = f"the commands leave it {known}" if known else "no command says to where it moves before"
+            yield Reason("wrong pivot", f"segment {k} ({segment.kind})", f"stated {segment.pivot}, {said}")

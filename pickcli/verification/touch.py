@@ -53,7 +53,9 @@ def _too_deep(
     if deepest > allowed:
         t = states.times[at[depths.index(deepest)]]
         depth = f"{deepest * 1e3:.1f} mm deep, {allowed * 1e3:.1f} explained"
-        yield Reason("planned contact too deep", where, f"{part.name} and {fixture.name} at {t:.3f} s, {depth}")
+        yield Reason(
+            "planned contact too deep", where, f"{part.name} and {fixture.name} at {t:.3f} s, {depth}"
+        )
 
 
 def _grown(scene: Scene, name: str) -> float:

@@ -52,7 +52,7 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     if reasons:
         return Verdict(None, reasons)
     T_tip_item = pose_in_tool(plan, scene)
-    states = _states(plan, scene, T_tip_item)
+    states = sampled(plan, scene, T_tip_item)
     if states.max_step > MAX_STEP * 1.001:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
@@ -103,7 +103,8 @@ def _same_world(plan: Plan, scene: Scene) -> str:
     return digest
 
 
-def _states(plan: Plan, scene: Scene, T_tip_item: Array | None) -> States:
+def sampled(plan: Plan, scene: Scene, T_tip_item: Array | None) -> States:
+    """The states at which a plan is looked at; ends of segments are among them."""
     reach = np.max([farthest(parts(scene, s, T_tip_item)) for s in plan.segments], axis=0)
     ends = np.array([t for s in plan.segments for t in (s.t_start, s.t_end)])
     return sample_states(scene.cell.robot, plan.trajectory, ends, reach)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,7 +25,7 @@ def random_trajectory(seed: int, n: int = 3) -> Trajectory:
 def test_the_largest_value_is_bounded_tightly(seed: int, derivative: int) -> None:
     trajectory = random_trajectory(seed)
     # both ends of every piece and 200 times in it: the jerk jumps at the knots
-    edges = zip(trajectory.times, trajectory.times[1:], strict=False)
+    edges = pairwise(trajectory.times)
     t = np.concatenate([np.linspace(a, np.nextafter(b, a), 400) for a, b in edges])
     seen = trajectory.sample(t, derivative).max(axis=0)
     bound = largest(control_points(trajectory, derivative))
@@ -33,7 +35,7 @@ def test_the_largest_value_is_bounded_tightly(seed: int, derivative: int) -> Non
 
 
 def test_a_known_peak_between_the_points() -> None:
-    """Rest to rest over 1 in T: v = 15/8 / T at the middle, a = 10/sqrt(3) / T^2, j = 60 / T^3 at the ends."""
+    """Rest to rest, 1 in T: v = 15/8 / T in the middle, a = 10/sqrt(3) / T^2, j = 60 / T^3 at the ends."""
     T = 0.7
     zero = np.zeros((2, 1))
     trajectory = Trajectory(("a",), np.array([0.0, T]), np.array([[0.0], [1.0]]), zero, zero)
@@ -48,7 +50,7 @@ def test_the_way_of_a_joint_is_never_underestimated(seed: int) -> None:
     between = np.random.default_rng(seed).uniform(0, trajectory.duration, 5)
     times = np.unique(np.concatenate([trajectory.times, between]))
     bound = variation(trajectory, times)
-    for i, (a, b) in enumerate(zip(times, times[1:], strict=False)):
+    for i, (a, b) in enumerate(pairwise(times)):
         way = np.abs(np.diff(trajectory.sample(np.linspace(a, b, 300)), axis=0)).sum(axis=0)
         assert (bound[i] >= way - 1e-9).all()
     # and it is exact for a joint that does not turn back

@@ -16,7 +16,9 @@ CYLINDER = Shape(ShapeKind.CYLINDER, (0.1, 0.5))
 SPHERE = Shape(ShapeKind.SPHERE, (0.15,))
 
 
-def solid(shape: Shape, xyz: tuple[float, float, float], rpy: tuple[float, float, float] = (0, 0, 0)) -> Solid:
+def solid(
+    shape: Shape, xyz: tuple[float, float, float], rpy: tuple[float, float, float] = (0, 0, 0)
+) -> Solid:
     found = Solid(shape)
     found.place(pose(xyz, rpy=rpy))
     return found

@@ -1,0 +1,120 @@
+"""The proven minimum against brute force: every pair at very many times."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from handmade import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.arm import link_poses
+from pickcli.verification.clearance import FAR, RESOLUTION, check_clearance
+from pickcli.verification.contacts import exemptions
+from pickcli.verification.held import pose_in_tool
+from pickcli.verification.parts import fixtures, parts
+from pickcli.verification.states import MAX_STEP
+from pickcli.verification.verify import sampled
+
+
+def proven(plan: Plan, scene: Scene) -> float:
+    T = pose_in_tool(plan, scene)
+    found = check_clearance(plan, scene, sampled(plan, scene, T), T)
+    assert found.reasons == ()
+    return found.minimum
+
+
+def brute_force(plan: Plan, scene: Scene, dt: float, only: range) -> float:
+    """Smallest distance over every pair that is not exempt at times dt apart; no sieve, no bounds."""
+    T = pose_in_tool(plan, scene)
+    world, smallest = fixtures(scene), FAR
+    for k in only:
+        segment, exempt = plan.segments[k], exemptions(plan, scene, k)
+        moving = parts(scene, segment, T)
+        times = np.linspace(segment.t_start, segment.t_end, int((segment.t_end - segment.t_start) / dt) + 2)
+        links = link_poses(scene.cell.robot, plan.trajectory.sample(times))
+        for i in range(len(times)):
+            for part in moving:
+                part.solid.place(links[part.link, i] @ part.T_link_shape)
+            for a, one in enumerate(moving):
+                for f in world:
+                    if f.name not in exempt.absent and not exempt.is_world_pair_untested(one, f.name):
+                        smallest = min(smallest, one.solid.distance(f.solid))
+                for other in moving[a + 1 :]:
+                    if not exempt.is_own_pair_untested(one, other):
+                        smallest = min(smallest, one.solid.distance(other.solid))
+    return smallest
+
+
+def assert_tight(proven_minimum: float, measured: float) -> None:
+    """Never above what brute force finds, and not much below."""
+    assert proven_minimum <= measured + 1e-6
+    assert proven_minimum >= measured - MAX_STEP / 2 - RESOLUTION - 1e-3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_moves(seed: int) -> None:
+    """Between random configurations among boxes that just leave the ends free."""
+    rng = np.random.default_rng(seed)
+    names = ["bin_A", "bin_E", "bin_I", "bin_K", "home", "tote", "midway", "cam_F"]
+    a, b = (cell().configurations[n].q for n in rng.choice(names, 2, replace=False))
+    builder = Builder(a)
+    builder.joint(SegmentKind.TRANSIT, b, 2.0)
+    scene = make_scene(
+        place("kleenex_tissue_box", tuple(rng.uniform((-0.7, -0.4, 1.0), (-0.3, 0.4, 1.5))), "bin_A")
+    )
+    plan = move_plan(scene, builder)
+    T = pose_in_tool(plan, scene)
+    found = check_clearance(plan, scene, sampled(plan, scene, T), T)
+    measured = brute_force(plan, scene, 0.05, range(1))
+    assert found.minimum <= measured + 1e-6
+    assert (found.minimum <= 0.0) == bool(found.reasons)
+    if not found.reasons and found.minimum < FAR - MAX_STEP:
+        fine = brute_force(plan, scene, 0.01, range(1))
+        assert_tight(found.minimum, fine)
+
+
+def test_the_lines_of_a_pick() -> None:
+    """From the approach to the retreat, where clearance is smallest."""
+    plan, scene = pick()
+    kinds = [s.kind for s in plan.segments]
+    span = range(kinds.index(SegmentKind.APPROACH), kinds.index(SegmentKind.RETREAT) + 1)
+    measured = brute_force(plan, scene, 0.06, span)
+    assert_tight(proven(plan, scene), measured)
+
+
+def test_an_item_that_was_taken_is_not_an_obstacle_any_more() -> None:
+    plan, scene = pick()
+    held = [k for k, s in enumerate(plan.segments) if s.held is not None]
+    assert all(CRAYOLA in exemptions(plan, scene, k).absent for k in range(held[0], len(plan.segments)))
+    assert CRAYOLA not in exemptions(plan, scene, 0).absent
+
+
+def test_the_arm_may_not_touch_itself() -> None:
+    """The forearm folded back onto the upper arm, and the lance turned onto the base."""
+    builder = Builder(cell().configurations["home"].q)
+    folded = builder.q.copy()
+    folded[4], folded[6] = -2.26, -1.9
+    builder.joint(SegmentKind.TRANSIT, folded, 2.0)
+    scene = make_scene()
+    plan = move_plan(scene, builder)
+    found = check_clearance(plan, scene, sampled(plan, scene, None), None)
+    links = {link.name for link in cell().robot.links}
+    assert any(all(n in links for n in r.detail.split(" at ")[0].split(" and ")) for r in found.reasons)
+
+
+def test_moving_pivot_covers_both_states() -> None:
+    """The angles that are checked while the cup pivots reach from state to state without a gap."""
+    builder = Builder(cell().configurations["bin_H"].q)
+    builder.wait(SegmentKind.TRANSIT, 0.4, pivot=PivotState.MOVING)
+    scene = make_scene()
+    cups = [p for p in parts(scene, builder.segments[0], None) if p.is_cup]
+    assert len(cups) > 10
+    # neighbouring angles leave no gap wider than the slack on either side
+    far = [c.T_link_shape @ np.array([0.015, 0.0, 0.015, 1.0]) for c in cups]
+    steps = [np.linalg.norm(p - q) for p, q in pairwise(far)]
+    assert max(steps) / 2 <= cups[0].slack + 1e-9
