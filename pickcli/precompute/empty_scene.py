@@ -1,0 +1,34 @@
+"""Checkers of a cell without items, for what is computed once per cell."""
+
+from __future__ import annotations
+
+from pickcli.cell.item import Item
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.geometry import pose
+from pickcli.roadmap.database import PayloadClass
+
+# Delft generated their motions with such a cube attached: what is free with it is free with most items.
+CUBE_EDGE = 0.2  # m
+
+
+def empty_scene(cell: Cell) -> Scene:
+    """The cell with its pod where it nominally stands, and nothing in it."""
+    return Scene(cell, cell.T_world_pod, (), PoseNoise())
+
+
+def checker(model: CollisionModel, pivot: PivotState, payload: PayloadClass) -> SceneChecker:
+    """A checker of the empty scene for one pivot state and payload class, with the cell's clearance."""
+    held = _cube() if payload is PayloadClass.CUBE else None
+    return SceneChecker(model, empty_scene(model.cell), pivot, held=held)
+
+
+def _cube() -> Held:
+    """A cube whose face sits on the cup, in front of it."""
+    shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)
+    cube = Item("cube", 2016, shape, 1.0, 0, True, "", 0.0, 1.0, "", "a stand-in for the payload class")
+    return Held(cube, pose((0.0, 0.0, CUBE_EDGE / 2)))

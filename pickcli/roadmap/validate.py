@@ -1,0 +1,99 @@
+"""Whether what a file held makes sense.
+
+Raises ValueError with what does not; the store turns it into a DamagedError.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.geometry import Array
+from pickcli.roadmap.database import IntArray, TrajectoryDatabase
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.space import LIMIT_TOLERANCE, JointSpace
+
+
+def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
+    """Shapes, indices, polylines that join their nodes, lengths; with ``cell``, its joints."""
+    n_nodes = roadmap.n_nodes
+    _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
+    _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.pivots))
+    _same_count("edges", roadmap.n_edges, len(roadmap.lengths), len(roadmap.offsets) - 1)
+    _offsets("offsets", roadmap.offsets, len(roadmap.waypoints), least=2)
+    if roadmap.n_edges and not (roadmap.edges.min() >= 0 and roadmap.edges.max() < n_nodes):
+        raise ValueError("an edge leads to a node that is not there")
+    named = [name for name in roadmap.names if name]
+    if len(set(named)) != len(named):
+        raise ValueError("two nodes have the same name")
+    firsts, lasts = roadmap.waypoints[roadmap.offsets[:-1]], roadmap.waypoints[roadmap.offsets[1:] - 1]
+    ends = roadmap.configurations[roadmap.edges]
+    if not (np.array_equal(firsts, ends[:, 0]) and np.array_equal(lasts, ends[:, 1])):
+        raise ValueError("the polyline of an edge does not join its nodes")
+    if not np.allclose(roadmap.lengths, _lengths(roadmap.waypoints, roadmap.offsets), atol=1e-9):
+        raise ValueError("the length of an edge is not that of its polyline")
+
+
+def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
+    """Shapes, offsets, unique keys, one configuration per name; with ``cell``, the joints."""
+    count = len(database)
+    _joints(database.joint_names, cell, database.waypoints)
+    _same_count("motions", count, len(database.pivots), len(database.durations), len(database.offsets) - 1)
+    _offsets("offsets", database.offsets, len(database.waypoints), least=2)
+    if len({key for k in database.keys for key in (k, k.reversed())}) != 2 * count:
+        raise ValueError("a motion is stored twice")
+    if not (np.all(np.isfinite(database.durations)) and np.all(database.durations > 0.0)):
+        raise ValueError("a duration is not positive")
+    points = database.points
+    if points is not None:
+        _same_count(
+            "points",
+            len(points.times),
+            len(points.positions),
+            len(points.velocities),
+            len(points.accelerations),
+        )
+        _same_count("motions", count, len(points.offsets) - 1)
+        _offsets("point_offsets", points.offsets, len(points.times), least=2)
+        _joints(database.joint_names, cell, points.positions, points.velocities, points.accelerations)
+        _times(points.times, points.offsets)
+
+
+def _joints(names: tuple[str, ...], cell: Cell | None, configurations: Array, *others: Array) -> None:
+    """Every row has one finite number per joint; with a cell, its joints and within their limits."""
+    for rows in (configurations, *others):
+        if rows.shape[1] != len(names) or not np.all(np.isfinite(rows)):
+            raise ValueError("a configuration is not one finite number per joint")
+    if cell is None:
+        return
+    if names != cell.robot.joint_names:
+        raise ValueError(f"its joints are {' '.join(names)}, not {' '.join(cell.robot.joint_names)}")
+    space = JointSpace.of(cell.robot)
+    inside = (configurations >= space.lower - LIMIT_TOLERANCE) & (configurations <= space.upper + LIMIT_TOLERANCE)
+    if not np.all(inside):
+        raise ValueError("a configuration is outside of the joint limits")
+
+
+def _same_count(what: str, *counts: int) -> None:
+    if len(set(counts)) != 1:
+        raise ValueError(f"the number of {what} is not the same everywhere: {counts}")
+
+
+def _offsets(what: str, offsets: IntArray, n_rows: int, least: int) -> None:
+    """From 0 to the number of rows, each piece at least so long."""
+    if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != n_rows or np.any(np.diff(offsets) < least):
+        raise ValueError(f"{what} do not divide the rows")
+
+
+def _lengths(waypoints: Array, offsets: IntArray) -> Array:
+    """(M,): Euclidean length of each polyline."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(waypoints, axis=0), axis=1))])
+    return np.asarray(along[offsets[1:] - 1] - along[offsets[:-1]]) if len(waypoints) else np.zeros(0)
+
+
+def _times(times: Array, offsets: IntArray) -> None:
+    """Each trajectory starts at 0 and its times increase strictly."""
+    steps = np.diff(times)
+    steps = np.delete(steps, offsets[1:-1] - 1)
+    if np.any(times[offsets[:-1]] != 0.0) or not np.all(steps > 0.0):
+        raise ValueError("the times of a trajectory do not increase from 0")
