@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from itertools import pairwise
 
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.pod import flat_from
@@ -104,12 +105,22 @@ def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
 
 def _check_pod(source: Source, model: CellModel) -> None:
     pod = model.pod
-    widths = ("divider", "post", "side_wall")
-    if not pod.divider + pod.divider_thickness < pod.post <= pod.side_wall < pod.width / 2:
-        source.add(("pod",), f"expected {' < '.join(widths)} < width / 2; correct the one that is wrong")
-    if not pod.lip_depth <= pod.hanging_lip_depth < flat_from(pod) < pod.back_wall < pod.depth:
-        source.add(("pod",), "expected lip_depth <= hanging_lip_depth < end of slope < back_wall < depth")
-    for i, (upper, lower) in enumerate(zip(pod.rows, pod.rows[1:], strict=False)):
+    _ascending(
+        source,
+        ("divider", pod.divider + pod.divider_thickness),
+        ("post", pod.post),
+        ("side_wall", pod.side_wall),
+        ("width", pod.width / 2),
+    )
+    _ascending(
+        source,
+        ("lip_depth", pod.lip_depth),
+        ("hanging_lip_depth", pod.hanging_lip_depth),
+        ("floor_slope", flat_from(pod)),  # where the slope ends
+        ("back_wall", pod.back_wall),
+        ("depth", pod.depth),
+    )
+    for i, (upper, lower) in enumerate(pairwise(pod.rows)):
         gap = upper.floor_front - pod.board_thickness - lower.ceiling_front
         if abs(gap) > 5e-4:
             source.add(
@@ -119,6 +130,14 @@ def _check_pod(source: Source, model: CellModel) -> None:
             )
     keys: list[Key] = [("pod", "rows", i, "bins", j) for i in range(len(pod.rows)) for j in range(3)]
     _unique(source, keys, [name for row in pod.rows for name in row.bins])
+
+
+def _ascending(source: Source, *places: tuple[str, float]) -> None:
+    """Note every place, on the way outwards or inwards, that does not lie beyond the one before."""
+    for (before, low), (name, high) in pairwise(places):
+        if not low < high:
+            text = f"puts it at {high:.4g} m, expected beyond {low:.4g} m ({before}); correct one of the two"
+            source.add(("pod", name), text)
 
 
 def _check_pairs(source: Source, model: CellModel, chain: UrdfChain) -> None:

@@ -1,4 +1,4 @@
-"""The default cell is Team Delft's station: kinematics, poses, limits and shapes against the sources' figures."""
+"""The default cell is Team Delft's station: its figures against those of the sources."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from pickcli.cell.shapes import Body
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array, inverse
 
-# Row: lip top, lower edge of the hanging lip, clear opening, floor behind the lip, floor at the back, ceiling.
+# Row: lip top, lower edge of the hanging lip, opening, floor behind the lip and at the back, ceiling.
 ROWS = {
     "ABC": (1.5536, 1.7855, 0.2319, 1.5428, 1.5239, 1.8086),
     "DEF": (1.3250, 1.5188, 0.1938, 1.3142, 1.2953, 1.5418),
@@ -90,7 +90,9 @@ def test_the_bin_describes_its_own_boxes(cell: Cell, name: str, row: str, column
         floor = b.floor_front + slope * (b.floor_back - b.floor_front)
         ceiling = b.ceiling_front + slope * (b.ceiling_back - b.ceiling_front)
         low, high = free_span(cell, in_bin(b, x, 0.0, 0.1), axis=2)
-        assert (low - b.T_pod_bin[2, 3], high - b.T_pod_bin[2, 3]) == pytest.approx((floor, ceiling), abs=2e-4)
+        assert (low - b.T_pod_bin[2, 3], high - b.T_pod_bin[2, 3]) == pytest.approx(
+            (floor, ceiling), abs=2e-4
+        )
     assert free_span(cell, in_bin(b, 0.3, 0.0, 0.1), axis=0)[1] == pytest.approx(b.depth)
     assert cell.pod.bin_of_point(in_bin(b, 0.2, 0.0, 0.1)) == name
 
@@ -135,11 +137,11 @@ def test_the_tote_is_open_above_and_closed_elsewhere(cell: Cell) -> None:
     floor_centre = cell.tote.T_world_tote[:3, 3]
     np.testing.assert_allclose(floor_centre, (-1.0455, -0.6165, 0.580), atol=1e-9)
     np.testing.assert_allclose(cell.tote.inner, (0.539, 0.359, 0.201), atol=1e-9)
-    middle = floor_centre + (0.0, 0.0, 0.1)
+    middle = floor_centre + np.array([0.0, 0.0, 0.1])
     for axis, half in ((0, 0.539 / 2), (1, 0.359 / 2)):
         ends = [t for span in spans(cell.tote.bodies, middle, np.eye(3)[axis]) for t in span]
         assert min(abs(t) for t in ends) == pytest.approx(half)
     up = spans(cell.tote.bodies, middle, np.array([0.0, 0.0, 1.0]))
     assert max(high for _, high in up) == pytest.approx(-0.1)
-    rim = spans(cell.tote.bodies, floor_centre + (0.0, 0.0, 0.19), np.array([1.0, 0.0, 0.0]))
+    rim = spans(cell.tote.bodies, floor_centre + np.array([0.0, 0.0, 0.19]), np.array([1.0, 0.0, 0.0]))
     assert max(high for _, high in rim) == pytest.approx(-0.737 + 1.0455)

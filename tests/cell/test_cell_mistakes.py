@@ -1,0 +1,172 @@
+"""Every kind of mistake in a cell file is told with file, line, key and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from conftest import CellCopy
+
+from pickcli.cell.load import load_cell
+from pickcli.errors import UnknownNameError
+
+Refused = Callable[[Callable[[], object]], str]
+
+LIMITS_L = (
+    "joint_l: {has_velocity_limits: true, max_velocity: 2.2, "
+    "has_acceleration_limits: true, max_acceleration: 5.0, has_jerk_limits: true, max_jerk: 100.0}"
+)
+HOME = "kind: home, pivot: straight, q: [0.1580, "
+
+MISTAKES = {
+    "unknown key": (
+        "clearance: 0.005",
+        "clearence: 0.005",
+        "clearence: unknown key; did you mean 'clearance'?",
+    ),
+    "unknown inner key": ("cup_stroke:", "stroke:", "tool.stroke: unknown key"),
+    "missing key": ("  max_pull: 42.0", "", "tool.max_pull: expected N, got nothing; add it"),
+    "wrong type": ("speed_scale: 1.0", "speed_scale: fast", "speed_scale: expected a factor in (0, 1]"),
+    "text for a number": ("max_shear: 21.0", 'max_shear: "21.0"', "tool.max_shear: expected"),
+    "impossible value": ("speed_scale: 1.0", "speed_scale: 1.5", "speed_scale: expected"),
+    "negative size": ("cup_radius: 0.015", "cup_radius: -0.015", "tool.cup_radius: expected"),
+    "switch for a number": ("max_moment: 0.6", "max_moment: true", "tool.max_moment: expected"),
+    "trap of YAML 1.1": ("max_pull: 42.0", "max_pull: 0:42", "tool.max_pull: expected a number or text"),
+    "no acceleration limit": (
+        "max_velocity: 1.0, has_acceleration_limits: true, max_acceleration: 2.0, ",
+        "max_velocity: 1.0, has_acceleration_limits: true, ",
+        "rail.max_acceleration: expected an acceleration limit in m/s2 or rad/s2, got nothing; add it",
+    ),
+    "acceleration limit switched off": (
+        "max_velocity: 1.0, has_acceleration_limits: true",
+        "max_velocity: 1.0, has_acceleration_limits: false",
+        "joint_limits.rail.has_acceleration_limits: expected true (no limit is assumed)",
+    ),
+    "no limits of a joint": (
+        LIMITS_L,
+        "",
+        "joint_limits.joint_l: expected velocity, acceleration and jerk limits",
+    ),
+    "limits of no joint": (
+        "\n  joint_l: {has",
+        "\n  joint_x: {has",
+        "joint_limits.joint_x: no planned joint is named",
+    ),
+    "limits outside of the URDF's": (
+        "joint_s: {has_velocity_limits",
+        "joint_s: {max_position: 4, has_velocity_limits",
+        "joint_limits.joint_s: expected positions inside the URDF's -3.1415 to 3.1415, got -3.1415 to 4",
+    ),
+    "joints out of order": (
+        "joints: [rail, joint_s, joint_l,",
+        "joints: [rail, joint_l, joint_s,",
+        "robot.joints: expected the URDF's moving joints but the pivot",
+    ),
+    "no force": ("rail: 5000, ", "", "robot.motor_forces.rail: expected a force"),
+    "unknown link": (
+        "cup_link: cup\n",
+        "cup_link: cap\n",
+        "tool.cup_link: no link is named 'cap'; did you mean 'cup'?",
+    ),
+    "unknown pair": (
+        "{a: link_b, b: lance,",
+        "{a: link_b, b: lanze,",
+        "allowed_pairs[3].b: no link or obstacle is named 'lanze'",
+    ),
+    "pair without reason": (
+        'reason: "the drive is part of the rail under the support of the arm"',
+        'reason: ""',
+        "allowed_pairs[2].reason",
+    ),
+    "same name twice": (
+        "{name: cabinet_high,",
+        "{name: cabinet_low,",
+        "obstacles[3].name: the name 'cabinet_low' stands twice",
+    ),
+    "box inside out": (
+        "lower: [-1.742, -0.934, 0.0]",
+        "lower: [-0.5, -0.934, 0.0]",
+        "obstacles[1]: expected lower under upper",
+    ),
+    "box of two numbers": (
+        "lower: [-1.742, -0.934, 0.0]",
+        "lower: [-1.742, -0.934]",
+        "obstacles[1].lower: expected the lower corner",
+    ),
+    "boards that do not fit": (
+        "ceiling_front: 1.5418",
+        "ceiling_front: 1.5218",
+        "pod.rows[1].ceiling_front: expected the underside of the board above, 1.5418 m",
+    ),
+    "lip under its floor": (
+        "lip_top: 1.3250",
+        "lip_top: 1.3050",
+        "pod.rows[1]: expected floor_front < lip_top",
+    ),
+    "wall inside of the post": (
+        "side_wall: 0.4277",
+        "side_wall: 0.3277",
+        "pod.side_wall: puts it at 0.3277 m, expected beyond 0.4043 m (post)",
+    ),
+    "unknown device kind": (
+        "pump: {kind: pump",
+        "pump: {kind: fan",
+        "devices.pump.kind: expected pump, valve, sensor or pivot",
+    ),
+    "too short configuration": (
+        HOME,
+        "kind: home, pivot: straight, q: [",
+        "configurations[0].q: expected 8 numbers, one per planned joint, got 7",
+    ),
+    "configuration outside": (
+        HOME,
+        HOME.replace("0.1580", "1.5800"),
+        "configurations[0].q[0]: expected rail in 0.05 to 1.15, got 1.58",
+    ),
+    "another version": ("version: 1", "version: 2", "version: expected 1, the only version there is"),
+    "another format": ("format: apc cell", "format: apc scene", "format: expected 'apc cell'"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_file_line_and_key(cell_copy: CellCopy, refused: Refused, name: str) -> None:
+    old, new, expected = MISTAKES[name]
+    changed = cell_copy.yaml.replace(old, new) + old.startswith("\n")
+    message = refused(cell_copy.load)
+    first = message.splitlines()[0]
+    assert expected in message
+    file, _, column, _ = first.split(":", 3)
+    assert file == str(cell_copy.yaml.path)
+    assert int(column) >= 1
+    missing = "nothing" in expected or name in ("no force", "no limits of a joint")
+    assert missing or any(f"cell.yaml:{changed}:" in part for part in message.splitlines())
+
+
+def test_all_mistakes_are_told_at_once(cell_copy: CellCopy, refused: Refused) -> None:
+    cell_copy.yaml.replace("cup_radius: 0.015", "cup_radius: 0")
+    cell_copy.yaml.replace("speed_scale: 1.0", "speed_scale: 2")
+    cell_copy.yaml.replace("max_shear: 21.0", "max_sheer: 21.0")
+    message = refused(cell_copy.load)
+    assert all(
+        key in message for key in ("tool.cup_radius", "speed_scale", "tool.max_sheer", "tool.max_shear")
+    )
+
+
+def test_a_missing_urdf_is_named(cell_copy: CellCopy, refused: Refused) -> None:
+    cell_copy.yaml.replace("urdf: robot.urdf", "urdf: robbot.urdf")
+    assert "robbot.urdf: no such file" in refused(cell_copy.load)
+
+
+def test_an_unknown_cell_names_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'apc2016_delft'"):
+        load_cell("apc2016_delf")
+    with pytest.raises(UnknownNameError):
+        load_cell(tmp_path)
+
+
+def test_a_cell_is_found_by_name_folder_and_file(cell_copy: CellCopy) -> None:
+    prints = {
+        load_cell(where).fingerprint for where in ("apc2016_delft", cell_copy.folder, cell_copy.yaml.path)
+    }
+    assert len(prints) == 1

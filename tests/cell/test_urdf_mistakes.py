@@ -1,0 +1,134 @@
+"""A URDF that cannot be meant is refused with the line of the element that is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.cell.urdf import read_urdf
+from pickcli.errors import InputError
+
+Refused = Callable[[Callable[[], object]], str]
+
+GOOD = """<robot name="two">
+<link name="base"/>
+<link name="arm">
+<inertial><mass value="2"/></inertial>
+<collision><geometry><box size="1 2 3"/></geometry></collision>
+</link>
+<link name="hand"/>
+<joint name="turn" type="revolute">
+<parent link="base"/><child link="arm"/>
+<origin xyz="0 0 1" rpy="0 0 0"/><axis xyz="0 0 2"/>
+<limit lower="-1" upper="1"/>
+</joint>
+<joint name="slide" type="prismatic">
+<parent link="arm"/><child link="hand"/>
+<axis xyz="1 0 0"/>
+<limit lower="0" upper="0.5"/>
+</joint>
+</robot>
+"""
+THIRD = '<joint name="third" type="fixed"><parent link="{}"/><child link="{}"/></joint>\n</robot>'
+
+MISTAKES = {
+    "not XML": ('<link name="base"/>', '<link name="base">', 18, "not XML"),
+    "entity bomb": ('<robot name="two">', '<!DOCTYPE r [<!ENTITY a "b">]><robot name="two">', 1, "DOCTYPE"),
+    "another root element": ('<robot name="two">', '<robots name="two">', 1, None),
+    "no name": ('<link name="base"/>', "<link/>", 2, "'name' is missing"),
+    "same name twice": ('<link name="hand"/>', '<link name="arm"/>', 7, "stands in line 3 too"),
+    "no axis": ('<axis xyz="1 0 0"/>', "", 13, "has no <axis>"),
+    "zero axis": ('xyz="0 0 2"', 'xyz="0 0 0"', 10, "no direction"),
+    "no limit": ('<limit lower="-1" upper="1"/>', "", 8, "has no <limit>"),
+    "no lower": ('lower="-1" ', "", 11, "'lower' is missing"),
+    "limits swapped": ('lower="-1" upper="1"', 'lower="1" upper="-1"', 11, "lower under upper, got 1 and -1"),
+    "not a number": ('upper="0.5"', 'upper="half"', 16, "expected 1 finite number, got 'half'"),
+    "not finite": ('upper="0.5"', 'upper="inf"', 16, "finite"),
+    "two numbers": ('xyz="0 0 1"', 'xyz="0 0"', 10, "expected 3 finite numbers"),
+    "mimic": (
+        '<limit lower="0" upper="0.5"/>',
+        '<limit lower="0" upper="0.5"/><mimic joint="turn"/>',
+        16,
+        "mimic",
+    ),
+    "planar joint": ('type="prismatic"', 'type="planar"', 13, "got 'planar'"),
+    "unknown link": ('<child link="hand"/>', '<child link="hond"/>', 14, "no link is named 'hond'"),
+    "second root": ("</robot>", '<link name="stray"/></robot>', 18, "second root beside 'base'"),
+    "two children": ("</robot>", '<link name="x"/>' + THIRD.format("base", "x"), 18, "two children"),
+    "second parent": ("</robot>", THIRD.format("hand", "arm"), 18, "second parent"),
+    "loop": ("</robot>", THIRD.format("hand", "base"), 1, "form a loop"),
+    "stray loop": (
+        "</robot>",
+        '<link name="x"/><link name="y"/>'
+        '<joint name="a" type="fixed"><parent link="x"/><child link="y"/></joint>'
+        '<joint name="b" type="fixed"><parent link="y"/><child link="x"/></joint></robot>',
+        18,
+        "part of a loop",
+    ),
+    "mesh": (
+        '<box size="1 2 3"/>',
+        '<mesh filename="../../etc/passwd"/>',
+        5,
+        "expected box, cylinder or sphere",
+    ),
+    "flat box": ('size="1 2 3"', 'size="1 2 0"', 5, "over 0 m"),
+    "two shapes": ('<box size="1 2 3"/>', '<box size="1 2 3"/><sphere radius="1"/>', 5, "exactly one shape"),
+    "no weight": ('value="2"', 'value="0"', 4, "over 0 kg"),
+    "deep nesting": ("</robot>", "<a>" * 80 + "</a>" * 80 + "</robot>", 18, "nested deeper"),
+}
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "robot.urdf"
+    path.write_text(text)
+    return path
+
+
+def test_the_good_one_is_read(tmp_path: Path) -> None:
+    chain = read_urdf(write(tmp_path, GOOD))
+    assert [link.name for link in chain.links] == ["base", "arm", "hand"]
+    assert [joint.name for joint in chain.joints] == ["turn", "slide"]
+    assert chain.joints[0].axis.tolist() == [0, 0, 1]
+    assert chain.joints[0].T_parent_joint[2, 3] == 1
+    assert (chain.joints[1].lower, chain.joints[1].upper) == (0, 0.5)
+    assert chain.links[1].shapes[0].shape.size == (1, 2, 3)
+    assert chain.links[1].mass == 2
+
+
+def test_the_order_of_elements_means_nothing(tmp_path: Path) -> None:
+    head, first, second = GOOD.partition('<joint name="turn"')[0], *_joints(GOOD)
+    shuffled = head.replace("\n<link", f"\n{second}<link", 1) + first + "</robot>"
+    assert [j.name for j in read_urdf(write(tmp_path, shuffled)).joints] == ["turn", "slide"]
+
+
+def _joints(text: str) -> list[str]:
+    body = text[text.index("<joint") : text.index("</robot>")]
+    return [part + "</joint>\n" for part in body.split("</joint>\n") if part]
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_its_line(tmp_path: Path, refused: Refused, name: str) -> None:
+    old, new, line, what = MISTAKES[name]
+    assert GOOD.count(old) == 1
+    text = GOOD.replace(old, new)
+    if name == "another root element":
+        text, what = text.replace("</robot>", "</robots>"), "expected <robot>"
+    message = refused(lambda: read_urdf(write(tmp_path, text)))
+    assert f"robot.urdf:{line}:" in message
+    assert what is not None
+    assert what in message
+
+
+@given(st.integers(0, len(GOOD) - 1), st.sampled_from(["", "<", ">", '"', "0", "x", "&"]))
+def test_a_damaged_file_is_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, at: int, put: str
+) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    try:
+        read_urdf(write(folder, GOOD[:at] + put + GOOD[at + 1 :]))
+    except InputError as error:
+        assert "robot.urdf" in str(error)
