@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cartesian.line import shifted
+from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
@@ -18,7 +19,8 @@ from pickcli.geometry import Array, inverse
 PREAPPROACH_DISTANCE = 0.06  # m between the tip and the mouth plane where the coarse motion ends
 CONTACT_DISTANCE = 0.012  # m of slow motion before the cup can meet the item
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
-LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes
+LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
+LEAST_LIP_DISTANCE = 0.006
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,24 +61,23 @@ def pick_poses(
 
 
 def lift_options(
-    cell_bin: Bin, T_world_bin: Array, T_world_item: Array, extents: Array, contact: Array, first: float
+    cell_bin: Bin, T_world_bin: Array, T_world_item: Array, shape: Shape, contact: Array, first: float
 ) -> tuple[LiftPoses, ...] | Reason:
     """Ways to take the item over the lip and out, the gentlest first.
 
-    extents: (3,) of the held item's box, m, already grown by its uncertainty. contact: tool pose at
-    contact. first: length in m of the stretch in which touching is allowed; sideways moves, away from
+    shape: of the held item, already grown by its uncertainty. contact: tool pose at contact. first: length in m of the stretch in which touching is allowed; sideways moves, away from
     walls and neighbours, happen inside it.
     """
-    low, high = _box_in(inverse(T_world_bin) @ T_world_item, extents)
-    need = LIP_DISTANCE - low[2]
-    most = cell_bin.mouth_height - LIP_DISTANCE - high[2]
-    half = cell_bin.mouth_width / 2 - LIP_DISTANCE
-    if need > most:
-        tall = (high[2] - low[2]) * 1e3
-        return Reason("does not fit through the mouth", "lift", f"{tall:.0f} mm tall, mouth {cell_bin.mouth_height * 1e3:.0f} mm")
-    if high[1] - low[1] > 2 * half:
-        wide = (high[1] - low[1]) * 1e3
-        return Reason("does not fit through the mouth", "lift", f"{wide:.0f} mm wide, mouth {cell_bin.mouth_width * 1e3:.0f} mm")
+    low, high = _bounds(inverse(T_world_bin) @ T_world_item, shape)
+    spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
+    if spare.min() < 2 * LEAST_LIP_DISTANCE:
+        size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])
+        mouth = f"{cell_bin.mouth_width * 1e3:.0f} x {cell_bin.mouth_height * 1e3:.0f}"
+        return Reason("does not fit through the mouth", "lift", f"{size} mm wide and tall, mouth {mouth} mm")
+    side, above = np.minimum(LIP_DISTANCE, spare / 2)
+    need = above - low[2]
+    most = cell_bin.mouth_height - above - high[2]
+    half = cell_bin.mouth_width / 2 - side
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     R = T_world_bin[:3, :3]
     options = []
@@ -112,7 +113,7 @@ def _shifts(least: float, first: float, low: Array, high: Array, half: float) ->
     return ok or [(0.0, least)]
 
 
-def _box_in(T: Array, extents: Array) -> tuple[Array, Array]:
-    """Bounds (3,), (3,) of a box of those extents posed by T."""
-    reach = np.abs(T[:3, :3]) @ (extents / 2)
+def _bounds(T: Array, shape: Shape) -> tuple[Array, Array]:
+    """Bounds (3,), (3,) of a shape posed by T."""
+    reach = shape.reach(T[:3, :3])
     return T[:3, 3] - reach, T[:3, 3] + reach

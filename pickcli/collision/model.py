@@ -18,9 +18,9 @@ from pickcli.geometry import Array
 from pickcli.kernel import Chain
 from pickcli.kinematics.chain import bodies_of_frames, build_chain, pivot_angle
 
-LINK_EXCESS = 0.006  # m, how far a link's spheres may stick out of a small shape ...
-RELATIVE_EXCESS = 0.08  # ... and of a large one, as a share of its edge as a cube of the same volume
-LINK_COUNT = 48  # spheres per shape
+LINK_EXCESS = 0.002  # m, how far a link's spheres may stick out of a thin shape: the lance passes lips closely
+RELATIVE_EXCESS = 0.08  # ... and of a thick one, as a share of its smallest extent
+LINK_COUNT = 64  # spheres per shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,5 +120,5 @@ class CollisionModel:
 
 def _cover_link(link: Link) -> Cover:
     """Shapes that are domes of a cylinder are covered with it, hence one excess for the whole link."""
-    smallest = min((body.shape.volume for body in link.shapes), default=0.0)
-    return cover_bodies(link.shapes, max(LINK_EXCESS, RELATIVE_EXCESS * smallest ** (1 / 3)), LINK_COUNT)
+    thinnest = min((float(body.shape.extents.min()) for body in link.shapes), default=0.0)
+    return cover_bodies(link.shapes, max(LINK_EXCESS, RELATIVE_EXCESS * thinnest), LINK_COUNT)

@@ -12,10 +12,11 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState, Tool
+from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.holding import static_load
-from pickcli.grasping.surfaces import faces, turned
+from pickcli.grasping.surfaces import Face, faces, turned
 from pickcli.motion.plan import Grasp
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
@@ -23,6 +24,9 @@ MAX_FRONTAL_TILT = np.radians(30.0)
 MAX_PIVOTED_TILT = np.radians(25.0)
 # How far the lance may be turned away from the bin's axis when the cup is pivoted.
 LANCE_YAWS = (0.0, np.radians(15.0), np.radians(-15.0), np.radians(30.0), np.radians(-30.0))
+LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
+PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivoted
+TRIES_PER_PLACE = 8
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
 
 
@@ -35,8 +39,9 @@ class CandidateSet:
 
 
 def sample_grasps(
-    item_id: str, item: Item, T_bin_item: Array, tool: Tool, rng: np.random.Generator, n_per_face: int = 6
-) -> CandidateSet:
+    item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator,
+    n_per_face: int = 6,
+) -> CandidateSet:  # fmt: skip
     """Candidates for an item whose pose (4, 4) in the bin frame is known.
 
     Frontal grasps use the straight cup, top-down and side grasps the pivoted one. Each face yields its
@@ -48,7 +53,7 @@ def sample_grasps(
     found: list[Grasp] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
-        poses = [face.region.centre(), *face.region.sample(rng, n_per_face)]
+        poses = [face.region.centre(), *_reachable(face, T_bin_item, cell_bin, rng, n_per_face)]
         if face.name in ("mantle", "sphere"):  # curved: aim the middle of the region at the tool's ways in
             poses += _facing(face.name, item, T_bin_item)
         for T_item_tip in poses:
@@ -59,6 +64,20 @@ def sample_grasps(
     if not found and not rejected:
         rejected.append(Reason("no face takes the whole cup", item_id, f"cup radius {tool.cup_radius * 1e3:.0f} mm"))
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
+
+
+def _reachable(face: Face, T_bin_item: Array, cell_bin: Bin, rng: np.random.Generator, n: int) -> list[Array]:
+    """Up to n random places on a face for which a level lance clears the lips of the mouth."""
+    found = []
+    for T_item_tip in face.region.sample(rng, TRIES_PER_PLACE * n):
+        T = T_bin_item @ T_item_tip
+        # The pivoted cup points down or aside; its lance then lies above or beside the tip.
+        height = T[2, 3] - PIVOT_LENGTH * T[2, 2] if T[0, 2] < np.cos(MAX_FRONTAL_TILT) else T[2, 3]
+        if LANCE_CLEAR <= height <= cell_bin.mouth_height - LANCE_CLEAR:
+            found.append(T_item_tip)
+        if len(found) == n:
+            break
+    return found
 
 
 def _facing(face: str, item: Item, T_bin_item: Array) -> list[Array]:

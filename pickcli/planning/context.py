@@ -16,22 +16,27 @@ from pickcli.kinematics.arm import Arm
 from pickcli.planning.settings import DEFAULTS, PickSettings
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
 
 
 @dataclass(eq=False)
 class Planner:
-    """A warm planner. ``roadmap`` and ``database`` may be absent: then every coarse query is planned."""
+    """A warm planner. ``stored`` roadmap and ``database`` may be absent: then every coarse query is planned."""
 
     cell: Cell
-    roadmap: Roadmap | None = None
+    stored: Roadmap | None = None
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
+    roadmap: Roadmap = field(init=False)
+    space: JointSpace = field(init=False)
     arm: Arm = field(init=False)
     model: CollisionModel = field(init=False)
 
     def __post_init__(self) -> None:
+        self.roadmap = self.stored or Roadmap.empty(self.cell.robot.joint_names)
+        self.space = JointSpace.of(self.cell.robot, self.cell.speed_scale)
         self.arm = Arm(self.cell.robot)
         self.model = CollisionModel(self.cell)
 

@@ -64,7 +64,7 @@ def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array) -> list[Spot]:
     """A grid of release poses for one tool orientation."""
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
-    reach = np.abs(T[:3, :3]) @ (held.item.shape.extents / 2 + held.inflate)
+    reach = held.item.shape.reach(T[:3, :3]) + held.inflate
     room = np.array(tote.inner[:2]) / 2 - WALL - reach[:2]
     if room.min() < 0.0:
         return []
@@ -93,8 +93,7 @@ def _pile_height(scene: Scene, centre: Array, half: Array, floor: float) -> floa
     """Height in the world of the highest delivered item under a footprint, else the floor."""
     top = floor
     for placed in scene.in_location(TOTE):
-        reach = np.abs(placed.T_world_item[:3, :3]) @ (placed.item.shape.extents / 2)
-        reach += scene.noise.bound(placed.item)
+        reach = placed.item.shape.reach(placed.T_world_item[:3, :3]) + scene.noise.bound(placed.item)
         if np.all(np.abs(placed.T_world_item[:2, 3] - centre) < reach[:2] + half):
             top = max(top, float(placed.T_world_item[2, 3] + reach[2]))
     return top

@@ -21,6 +21,7 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.context import Planner
 from pickcli.planning.settings import Neighbours
 
+PRESS = 0.001  # m that the bellows are pressed at least
 MAX_TOUCHING = 12  # bodies around a resting item; more means that it is buried
 
 
@@ -101,7 +102,10 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
 
 def _poses(query: BinQuery, grasp: Grasp) -> PickPoses:
     tool = query.planner.cell.robot.tool
-    overtravel = min(query.uncertainty + 0.001, 0.75 * tool.cup_stroke)
+    noise = query.scene.noise
+    aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
+    # How far the surface under the cup may be along the tool axis from where its pose says.
+    overtravel = min(noise.position + noise.angle * aside + PRESS, 0.75 * tool.cup_stroke)
     return pick_poses(
         query.T_world_bin, query.target.T_world_item, grasp.T_item_tip,
         query.planner.settings.approach_offset, overtravel,
@@ -149,9 +153,8 @@ def _way_out(
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
     T_tip_item = inverse(poses.contact) @ query.target.T_world_item
     held = Held(item, T_tip_item, query.uncertainty)
-    extents = item.shape.extents + 2 * query.uncertainty
     options = lift_options(
-        query.cell_bin, query.T_world_bin, query.target.T_world_item, extents,
+        query.cell_bin, query.T_world_bin, query.target.T_world_item, item.shape.inflated(query.uncertainty),
         poses.contact, planner.settings.lift_contact,
     )  # fmt: skip
     if isinstance(options, Reason):

@@ -20,7 +20,7 @@ from pickcli.planning.context import Planner, derived_rng, derived_seed
 from pickcli.planning.drop import Drop, Spot, plan_drop, spots
 from pickcli.planning.in_bin import BinQuery, InBin, plan_in_bin
 from pickcli.planning.settings import Neighbours
-from pickcli.roadmap.shorten import estimated_duration
+from pickcli.roadmap.cost import estimated_duration
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
 
@@ -81,7 +81,7 @@ def _feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tu
     planner, target = query.planner, query.target
     rng = derived_rng(seed, "grasps", target.id)
     T_bin_item = inverse(query.T_world_bin) @ target.T_world_item
-    candidates = sample_grasps(target.id, target.item, T_bin_item, planner.cell.robot.tool, rng)
+    candidates = sample_grasps(target.id, target.item, T_bin_item, planner.cell.robot.tool, query.cell_bin, rng)
     reasons = list(candidates.rejected)
     feasible: list[InBin] = []
     tried = [g for g in candidates.grasps if not any(_same(g, e) for e in exclude)]
@@ -133,7 +133,7 @@ def _ways_in(
 def _in_bin_duration(planner: Planner, f: InBin) -> float:
     """Estimated seconds from the pre-approach to the end of the retreat."""
     lines = (f.preapproach, f.approach, f.contact, f.freed, f.lift, f.retreat)
-    return float(sum(estimated_duration(line.waypoints, planner.arm.limits) for line in lines))
+    return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
 
 
 def _carried_out(

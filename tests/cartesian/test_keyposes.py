@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pickcli.cartesian.keyposes import LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, lift_options, pick_poses
 from pickcli.cartesian.line import line
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, is_pose, pose, rotation_angle, transform_points
@@ -43,7 +44,7 @@ def test_the_held_item_passes_the_mouth_and_ends_outside(x: float, y: float, siz
     extents = np.array([size, size * 0.7, size * 0.9])
     T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + extents[2] / 2], rpy=[0, 0, yaw])
     contact = T_item.copy()
-    options = lift_options(BIN, BIN.T_pod_bin, T_item, extents, contact, 0.03)
+    options = lift_options(BIN, BIN.T_pod_bin, T_item, Shape(ShapeKind.BOX, tuple(extents)), contact, 0.03)
     assert isinstance(options, tuple) and options
     for option in options:
         assert isinstance(option, LiftPoses)
@@ -58,9 +59,9 @@ def test_the_held_item_passes_the_mouth_and_ends_outside(x: float, y: float, siz
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
     T_item = BIN.T_pod_bin @ pose([0.2, 0.0, 0.08])
-    reason = lift_options(BIN, BIN.T_pod_bin, T_item, np.array([0.1, 0.1, 0.23]), T_item, 0.03)
+    reason = lift_options(BIN, BIN.T_pod_bin, T_item, Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), T_item, 0.03)
     assert isinstance(reason, Reason)
-    assert "230 mm tall" in reason.detail
+    assert "100 x 230 mm" in reason.detail
 
 
 def test_a_line_includes_both_ends_and_turns_evenly() -> None:
