@@ -1,0 +1,138 @@
+"""The items: complete, inside what the sources say, and small enough for the bins they must enter."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.data_path import data_path
+from pickcli.cell.item import Item
+from pickcli.cell.items_file import load_items, read_items
+from pickcli.cell.model import Cell
+from pickcli.cell.shapes import ShapeKind
+from pickcli.errors import UnknownNameError
+
+Refused = Callable[[Callable[[], object]], str]
+
+ITEMS = load_items()
+MOUTH = (0.249, 0.19)  # m: the narrowest column and the lowest row
+DEPTH = 0.42
+CUP = 0.030  # m, diameter
+
+
+def ids(item: Item) -> str:
+    return f"{item.name}-{item.year}"
+
+
+@pytest.mark.parametrize("item", ITEMS.values(), ids=ids)
+def test_an_item_enters_a_bin(item: Item) -> None:
+    across, up, along = sorted(item.shape.extents)[1], sorted(item.shape.extents)[0], max(item.shape.extents)
+    assert across <= MOUTH[0]
+    assert up <= MOUTH[1]
+    assert along <= DEPTH
+
+
+@pytest.mark.parametrize("item", ITEMS.values(), ids=ids)
+def test_what_a_cup_holds_has_a_face_for_it_and_the_rest_a_reason(item: Item) -> None:
+    widest = sorted(item.shape.extents)[1]
+    assert item.suction != bool(item.why_not)
+    if item.suction:
+        assert widest >= CUP + 2 * item.seal_inset
+    assert 0.005 < item.mass < 1.5
+    assert item.mass / item.shape.volume < 2600.0  # kg/m3: nothing is heavier than glass
+
+
+def test_both_years_are_complete() -> None:
+    assert sum(year == 2016 for _, year in ITEMS) == 39
+    assert sum(year == 2015 for _, year in ITEMS) == 25
+    names_2016 = {name for name, year in ITEMS if year == 2016}
+    assert sum(year == 2015 and name in names_2016 for name, year in ITEMS) == 6
+
+
+def test_the_orders_ask_for_known_items_only() -> None:
+    for path in (data_path() / "tasks").glob("*.json"):
+        order = json.loads(path.read_text())
+        names = [n for contents in order["bin_contents"].values() for n in contents]
+        names += order.get("tote_contents", [])
+        years = {2015} if "2015" in path.name else {2016}
+        assert all(any((name, year) in ITEMS for year in years) for name in names), path.name
+
+
+def test_the_bonus_is_that_of_the_rules() -> None:
+    three = {"fitness_gear_3lb_dumbbell", "rolodex_jumbo_pencil_cup"}
+    two = {
+        "clorox_utility_brush",
+        "dr_browns_bottle_brush",
+        "dasani_water_bottle",
+        "easter_turtle_sippy_cup",
+        "fiskars_scissors_red",
+    }
+    bonus = {name: item.bonus for (name, year), item in ITEMS.items() if year == 2016}
+    assert {name for name, points in bonus.items() if points == 3} == three
+    assert {name for name, points in bonus.items() if points == 2} == two
+    assert sum(points == 1 for points in bonus.values()) == 10
+
+
+def test_slow_and_unholdable_items_are_those_of_the_sources() -> None:
+    of_2016 = [item for item in ITEMS.values() if item.year == 2016]
+    assert {item.name for item in of_2016 if item.speed_scale == 0.5} == {
+        "hanes_tube_socks",
+        "kleenex_paper_towels",
+        "fitness_gear_3lb_dumbbell",
+        "dasani_water_bottle",
+    }
+    assert {item.name for item in of_2016 if not item.suction} == {
+        "fitness_gear_3lb_dumbbell",
+        "rolodex_jumbo_pencil_cup",
+        "oral_b_toothbrush_green",
+        "oral_b_toothbrush_red",
+    }
+
+
+def test_shapes_follow_the_sources() -> None:
+    bottle, ball = ITEMS["dasani_water_bottle", 2016].shape, ITEMS["rawlings_baseball", 2016].shape
+    assert (bottle.kind, bottle.size) == (ShapeKind.CYLINDER, (0.0335, 0.195))
+    assert (ball.kind, ball.size) == (ShapeKind.SPHERE, (0.034,))
+    np.testing.assert_allclose(ITEMS["crayola_24_ct", 2016].shape.extents, (0.095, 0.07, 0.025))
+    assert {name for (name, _), item in ITEMS.items() if item.folded} == {
+        "cherokee_easy_tee_shirt",
+        "scotch_bubble_mailer",
+    }
+
+
+def test_an_item_of_the_other_year_is_found_and_an_unknown_one_guessed(cell: Cell) -> None:
+    assert cell.item("expo_dry_erase_board_eraser", 2015).mass == pytest.approx(0.021)
+    assert cell.item("oreo_mega_stuf", 2016).year == 2015
+    with pytest.raises(UnknownNameError, match="did you mean 'crayola_24_ct'"):
+        cell.item("crayola_24")
+
+
+ITEM = "box: [0.1, 0.1, 0.1]\n    mass: 0.1\n    bonus: 0\n    seal_inset: 0.002\n    source: test"
+MISTAKES = {
+    "two shapes": ("mass: 0.1", "mass: 0.1\n    sphere: [0.1]", "exactly one of box, cylinder and sphere"),
+    "no shape": ("box: [0.1, 0.1, 0.1]\n    ", "", "exactly one of box, cylinder and sphere"),
+    "no size": ("0.1, 0.1, 0.1", "0.1, 0.1, 0", "items.brick.box[2]: expected"),
+    "two sizes": ("0.1, 0.1, 0.1", "0.1, 0.1", "items.brick.box: expected extents"),
+    "no mass": ("mass: 0.1\n    ", "", "items.brick.mass: expected a mass in kg, got nothing; add it"),
+    "mass in grams": ("mass: 0.1", "mass: 125", "items.brick.mass: expected a mass in kg"),
+    "no reason": ("bonus: 0", "bonus: 0\n    suction: false", "items.brick: expected why_not"),
+    "half a point": ("bonus: 0", "bonus: 0.5", "items.brick.bonus: expected points"),
+    "capital name": ("brick", "Brick", "items.Brick"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_file_line_and_key(tmp_path: Path, refused: Refused, name: str) -> None:
+    old, new, expected = MISTAKES[name]
+    text = f"format: apc items\nversion: 1\nyear: 2016\nitems:\n  brick:\n    {ITEM}\n"
+    path = tmp_path / "items.yaml"
+    path.write_text(text)
+    assert list(read_items(path)) == [("brick", 2016)]
+    path.write_text(text.replace(old, new))
+    message = refused(lambda: read_items(path))
+    assert f"{path}:" in message
+    assert expected in message

@@ -1,0 +1,106 @@
+"""Overlap of solids against oracles: sampled directions bound the depth, sampled points find common ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, pose
+
+DIRECTIONS = np.random.default_rng(7).normal(size=(4000, 3))
+DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1)[:, None]
+UNIT_BALL = np.random.default_rng(8).uniform(-1.0, 1.0, size=(4000, 3))
+
+sizes = st.floats(0.01, 0.2)
+boxes = st.tuples(sizes, sizes, sizes).map(lambda s: Shape(ShapeKind.BOX, s))
+cylinders = st.tuples(sizes, sizes).map(lambda s: Shape(ShapeKind.CYLINDER, s))
+balls = sizes.map(lambda r: Shape(ShapeKind.SPHERE, (r,)))
+shapes = st.one_of(boxes, cylinders, balls)
+offsets = st.floats(-0.2, 0.2)
+angles = st.floats(-np.pi, np.pi)
+places = st.builds(
+    lambda p, rpy: pose(p, rpy=rpy), st.tuples(offsets, offsets, offsets), st.tuples(angles, angles, angles)
+)
+solids = st.builds(Solid, shapes, places)
+
+
+def points_inside(solid: Solid) -> Array:
+    """Points of a solid, common frame."""
+    local = UNIT_BALL * solid.shape.extents / 2
+    return local[is_inside(solid.shape, local)] @ solid.T[:3, :3].T + solid.T[:3, 3]
+
+
+def is_inside(shape: Shape, p: Array) -> Array:
+    """Whether points (N, 3) of the shape's frame lie in the shape: its definition, spelled out."""
+    if shape.kind is ShapeKind.BOX:
+        return np.all(abs(p) <= shape.extents / 2, axis=1)
+    if shape.kind is ShapeKind.SPHERE:
+        return np.linalg.norm(p, axis=1) <= shape.size[0]
+    return (np.hypot(p[:, 0], p[:, 1]) <= shape.size[0]) & (abs(p[:, 2]) <= shape.size[1] / 2)
+
+
+@given(solids, solids)
+def test_no_overlap_means_no_common_point_deeper_than_a_touch(a: Solid, b: Solid) -> None:
+    if overlap_depth(a, b) == 0.0:
+        world = points_inside(a.shrunk(TOUCH))
+        local = (world - b.T[:3, 3]) @ b.T[:3, :3]
+        assert not np.any(is_inside(b.shrunk(TOUCH).shape, local))
+
+
+@given(solids, solids)
+def test_no_false_alarm_where_a_direction_parts_them(a: Solid, b: Solid) -> None:
+    shadows = [float(n @ (a.support(n) - b.support(-n))) for n in DIRECTIONS[:800]]
+    if min(shadows) <= TOUCH - 1e-6:
+        assert overlap_depth(a, b) == 0.0
+
+
+@given(solids, solids)
+def test_order_and_frame_mean_nothing(a: Solid, b: Solid) -> None:
+    T = pose((0.3, -0.2, 0.1), rpy=(0.4, 1.0, -2.0))
+    depth = overlap_depth(a, b)
+    if depth > TOUCH + 1e-6:
+        assert overlap_depth(b, a) == pytest.approx(depth, abs=1e-7)
+        assert overlap_depth(Solid(a.shape, T @ a.T), Solid(b.shape, T @ b.T)) == pytest.approx(
+            depth, abs=1e-7
+        )
+
+
+@given(st.builds(Solid, boxes, places), st.builds(Solid, boxes, places))
+def test_the_depth_of_boxes_is_the_shortest_way_out(a: Solid, b: Solid) -> None:
+    depth = overlap_depth(a, b)
+    if depth > 0.0:
+        shadows = [float(n @ (a.support(n) - b.support(-n))) for n in DIRECTIONS[:800]]
+        assert depth <= min(shadows) + 1e-9
+
+
+BOX = Shape(ShapeKind.BOX, (0.1, 0.06, 0.04))
+BALL = Shape(ShapeKind.SPHERE, (0.03,))
+CAN = Shape(ShapeKind.CYLINDER, (0.03, 0.12))
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "T_a_b"),
+    [
+        (BOX, BOX, pose((0.0, 0.0, 0.04))),
+        (BOX, BALL, pose((0.0, 0.0, 0.05))),
+        (BALL, BALL, pose((0.06, 0.0, 0.0))),
+        (CAN, CAN, pose((0.0, 0.06, 0.0))),
+        (CAN, CAN, pose((0.0, 0.06, 0.0), rpy=(0.0, np.pi / 2, 0.0))),
+        (CAN, BOX, pose((0.0, 0.0, 0.08))),
+        (
+            CAN,
+            BOX,
+            pose((0.06 / np.sqrt(2), 0.06 / np.sqrt(2), 0.0), rpy=(0.0, 0.0, np.pi / 4)) @ pose((0.02, 0, 0)),
+        ),
+        (BALL, CAN, pose((0.0, 0.0, 0.09), rpy=(0.0, 0.0, 0.3))),
+    ],
+)
+def test_bodies_that_touch_do_not_overlap_but_pushed_3_mm_they_do(a: Shape, b: Shape, T_a_b: Array) -> None:
+    towards = -T_a_b[:3, 3] / np.linalg.norm(T_a_b[:3, 3])
+    one = Solid(a, np.eye(4))
+    assert overlap_depth(one, Solid(b, pose(0.001 * towards) @ T_a_b)) == 0.0
+    assert overlap_depth(one, Solid(b, pose(0.003 * towards) @ T_a_b)) == pytest.approx(0.003, abs=1e-4)

@@ -1,0 +1,219 @@
+"""Scene files: what is written comes back, and every mistake is told with its place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
+from pickcli.errors import InputError, StaleError
+from pickcli.geometry import from_quaternion, pose
+
+Refused = Callable[[Callable[[], object]], str]
+
+CELL = load_cell("apc2016_delft")
+
+
+def make_scene(cell: Cell) -> Scene:
+    """One box on the floor of every bin and a sphere in the tote."""
+    item, ball = cell.item("crayola_24_ct"), cell.item("rawlings_baseball")
+    placed = [
+        PlacedItem(
+            id=f"crayola_24_ct#{i}",
+            item=item,
+            location=name,
+            T_world_item=b.T_pod_bin @ pose((0.33, 0.0, b.floor_back + 0.0125), rpy=(0, 0, 0.1 * i)),
+        )
+        for i, (name, b) in enumerate(cell.pod.bins.items())
+    ]
+    in_tote = PlacedItem("rawlings_baseball", ball, TOTE, cell.tote.T_world_tote @ pose((0, 0, 0.034)))
+    return Scene(cell, cell.T_world_pod, (*placed, in_tote), PoseNoise(0.002, 0.0175), seed=3)
+
+
+@pytest.fixture
+def written(tmp_path: Path, cell: Cell) -> Path:
+    path = tmp_path / "scene.json"
+    write_scene(make_scene(cell), path)
+    return path
+
+
+def edit(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content, indent=1))
+
+
+def test_a_scene_comes_back_as_it_was_written(cell: Cell, written: Path) -> None:
+    scene, back = make_scene(cell), read_scene(written)
+    assert scene_hash(back) == scene_hash(scene)
+    assert (back.noise.position, back.noise.angle) == (scene.noise.position, scene.noise.angle)
+    assert (back.seed, back.cell.fingerprint) == (3, cell.fingerprint)
+    for a, b in zip(scene.items, back.items, strict=True):
+        assert (a.id, a.item.name, a.location) == (b.id, b.item.name, b.location)
+        np.testing.assert_allclose(a.T_world_item, b.T_world_item, atol=1e-15)
+
+
+def test_the_hash_survives_generations_of_files(cell: Cell, written: Path) -> None:
+    scene = read_scene(written)
+    for generation in range(5):
+        write_scene(scene, written.with_name(f"{generation}.json"))
+        scene = read_scene(written.with_name(f"{generation}.json"))
+    assert scene_hash(scene) == scene_hash(make_scene(cell))
+
+
+quaternions = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
+half_turns = st.sampled_from(
+    [(1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0.8, 0, 0), (0, 0.6, -0.8, 0), (0, 0, 1, 1e-17)]
+)
+
+
+@given(q=st.one_of(quaternions, half_turns), x=st.floats(0.1, 0.3))
+def test_the_hash_survives_the_file_for_any_pose(
+    tmp_path_factory: pytest.TempPathFactory, q: tuple[float, float, float, float], x: float
+) -> None:
+    T = CELL.pod.bins["bin_E"].T_pod_bin @ pose((x, 0.01, 0.1), R=from_quaternion(q))
+    placed = PlacedItem("one", CELL.item("crayola_24_ct"), "bin_E", T)
+    scene = Scene(CELL, CELL.T_world_pod, (placed,), PoseNoise(), seed=0)
+    path = tmp_path_factory.getbasetemp() / "any.json"
+    write_scene(scene, path)
+    assert scene_hash(read_scene(path, CELL)) == scene_hash(scene)
+
+
+def test_the_hash_sees_poses_and_noise_but_not_order_or_seed(cell: Cell) -> None:
+    scene = make_scene(cell)
+    first, *rest = scene.items
+    nudged = replace(first, T_world_item=pose((1e-6, 0, 0)) @ first.T_world_item)
+    elsewhere = replace(first, location=TOTE)
+    changed = [
+        scene.moved(nudged),
+        scene.moved(elsewhere),
+        scene.without(first.id),
+        replace(scene, noise=PoseNoise(0.003, 0.0175)),
+        replace(scene, T_world_pod=pose((0.01, 0, 0))),
+        replace(scene, cell=replace(cell, fingerprint="0" * 64)),
+    ]
+    hashes = {scene_hash(scene), *(scene_hash(other) for other in changed)}
+    assert len(hashes) == 1 + len(changed)
+    assert scene_hash(replace(scene, items=(*rest, first), seed=9)) == scene_hash(scene)
+
+
+def _set(*path: Any, value: Any) -> Callable[[dict[str, Any]], None]:
+    def change(content: dict[str, Any]) -> None:
+        target = content
+        for part in path[:-1]:
+            target = target[part]
+        if value is None:
+            del target[path[-1]]
+        else:
+            target[path[-1]] = value
+
+    return change
+
+
+MISTAKES = {
+    "unknown item": (
+        _set("items", 2, "name", value="crayola_24"),
+        "items[2].name: unknown item 'crayola_24' of 2016; did you mean 'crayola_24_ct'?",
+    ),
+    "unknown year": (
+        _set("items", 2, "year", value=2014),
+        "items[2].name: unknown item 'crayola_24_ct' of 2014",
+    ),
+    "unknown bin": (_set("items", 0, "location", value="bin_M"), "items[0].location: unknown place 'bin_M'"),
+    "same id twice": (
+        _set("items", 1, "id", value="crayola_24_ct#0"),
+        "items[1].id: 'crayola_24_ct#0' stands twice",
+    ),
+    "not a number": (
+        _set("items", 0, "position", value=[float("nan"), 0, 0]),
+        "items[0].position[0]: expected",
+    ),
+    "infinite": (_set("items", 0, "position", value=[0, float("inf"), 0]), "items[0].position[1]: expected"),
+    "two numbers": (
+        _set("items", 0, "position", value=[0, 1]),
+        "items[0].position: expected a position [x, y, z] in m",
+    ),
+    "not a unit quaternion": (
+        _set("items", 3, "quaternion", value=[0, 0, 0, 2]),
+        "items[3].quaternion: expected a length of 1, got 2",
+    ),
+    "zero quaternion": (
+        _set("T_world_pod", "quaternion", value=[0, 0, 0, 0]),
+        "T_world_pod.quaternion: expected a length of 1, got 0",
+    ),
+    "missing key": (
+        _set("noise", value=None),
+        "noise: expected bounds of the error of the item poses, got nothing; add it",
+    ),
+    "unknown key": (_set("items", 0, "weight", value=1), "items[0].weight: unknown key"),
+    "another format": (_set("format", value="apc cell"), "format: expected 'apc scene'"),
+    "negative noise": (_set("noise", "position", value=-1.0), "noise.position: expected"),
+    "another frame": (
+        _set("items", 0, "position", value=[0.3, 0.0, 0.1]),
+        "crayola_24_ct#0 is 1.43 m away from bin_A",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_with_file_line_and_key(written: Path, refused: Refused, name: str) -> None:
+    change, expected = MISTAKES[name]
+    edit(written, change)
+    message = refused(lambda: read_scene(written))
+    assert expected in message
+    assert all(line.startswith(f"{written}:") for line in message.splitlines())
+
+
+def test_the_line_is_the_line(written: Path, refused: Refused) -> None:
+    text = written.read_text()
+    line = text[: text.index('"crayola_24_ct#4"')].count("\n") + 1
+    written.write_text(text.replace('"bin_E"', '"bin_e"'))
+    assert f"scene.json:{line}:" in refused(lambda: read_scene(written))
+
+
+def test_overlapping_items_are_both_named_with_the_depth(written: Path, refused: Refused) -> None:
+    def change(content: dict[str, Any]) -> None:
+        x, y, z = content["items"][0]["position"]
+        content["items"][1].update(location="bin_A", position=[x, y, z + 0.015], quaternion=[0, 0, 0, 1])
+
+    edit(written, change)
+    message = refused(lambda: read_scene(written))
+    assert "crayola_24_ct#0 and crayola_24_ct#1 overlap by 10.0 mm" in message
+
+
+def test_stacked_items_that_touch_are_accepted(cell: Cell, tmp_path: Path) -> None:
+    scene = make_scene(cell)
+    below = scene.items[0]
+    above = replace(below, id="above", T_world_item=pose((0, 0, 0.0245)) @ below.T_world_item)
+    write_scene(replace(scene, items=(*scene.items, above)), tmp_path / "s.json")
+    assert len(read_scene(tmp_path / "s.json").items) == len(scene.items) + 1
+
+
+def test_a_scene_of_another_cell_is_stale_and_names_both(cell: Cell, written: Path) -> None:
+    edit(written, _set("cell", "fingerprint", value="ab" * 32))
+    with pytest.raises(StaleError) as caught:
+        read_scene(written)
+    assert "ab" * 32 in str(caught.value)
+    assert cell.fingerprint in str(caught.value)
+    assert caught.value.exit_code == 4
+
+
+@given(cut=st.floats(0.0, 0.999))
+def test_a_truncated_file_is_refused(tmp_path_factory: pytest.TempPathFactory, cut: float) -> None:
+    path = tmp_path_factory.getbasetemp() / "cut.json"
+    write_scene(make_scene(CELL), path)
+    text = path.read_text().rstrip()
+    path.write_text(text[: int(cut * len(text))])
+    with pytest.raises(InputError, match=r"cut\.json:\d+"):
+        read_scene(path, CELL)
