@@ -1,0 +1,160 @@
+"""``apc inspect``: what is in a file of ours."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pickcli.commands.options import emit_json, json_option
+
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+HEAD = 4096  # bytes in which a JSON file of ours names its format
+
+
+@click.command("inspect")
+@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@json_option
+def command(path: Path, as_json: bool) -> None:
+    """Show what is in a roadmap, trajectory database, plan, scene or cell.
+
+    FILE may also be a cell's folder or name.
+
+    \b
+    Example:
+      apc inspect roadmap.h5
+      apc inspect apc2016_delft --json
+    """
+    summary = _summary(path)
+    if as_json:
+        emit_json(summary)
+    else:
+        click.echo("\n".join(_lines(summary)))
+
+
+def _summary(path: Path) -> dict[str, Any]:
+    """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
+    from pickcli.errors import InputError
+
+    if path.is_dir() or path.name == "cell.yaml" or not path.exists():
+        return _cell(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    if head.startswith(HDF5_MAGIC):
+        return _stored(path)
+    if b'"apc plan"' in head:
+        return _plan(path)
+    if b'"apc scene"' in head:
+        return _scene(path)
+    raise InputError(f"{path}: neither a roadmap, trajectory database, plan, scene nor cell of ours")
+
+
+def _cell(path: Path) -> dict[str, Any]:
+    from pickcli.cell.load import load_cell
+    from pickcli.errors import InputError, UnknownNameError
+
+    try:
+        cell = load_cell(path)
+    except UnknownNameError as error:
+        raise InputError(f"{path}: there is no such file, and no cell of that name ({error})") from None
+    robot = cell.robot
+    return {
+        "format": "apc cell",
+        "name": cell.name,
+        "path": str(cell.path),
+        "fingerprint": cell.fingerprint,
+        "robot": robot.name,
+        "joints": list(robot.joint_names),
+        "links": len(robot.links),
+        "link_shapes": sum(len(link.shapes) for link in robot.links),
+        "bins": list(cell.pod.bins),
+        "bodies": {
+            "pod": len(cell.pod.bodies),
+            "tote": len(cell.tote.bodies),
+            "obstacles": len(cell.obstacles.bodies),
+        },
+        "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
+        "configurations": dict(Counter(c.kind for c in cell.configurations.values())),
+        "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
+        "items": len(cell.items),
+        "speed_scale": cell.speed_scale,
+        "clearance_m": cell.clearance,
+    }
+
+
+def _scene(path: Path) -> dict[str, Any]:
+    from pickcli.cell.scene_file import read_scene, scene_hash
+
+    scene = read_scene(path)
+    return {
+        "format": "apc scene",
+        "version": 1,
+        "scene_hash": scene_hash(scene),
+        "cell": scene.cell.name,
+        "cell_fingerprint": scene.cell.fingerprint,
+        "seed": scene.seed,
+        "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
+        "items": len(scene.items),
+        "locations": dict(sorted(Counter(placed.location for placed in scene.items).items())),
+    }
+
+
+def _plan(path: Path) -> dict[str, Any]:
+    from pickcli.motion.plan_file import motion_hash, read_plan
+    from pickcli.motion.plan_schema import VERSION
+
+    plan = read_plan(path)
+    certificate = plan.certificate
+    return {
+        "format": "apc plan",
+        "version": VERSION,
+        "query": plan.query,
+        "cell_fingerprint": plan.cell_fingerprint,
+        "scene_hash": plan.scene_hash,
+        "motion_hash": motion_hash(plan),
+        "seed": plan.seed,
+        "duration_s": plan.trajectory.duration,
+        "points": len(plan.trajectory.times),
+        "joints": list(plan.trajectory.joint_names),
+        "segments": [f"{s.t_start:.3f}..{s.t_end:.3f} s {s.kind}" for s in plan.segments],
+        "events": [_event(e.t_trigger, e.device, e.action) for e in plan.events],
+        "grasp": None
+        if plan.grasp is None
+        else f"{plan.grasp.kind} on {plan.grasp.item}, face {plan.grasp.face}",
+        "certified": certificate is not None,
+        "min_clearance_m": None if certificate is None else certificate.min_clearance,
+    }
+
+
+def _event(t_trigger: float | None, device: str, action: str) -> str:
+    return f"{device} {action} " + ("not resolved" if t_trigger is None else f"at {t_trigger:.3f} s")
+
+
+def _stored(path: Path) -> dict[str, Any]:
+    """Roadmap or database: what the file says of itself, and totals."""
+    from pickcli.roadmap.store import describe
+
+    found = describe(path)
+    return {**found, "bytes": path.stat().st_size}
+
+
+def _lines(summary: dict[str, Any]) -> list[str]:
+    """``key: value`` lines; lists and tables one entry per line below their key."""
+    lines = []
+    for key, value in summary.items():
+        entries: list[str] = []
+        if isinstance(value, dict):
+            entries = [f"{k}: {v}" for k, v in value.items()]
+        elif isinstance(value, list) and sum(len(str(v)) for v in value) > 60:
+            entries = [str(v) for v in value]
+        if isinstance(value, list) and not entries:
+            value = " ".join(str(v) for v in value)
+        first, *rest = entries or [str(value)]
+        lines.append(f"{key:>18}: {first}")
+        lines += [f"{'':>18}  {entry}" for entry in rest]
+    return lines

@@ -1,0 +1,74 @@
+"""``apc verify``: the independent second opinion on a plan."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.options import emit_json, json_option, scene_option
+
+if TYPE_CHECKING:
+    from pickcli.verification.verdict import Verdict
+
+
+@click.command("verify")
+@click.argument("plan_path", metavar="PLAN", type=click.Path(path_type=Path))
+@scene_option
+@click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
+@json_option
+def command(plan_path: Path, scene_path: Path, write: bool, as_json: bool) -> None:
+    """Check PLAN in its scene with exact shapes, other kinematics and proven bounds.
+
+    Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
+
+    \b
+    Example:
+      apc verify plan.json --scene scene.json --write
+    """
+    from pickcli.cell.scene_file import read_scene
+    from pickcli.errors import RejectedError
+    from pickcli.motion.plan_file import read_plan, write_plan
+    from pickcli.verification.verify import verify
+
+    plan = read_plan(plan_path)
+    verdict = verify(plan, read_scene(scene_path))
+    if verdict.certificate is not None and write:
+        write_plan(replace(plan, certificate=verdict.certificate), plan_path)
+    if as_json:
+        emit_json(_summary(verdict, plan_path, write))
+    elif verdict.certificate is not None:
+        click.echo(_text(verdict))
+    if verdict.certificate is None:
+        listed = "".join(f"\n  {reason}" for reason in verdict.reasons)
+        raise RejectedError(f"{plan_path}: rejected, plan it anew:{listed}")
+
+
+def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:
+    """The verdict as JSON values."""
+    certificate = verdict.certificate
+    return {
+        "plan": str(path),
+        "accepted": certificate is not None,
+        "reasons": [asdict(reason) for reason in verdict.reasons],
+        "certificate": None if certificate is None else asdict(certificate),
+        "written": certificate is not None and write,
+    }
+
+
+def _text(verdict: Verdict) -> str:
+    """What was checked, in a few lines."""
+    certificate = verdict.certificate
+    assert certificate is not None
+    rows = (
+        ("accepted", f"{certificate.n_states} states, at most {certificate.max_step * 1e3:.1f} mm apart"),
+        ("clearance", f"at least {certificate.min_clearance * 1e3:.1f} mm outside of planned contacts"),
+        ("velocity", f"{certificate.max_velocity_ratio:.1%} of the limit"),
+        ("acceleration", f"{certificate.max_acceleration_ratio:.1%} of the limit"),
+        ("jerk", f"{certificate.max_jerk_ratio:.1%} of the limit"),
+        *(("checked", check) for check in certificate.checks),
+        ("claim", f"holds in this model (cell {certificate.cell_fingerprint[:12]}); no statement of safety"),
+    )
+    return "\n".join(f"{key:>14}: {value}" for key, value in rows)
