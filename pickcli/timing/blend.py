@@ -20,11 +20,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.timing.polyline import SAME, arc_lengths, canonical
+
+Indices: TypeAlias = NDArray[np.intp]
+Mask: TypeAlias = NDArray[np.bool_]
 
 DEPTH = 0.15625  # bump(0)
 PEAK_TWIST = 10.0 / 3.0**0.5  # largest second derivative of the smoothstep
@@ -71,7 +77,7 @@ class Curve:
         return np.diff(self.directions, axis=0)
 
     @property
-    def stops(self) -> Array:
+    def stops(self) -> Indices:
         """Indices of the inner corners that are not smoothed: the motion must be at rest there."""
         return 1 + np.flatnonzero(self.half_lengths[1:-1] == 0.0)
 
@@ -85,22 +91,19 @@ class Curve:
         pieces = [self._nodes(first, last) for first, last in self._clusters(blends)]
         return distinct(np.concatenate([[0.0, self.length], self.corner_s[self.stops], *pieces]))
 
-    def is_line(self, start: Array, end: Array) -> Array:
+    def is_line(self, start: Array, end: Array) -> Mask:
         """(M,) whether the curve is straight on the intervals [start, end] (M,) between knots."""
         middle = (start + end) / 2
-        return ~np.any(np.abs(middle[:, None] - self.corner_s) < self.half_lengths, axis=1)
+        return np.asarray(np.all(np.abs(middle[:, None] - self.corner_s) >= self.half_lengths, axis=1))
 
     def split(self) -> tuple[Curve, ...]:
         """The curve cut at its stops. The pieces count s from 0; their waypoint_s are their own corners'."""
         cuts = np.concatenate([[0], self.stops, [len(self.corners) - 1]])
-        pieces = [
-            (self.corners[a : b + 1], self.half_lengths[a : b + 1])
-            for a, b in zip(cuts[:-1], cuts[1:], strict=True)
-        ]
+        pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in pairwise(cuts)]
         curves = [Curve(corners, half, np.zeros(1)) for corners, half in pieces]
         return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
 
-    def _clusters(self, blends: Array) -> list[tuple[int, int]]:
+    def _clusters(self, blends: Indices) -> list[tuple[int, int]]:
         """Index ranges (first, last) of blends that overlap or touch."""
         if len(blends) == 0:
             return []
@@ -113,7 +116,7 @@ class Curve:
         return [(int(a), int(b)) for a, b in zip(first, last, strict=True)]
 
     def _nodes(self, first: int, last: int) -> Array:
-        """Nodes of one cluster: at every s at least ``_DENSITY`` per half-length of the shortest blend there."""
+        """Nodes of one cluster: ``_DENSITY`` or more per half-length of the shortest blend there."""
         k = np.arange(first, last + 1)[self.half_lengths[first : last + 1] > 0.0]
         s, h = self.corner_s[k], self.half_lengths[k]
         marks = np.unique(np.concatenate([s - h, s - h / 2, s, s + h / 2, s + h]))
@@ -122,7 +125,7 @@ class Curve:
         density = (covers / h).max(axis=1) * _DENSITY
         count = np.concatenate([[0.0], np.cumsum(density * np.diff(marks))])
         levels = np.linspace(0.0, count[-1], max(int(np.ceil(count[-1] - 1e-6)), 2) + 1)
-        return np.interp(levels, count, marks)
+        return np.asarray(np.interp(levels, count, marks))
 
     def evaluate(self, s: Array | float, derivative: int = 0) -> Array:
         """q (derivative 0) or its 1st to 3rd derivative by s at s (M,): (M, n)."""
@@ -130,19 +133,19 @@ class Curve:
 
     def evaluate_all(self, s: Array | float, highest: int = 3) -> list[Array]:
         """[q, q', .. up to ``highest`` (0 to 3)] at s (M,), each (M, n); s is clamped to the curve."""
-        s = np.clip(np.atleast_1d(np.asarray(s, dtype=float)), 0.0, self.length)
-        edge = np.searchsorted(self.corner_s[1:-1], s, side="right")
-        out = [self.corners[edge] + self.directions[edge + 1] * (s - self.corner_s[edge])[:, None]]
+        at: Array = np.clip(np.atleast_1d(np.asarray(s, dtype=np.float64)), 0.0, self.length)
+        edge = np.searchsorted(self.corner_s[1:-1], at, side="right")
+        out = [self.corners[edge] + self.directions[edge + 1] * (at - self.corner_s[edge])[:, None]]
         out += [self.directions[edge + 1]] if highest >= 1 else []
         out += [np.zeros_like(out[0]) for _ in range(2, highest + 1)]
-        k = self._active(s)
+        k = self._active(at)
         if k.shape[1]:
-            weights = _bumps(s[:, None] - self.corner_s[k], self.half_lengths[k], highest)
+            weights = _bumps(at[:, None] - self.corner_s[k], self.half_lengths[k], highest)
             summed = np.matmul(weights, self.turns[k])
             out = [value + summed[:, d] for d, value in enumerate(out)]
         return out
 
-    def _active(self, s: Array) -> Array:
+    def _active(self, s: Array) -> Indices:
         """(M, W) corner indices among which are all whose blends reach s; W as small as the curve allows."""
         reach = self.half_lengths
         ends = np.maximum.accumulate(self.corner_s + reach)
@@ -172,7 +175,7 @@ class Curve:
         """(M,) upper bound of the Euclidean distance to the polyline on every interval [start, end] (M,)."""
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
         offset, h = nearest - self.corner_s, np.broadcast_to(self.half_lengths, nearest.shape)
-        return _bumps(offset, h, 0)[:, 0] @ np.linalg.norm(self.turns, axis=1)
+        return np.asarray(_bumps(offset, h, 0)[:, 0] @ np.linalg.norm(self.turns, axis=1))
 
 
 def distinct(s: Array) -> Array:

@@ -48,7 +48,7 @@ class LimitReport:
     @property
     def stretch(self) -> float:
         """Factor of time that brings every ratio to 1 or below; below 1 there is room."""
-        return max(self.velocity.ratio, self.acceleration.ratio**0.5, self.jerk.ratio ** (1 / 3))
+        return float(max(self.velocity.ratio, self.acceleration.ratio**0.5, self.jerk.ratio ** (1 / 3)))
 
 
 def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
@@ -107,7 +107,7 @@ def _check_positions(trajectory: Trajectory, limits: Limits) -> None:
     if not beyond[i, j] <= POSITION_TOLERANCE:
         raise LimitError(
             f"joint {trajectory.joint_names[j]} is {beyond[i, j]:.3g} outside its position limits "
-            f"{limits.lower[j]:.4f}..{limits.upper[j]:.4f} at {trajectory.times[i]:.3f} s: plan inside the limits"
+            f"{limits.lower[j]:.4f}..{limits.upper[j]:.4f} at {trajectory.times[i]:.3f} s"
         )
 
 

@@ -43,9 +43,10 @@ class Timed:
 def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
     """The fastest pace found along a curve (length > 0) without stops, from rest to rest.
 
-    step: s of the time grid before stretching
+    step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
+    step = ramp / np.ceil(ramp / step - 1e-9)
     shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
     # Short windows pay only where the motion is too short to reach its acceleration limits.
     windows = {max(round(w * ramp / step), 1) for w in _WINDOWS if w >= 1.0 or shortest < 6.0 * w * ramp}

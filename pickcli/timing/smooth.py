@@ -59,7 +59,7 @@ class Pace:
 def smooth(profile: Profile, step: float, n_window: int) -> Pace:
     """The profile's speed averaged over ``n_window`` >= 1 cells of ``step`` s; a window and a cell longer."""
     n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
-    s = profile.position(step * np.arange(n_cells + 1))
+    s = profile.position(step * np.arange(n_cells + 1.0))
     rest = np.zeros(n_window + 1)
     speed = np.concatenate([rest, np.diff(s) / step, rest])  # mean of each cell, taken at its middle
     total = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
@@ -69,7 +69,7 @@ def smooth(profile: Profile, step: float, n_window: int) -> Pace:
     gained = step * ds[:-1] + step**2 * (dds[:-1] / 3 + dds[1:] / 6)
     position = np.concatenate([[0.0], np.cumsum(np.maximum(gained, 0.0))])
     position *= profile.s[-1] / position[-1]  # rounding only
-    return Pace(step * np.arange(len(ds)), position, ds, dds)
+    return Pace(step * np.arange(float(len(ds))), position, ds, dds)
 
 
 def standing(length: float, step: float) -> Pace:

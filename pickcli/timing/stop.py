@@ -164,7 +164,7 @@ def _law_rows(trajectory: Trajectory, law: _TimeLaw) -> tuple[Array, Array, Arra
 
 
 def _driven(trajectory: Trajectory, law: _TimeLaw, with_start: bool) -> Trajectory:
-    """The trajectory up to the law's start if asked for, the law, and the rest if the law ends at full pace."""
+    """The trajectory up to the law if asked for, the law, and the rest where the law ends at full pace."""
     rows = [_law_rows(trajectory, law)]
     points = (trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations)
     if with_start:

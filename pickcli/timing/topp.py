@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 
@@ -31,7 +32,7 @@ class Grid:
     acceleration: Array  # (M - 1, n) limits on each interval
     speed: Array  # (M,) limit of ds/dt, finite
     line_speed: Array  # (M - 1,) limit of ds/dt inside each interval, used on lines only
-    is_line: Array  # (M - 1,) bool
+    is_line: NDArray[np.bool_]  # (M - 1,)
     cruise: float = 0.0  # s
 
 
@@ -58,7 +59,7 @@ class Profile:
 
 
 def parametrize(grid: Grid) -> Profile:
-    """The fastest motion from rest to rest under the grid's limits, enforced at both ends of each interval."""
+    """The fastest motion from rest to rest; limits are enforced at both ends of each interval."""
     slope, width = _strips(grid)
     step = 2.0 * np.diff(grid.s)
     top = _highest(grid, slope, width)
@@ -130,7 +131,7 @@ def _profile(grid: Grid, x: Array, width: Array) -> Profile:
     return Profile(np.concatenate([[0.0], np.cumsum(dt)]), s, v)
 
 
-def _cruise_speed(grid: Grid, x: Array, u: Array, i: Array) -> Array:
+def _cruise_speed(grid: Grid, x: Array, u: Array, i: NDArray[np.intp]) -> Array:
     """Fastest cruise on the lines i: reached and left with acceleration u, kept for ``grid.cruise``.
 
     Distance = (v^2 - x0) / 2u + (v^2 - x1) / 2u + v cruise, solved for v.
@@ -138,4 +139,4 @@ def _cruise_speed(grid: Grid, x: Array, u: Array, i: Array) -> Array:
     half = u * grid.cruise / 2
     fastest = np.sqrt(half**2 + u * (grid.s[i + 1] - grid.s[i]) + (x[i] + x[i + 1]) / 2) - half
     ends = np.sqrt(np.maximum(x[i], x[i + 1]))
-    return np.maximum(np.minimum(fastest, grid.line_speed[i]), ends)
+    return np.asarray(np.maximum(np.minimum(fastest, grid.line_speed[i]), ends))
