@@ -13,7 +13,7 @@ supporting half-spaces, and the nearest of those is d away from the centre.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -68,22 +68,23 @@ def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = M
     return Cover(centers, radii + _ROUNDING, reached + _ROUNDING)
 
 
-def cover_bodies(bodies: Sequence[Body], max_excess: float = MAX_EXCESS, max_count: int = MAX_COUNT) -> Cover:
+def cover_bodies(
+    bodies: Sequence[Body], max_excess: Callable[[Body], float], max_count: int = MAX_COUNT
+) -> Cover:
     """Spheres that contain every body, in the bodies' common parent frame (a link's, for its shapes).
 
-    A cylinder with balls of its own radius at both ends is covered as the capsule it is part of. Spheres
-    inside another one are dropped. ``max_count`` is per body.
+    max_excess gives each body its own bound in m, ``max_count`` holds per body. A cylinder with balls of its
+    own radius at both ends is covered as the capsule it is part of. Spheres inside another are dropped.
     """
-    covers = [
-        _cover_domed(b.shape, max_excess)
-        if _is_domed(b, bodies)
-        else cover_shape(b.shape, max_excess, max_count)
-        for b in bodies
-    ]
-    if not covers:
+    if not bodies:
         return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
-    moved = [cover.moved(body.T_parent_shape) for cover, body in zip(covers, bodies, strict=True)]
-    centers, radii = np.concatenate([c.centers for c in moved]), np.concatenate([c.radii for c in moved])
+    covers = []
+    for body in bodies:
+        bound = max_excess(body)
+        is_domed = _is_domed(body, bodies)
+        cover = _cover_domed(body.shape, bound) if is_domed else cover_shape(body.shape, bound, max_count)
+        covers.append(cover.moved(body.T_parent_shape))
+    centers, radii = np.concatenate([c.centers for c in covers]), np.concatenate([c.radii for c in covers])
     kept = outermost(centers, radii)
     return Cover(centers[kept], radii[kept], max(c.excess for c in covers))
 
@@ -121,11 +122,9 @@ def _is_domed(body: Body, bodies: Sequence[Body]) -> bool:
     )
 
 
-def outermost(centers: Array, radii: Array) -> list[int]:
-    """Indices of the spheres that no other one contains (of equal ones the first)."""
-    kept: list[int] = []
-    for i in np.argsort(-radii, kind="stable"):
-        reach = np.linalg.norm(centers[kept] - centers[i], axis=1) + radii[i]
-        if not (reach <= radii[kept] + 1e-12).any():
-            kept.append(int(i))
-    return sorted(kept)
+def outermost(centers: Array, radii: Array) -> Array:
+    """Indices (K,) of the spheres that no other one contains (of equal ones the first)."""
+    order = np.argsort(-radii, kind="stable")
+    c, r = centers[order], radii[order]
+    is_inside = [bool((np.linalg.norm(c[:i] - c[i], axis=1) + r[i] <= r[:i]).any()) for i in range(len(r))]
+    return np.sort(order[~np.array(is_inside, dtype=bool)])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.model import Cell
-from pickcli.cell.robot import Link, PivotState, Robot
+from pickcli.cell.robot import PivotState, Robot
 from pickcli.cell.shapes import Body
 from pickcli.collision.cover import Cover, cover_bodies
 from pickcli.collision.sweep import sweep
@@ -18,9 +18,11 @@ from pickcli.geometry import Array
 from pickcli.kernel import Chain
 from pickcli.kinematics.chain import bodies_of_frames, build_chain, pivot_angle
 
-LINK_EXCESS = 0.002  # m, how far a link's spheres may stick out of a thin shape: the lance passes lips closely
-RELATIVE_EXCESS = 0.08  # ... and of a thick one, as a share of its smallest extent
-LINK_COUNT = 64  # spheres per shape
+# How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
+# the cup pass lips and neighbours closely; the arm's own links stay farther off.
+RELATIVE_EXCESS = 0.08
+LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
+LINK_COUNT = 48  # spheres per shape; large boxes get a larger excess instead
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +95,8 @@ class CollisionModel:
     def _covers(self) -> tuple[Cover, ...]:
         """Per frame; empty for those that stand still."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
-        return tuple(_cover_link(link) if body > 0 else cover_bodies(()) for link, body in links)
+        solid = (link.shapes if body > 0 else () for link, body in links)
+        return tuple(cover_bodies(shapes, _excess, LINK_COUNT) for shapes in solid)
 
     def _build(self, pivot: PivotState) -> PivotModel:
         covers = list(self._covers)
@@ -118,7 +121,5 @@ class CollisionModel:
         return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
-def _cover_link(link: Link) -> Cover:
-    """Shapes that are domes of a cylinder are covered with it, hence one excess for the whole link."""
-    thinnest = min((float(body.shape.extents.min()) for body in link.shapes), default=0.0)
-    return cover_bodies(link.shapes, max(LINK_EXCESS, RELATIVE_EXCESS * thinnest), LINK_COUNT)
+def _excess(body: Body) -> float:
+    return float(np.clip(RELATIVE_EXCESS * body.shape.extents.min(), LEAST_EXCESS, MOST_EXCESS))

@@ -17,7 +17,7 @@ _FOLDS = (3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64)
 _FINENESS = (0.4, 0.25)
 
 # Candidates times cells beyond which a greedy cover is not worth its time: the excess must grow instead.
-_MOST_PAIRS = 4_000_000
+_MOST_PAIRS = 800_000
 
 Spheres: TypeAlias = tuple[Array, Array]  # centres (S, 3) and radii (S,)
 

@@ -12,9 +12,9 @@ from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
 
-# Cost of moving 1 m of a prismatic joint, squared, against 1 rad^2 of a revolute one: cheap enough that a
+# What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that a
 # rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
-PRISMATIC_WEIGHT = 2.0
+PRISMATIC_WEIGHT = 4.0
 
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
