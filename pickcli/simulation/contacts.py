@@ -50,13 +50,12 @@ class ContactLog:
 
         touching: names that the cup and the held item may touch now
         """
-        for touch in touches:
-            a, b = self._pair(touch)
-            if self._is_planned(a, b, touching, held):
-                continue
-            self._record(a, b, touch, t)
         for pair in [pair for pair, c in self._open.items() if t - c.t_end > FORGET_TIME]:
             self._closed.append(self._open.pop(pair))
+        for touch in touches:
+            a, b = self._pair(touch)
+            if not self._is_planned(a, b, touching, held):
+                self._record(a, b, touch, t)
 
     def _pair(self, touch: Touch) -> tuple[str, str]:
         if touch.a == self._robot:

@@ -1,0 +1,235 @@
+"""Carry out a plan: stream it, fire its events by measured progress, watch the vacuum, keep the record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import PivotState
+from pickcli.errors import InputError, StaleError
+from pickcli.geometry import Array
+from pickcli.io_events.tracker import Tracker
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment
+from pickcli.simulation.execution import Execution, Fall, FiredEvent
+from pickcli.simulation.places import bounds
+from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
+from pickcli.simulation.suction import Release
+from pickcli.simulation.trigger import TriggerDistance
+from pickcli.simulation.world import World
+
+START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
+END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
+FALL_TIME = 0.6  # s instead, when something broke away and still falls
+BEHIND = 10.0  # servo lags that the robot may be behind its command when contacts are judged
+TRACE_STEPS = 10  # between two looks at the tool's lag
+PROGRESS_STEPS = 100  # between two reports of progress
+
+OnStep = Callable[[World], None]
+Progress = Callable[[float, float, str], None]
+
+
+class StartError(InputError):
+    """The robot is not where the plan begins. ``offset``: worst joint, m or rad."""
+
+    def __init__(self, joint: str, offset: float) -> None:
+        super().__init__(
+            f"refusing to start: {joint} is {offset:.4f} from the plan's first point (at most "
+            f"{START_TOLERANCE}); plan a move from the measured configuration to it first"
+        )
+        self.joint, self.offset = joint, offset
+
+
+def execute(
+    plan: Plan,
+    world: World,
+    *,
+    pace: Pace = full_speed,
+    on_progress: Progress | None = None,
+    on_step: OnStep | None = None,
+) -> Execution:
+    """Carry out a plan in a world, to its end or to a stop along its path.
+
+    It stops when an item breaks away, or when the vacuum sensor reads that nothing is held. The pump and
+    the valve are switched off then, and the robot stands.
+
+    pace: how fast the plan's time passes; for tests of pauses and slow robots
+    on_progress: called every 0.1 s with (plan time, plan duration, segment)
+    on_step: called after every time step, e.g. to film
+    Raises StartError, and StaleError for a plan of another cell.
+    """
+    check_start(plan, world)
+    return _Run(plan, world, pace, on_progress, on_step).play()
+
+
+def check_start(plan: Plan, world: World) -> None:
+    """Raise unless the plan is for this cell and begins where the robot stands."""
+    cell = world.scene.cell
+    if plan.cell_fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"the plan is for the cell {plan.cell_fingerprint[:12]}, this one is "
+            f"{cell.fingerprint[:12]}; plan again"
+        )
+    offsets = np.abs(world.q - plan.trajectory.positions[0])
+    worst = int(np.argmax(offsets))
+    if offsets[worst] > START_TOLERANCE:
+        raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
+    wanted = plan.segments[0].pivot
+    if PivotState.MOVING not in (wanted, world.pivot) and wanted is not world.pivot:
+        raise InputError(f"refusing to start: the cup is {world.pivot}, the plan begins with it {wanted}")
+
+
+@dataclass
+class _Trace:
+    """What is noted on the way."""
+
+    fired: list[FiredEvent] = field(default_factory=list)
+    sent: list[Array] = field(default_factory=list)  # set points
+    plan_times: list[float] = field(default_factory=list)  # of each set point
+    told: list[Array] = field(default_factory=list)  # every TRACE_STEPS: set point and measured
+    measured: list[Array] = field(default_factory=list)
+
+
+class _Run:
+    """One execution in progress."""
+
+    def __init__(
+        self, plan: Plan, world: World, pace: Pace, on_progress: Progress | None, on_step: OnStep | None
+    ) -> None:
+        self.plan, self.world, self.pace = plan, world, pace
+        self.on_progress, self.on_step = on_progress, on_step
+        self.tracker = Tracker(plan.trajectory, plan.segments, plan.events)
+        self.distance = TriggerDistance(plan, Arm(world.robot))
+        self.trace = _Trace()
+        self.t_start = world.t
+        self.n_releases = len(world.suction.releases)
+        self.n_steps = 0
+        self.max_load = 0.0
+        self.stopped = ""
+        self.stopped_in: Segment | None = None
+
+    def play(self) -> Execution:
+        self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
+        if self.stopped:
+            self._brake()
+        has_lost = any(not r.is_wanted for r in self._releases())
+        for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
+            self._step()
+        self.world.touching = frozenset()
+        return self._record()
+
+    def _send(self, commands: Stream) -> None:
+        for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
+            self.trace.sent.append(q)
+            self.trace.plan_times.append(t_plan)
+            self.world.touching = self._touching(t_plan)
+            self.world.command(q)
+            self._step()
+            if not self.stopped and (why := self._reason_to_stop()):
+                self.stopped, self.stopped_in = why, self._segment(t_plan)
+                return
+
+    def _step(self) -> None:
+        world, trace = self.world, self.trace
+        world.step()
+        if not self.stopped:
+            for event in self.tracker.update(world.q):
+                self._fire(event)
+        if world.held is not None:
+            self.max_load = max(self.max_load, world.suction.max_ratio)
+        self.n_steps += 1
+        if self.n_steps % TRACE_STEPS == 0:
+            trace.told.append(trace.sent[-1])
+            trace.measured.append(world.q)
+        if self.n_steps % PROGRESS_STEPS == 0 and self.on_progress is not None:
+            t_plan = trace.plan_times[-1]
+            self.on_progress(t_plan, self.plan.trajectory.duration, str(self._segment(t_plan).kind))
+        if self.on_step is not None:
+            self.on_step(world)
+
+    def _fire(self, event: Event) -> None:
+        reading = self.world.act(event.device, event.action)
+        distance = self.distance(event, self.world.q, self.trace.plan_times[-1])
+        self.trace.fired.append(FiredEvent(event, self.world.t, distance, reading))
+
+    def _releases(self) -> tuple[Release, ...]:
+        return tuple(self.world.suction.releases[self.n_releases :])
+
+    def _reason_to_stop(self) -> str:
+        lost = [r for r in self._releases() if not r.is_wanted]
+        if lost:
+            load = lost[-1].load
+            return (
+                f"{lost[-1].item} broke away (pull {load.pull:.1f} N, shear {load.shear:.1f} N, "
+                f"moment {load.moment:.2f} Nm)"
+            )
+        if self.trace.fired and self.trace.fired[-1].reading is False:
+            return "the vacuum sensor reads that nothing is held"
+        return ""
+
+    def _brake(self) -> None:
+        """Stand still as soon as the limits allow, along the planned path, with pump and valve off."""
+        from pickcli.timing.stop import stop
+
+        for device in self.world.scene.cell.devices.values():
+            if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+                self.world.act(device.name, "off")
+        t_plan = self.trace.plan_times[-1]
+        halted = stop(self.plan.trajectory, t_plan, self.world.robot.limits)
+        t = len(self.trace.sent) * self.world.time_step
+        self._send(stream(halted.trajectory, self.world.time_step, self.pace, t_plan, t))
+
+    def _segment(self, t_plan: float) -> Segment:
+        inside = (s for s in self.plan.segments if t_plan <= s.t_end)
+        return next(inside, self.plan.segments[-1])
+
+    def _touching(self, t_plan: float) -> frozenset[str]:
+        """What may be touched now: the robot is at most a few servo lags behind its command."""
+        behind = BEHIND * self.world.servo.lag
+        now = (s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= t_plan - behind)
+        return frozenset(name for segment in now for name in segment.touching)
+
+    def _record(self) -> Execution:
+        world, plan, trace = self.world, self.plan, self.trace
+        cell = world.scene.cell
+        commands = Stream(np.array(trace.plan_times), np.array(trace.sent))
+        releases = self._releases()
+        fired = {id(f.event) for f in trace.fired}
+        return Execution(
+            t_start=self.t_start,
+            t_end=world.t,
+            stopped=self.stopped,
+            stopped_in=self.stopped_in.kind if self.stopped_in else None,
+            events=tuple(trace.fired),
+            missed=() if self.stopped else tuple(e for e in plan.events if id(e) not in fired),
+            collisions=tuple(c for c in world.contacts.collisions if c.t_start > self.t_start),
+            limit_violations=violations(
+                commands, plan.trajectory.joint_names, cell.robot.limits, world.time_step, cell.speed_scale
+            ),
+            releases=releases,
+            falls=tuple(self._fall(release) for release in releases),
+            held=world.held,
+            max_lag=self._max_lag(),
+            max_load=self.max_load,
+        )
+
+    def _fall(self, release: Release) -> Fall:
+        before = self.world.scene.find(release.item)
+        after = self.world.engine.pose(release.item)
+        height = (
+            bounds(before.item.shape, release.T_world_item)[0][2] - bounds(before.item.shape, after)[0][2]
+        )
+        return Fall(release.item, max(0.0, float(height)), release.is_wanted)
+
+    def _max_lag(self) -> float:
+        if not self.trace.told:
+            return 0.0
+        arm = Arm(self.world.robot)
+        told = arm.tips(np.array(self.trace.told), PivotState.STRAIGHT)
+        measured = arm.tips(np.array(self.trace.measured), PivotState.STRAIGHT)
+        return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())

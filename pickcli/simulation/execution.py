@@ -1,0 +1,72 @@
+"""What happened while a plan was carried out, as values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.motion.event import Event
+from pickcli.motion.segment import SegmentKind
+from pickcli.simulation.contacts import Collision
+from pickcli.simulation.stream import Violation
+from pickcli.simulation.suction import Release
+
+
+@dataclass(frozen=True)
+class FiredEvent:
+    """An event when it fired.
+
+    t: s, simulated
+    distance: m of tool path between where the robot was and the event's resolved trigger point
+    reading: what a sensor answered, else None
+    """
+
+    event: Event
+    t: float
+    distance: float
+    reading: bool | None = None
+
+
+@dataclass(frozen=True)
+class Fall:
+    """An item that left the cup, and how far its lowest point fell until the execution ended."""
+
+    item: str
+    height: float  # m
+    is_wanted: bool  # released by the valve
+
+
+@dataclass(frozen=True, eq=False)
+class Execution:
+    """The record of one plan. Times are simulated seconds.
+
+    stopped: why it ended before the plan did, "" if it did not
+    stopped_in: the segment it was in then
+    missed: events that never fired
+    max_lag: m, farthest that the tool was from where it was told to be
+    max_load: worst share of the cup's limits while something was held
+    """
+
+    t_start: float
+    t_end: float
+    stopped: str
+    stopped_in: SegmentKind | None
+    events: tuple[FiredEvent, ...]
+    missed: tuple[Event, ...]
+    collisions: tuple[Collision, ...]
+    limit_violations: tuple[Violation, ...]
+    releases: tuple[Release, ...]
+    falls: tuple[Fall, ...]
+    held: str | None
+    max_lag: float
+    max_load: float
+
+    @property
+    def duration(self) -> float:
+        """s from the first command to the last step."""
+        return self.t_end - self.t_start
+
+    @property
+    def has_item(self) -> bool | None:
+        """The last answer of the vacuum sensor; None if it was never read."""
+        readings = [fired.reading for fired in self.events if fired.reading is not None]
+        return readings[-1] if readings else None

@@ -1,0 +1,104 @@
+"""What the controller sends: a trajectory as set points at the world's time step, at any pace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+
+Pace: TypeAlias = Callable[[float], float]  # seconds since the start -> rate in [0, 1] of the plan's time
+
+TOLERANCE = 1e-6  # relative, of a limit: rounding of third differences at 1 kHz
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """Set points one time step apart; the first is due at the end of the first step.
+
+    plan_times: (K,) time on the plan's trajectory of each
+    points: (K, n) configurations
+    """
+
+    plan_times: Array
+    points: Array
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A limit that the commands broke, at its worst."""
+
+    joint: str
+    what: str  # "position", "velocity", "acceleration" or "jerk"
+    ratio: float  # of the limit; of a position: how far outside, m or rad
+    t_plan: float  # s on the plan's trajectory
+
+    def __str__(self) -> str:
+        return (
+            f"{self.joint}: {self.what} at {self.ratio:.4g} of its limit, {self.t_plan:.3f} s into the plan"
+        )
+
+
+def full_speed(t: float) -> float:
+    """The plan's own pace."""
+    return 1.0
+
+
+def slowed(factor: float) -> Pace:
+    """Everything at a constant share of the planned speed, as by a speed override."""
+    return lambda t: factor
+
+
+def paused(at: float, duration: float, ramp: float = 0.4) -> Pace:
+    """Slow down along the path to a stand ``at`` s, stay for ``duration`` s and go on; each ramp takes
+    ``ramp`` s."""
+    knots = [at, at + ramp, at + ramp + duration, at + 2 * ramp + duration]
+    return lambda t: float(np.interp(t, knots, [1.0, 0.0, 0.0, 1.0]))
+
+
+def stream(
+    trajectory: Trajectory, time_step: float, pace: Pace = full_speed, t_plan: float = 0.0, t: float = 0.0
+) -> Stream:
+    """The rest of a trajectory, from ``t_plan`` on, at a pace that reaches its end.
+
+    t: s since the start at which the pace is to be asked first
+    """
+    times: list[float] = []
+    while t_plan < trajectory.duration:
+        t_plan = min(t_plan + pace(t + len(times) * time_step) * time_step, trajectory.duration)
+        times.append(t_plan)
+    plan_times = np.array(times)
+    return Stream(plan_times, trajectory.sample(plan_times))
+
+
+def violations(
+    commands: Stream, names: tuple[str, ...], limits: Limits, time_step: float, scale: float = 1.0
+) -> tuple[Violation, ...]:
+    """Limits that differences of the set points break: the worst of each joint and kind.
+
+    scale: of velocity and acceleration limits
+    """
+    found: list[Violation] = []
+    outside = np.maximum(limits.lower - commands.points, commands.points - limits.upper)
+    found += _worst("position", names, commands.plan_times, outside, 0.0)
+    difference = commands.points
+    bounds = (limits.velocity * scale, limits.acceleration * scale, limits.jerk)
+    for what, bound in zip(("velocity", "acceleration", "jerk"), bounds, strict=True):
+        difference = np.diff(difference, axis=0) / time_step
+        times = commands.plan_times[-len(difference) :] if len(difference) else commands.plan_times[:0]
+        found += _worst(what, names, times, np.abs(difference) / bound, 1.0)
+    return tuple(found)
+
+
+def _worst(what: str, names: tuple[str, ...], times: Array, ratio: Array, allowed: float) -> list[Violation]:
+    found = []
+    for j, name in enumerate(names if len(ratio) else ()):
+        k = int(np.argmax(ratio[:, j]))
+        if ratio[k, j] > allowed + TOLERANCE:
+            found.append(Violation(name, what, float(ratio[k, j]), float(times[k])))
+    return found

@@ -1,0 +1,38 @@
+"""How far from its trigger point an event fired, along the tool's path: measured without the tracker."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.event import Event
+from pickcli.motion.plan import Plan
+
+STEP = 1e-3  # s between samples of the path
+LOOK_BACK = 0.5  # s of the plan's time: farther than that no robot lags behind its command
+
+
+class TriggerDistance:
+    """Distance in m of tool path between a measured configuration and an event's resolved trigger."""
+
+    def __init__(self, plan: Plan, arm: Arm) -> None:
+        self._trajectory, self._arm = plan.trajectory, arm
+
+    def __call__(self, event: Event, q: Array, t_command: float) -> float:
+        """q: measured configuration (n,); t_command: time on the plan of the present set point, s."""
+        if event.t_trigger is None:
+            return 0.0
+        where = self._project(q, t_command)
+        first, last = sorted((where, max(0.0, event.t_trigger)))
+        n = max(2, int((last - first) / STEP) + 2)
+        path = self._trajectory.sample(np.linspace(first, last, n))
+        tips = self._arm.tips(path, PivotState.STRAIGHT)[:, :3, 3]
+        return float(np.linalg.norm(np.diff(tips, axis=0), axis=1).sum())
+
+    def _project(self, q: Array, t_command: float) -> float:
+        """Time of the plan's point nearest to q, at or a little before the present command."""
+        times = np.linspace(max(0.0, t_command - LOOK_BACK), t_command, int(LOOK_BACK / STEP) + 1)
+        offsets = np.linalg.norm(self._trajectory.sample(times) - q, axis=1)
+        return float(times[int(np.argmin(offsets))])

@@ -1,0 +1,66 @@
+"""A small world: the default cell at home, with one item on a pedestal before or under the cup."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.shapes import Shape, ShapeKind, box
+from pickcli.cell.station import Obstacles
+from pickcli.geometry import Array, pose
+from pickcli.simulation.servo import Servo
+from pickcli.simulation.world import World
+
+BuildWorld = Callable[..., World]
+
+
+def cube(side: float = 0.04, mass: float = 0.1) -> Item:
+    """An item as a cube."""
+    shape = Shape(ShapeKind.BOX, (side, side, side))
+    return Item("cube", 2016, shape, mass, 0, True, "", 0.0, 1.0, "", "made up")
+
+
+def make_world(
+    cell: Cell,
+    item: Item | None = None,
+    gap: float = -0.002,
+    shift: tuple[float, float] = (0.0, 0.0),
+    pivot: PivotState = PivotState.DOWN,
+    servo: Servo | None = None,
+) -> World:
+    """The item on a pedestal, its nearest face ``gap`` m from the tip of the cup (negative: the cup is
+    compressed), its centre ``shift`` m off the cup's axis along world y and the other cross axis."""
+    item = item or cube()
+    home = cell.configurations["home"].q
+    T_tip = _tip(cell, home, pivot)
+    axis, half = T_tip[:3, 2], item.shape.extents[2] / 2
+    across = np.array([1.0, 0.0, 0.0]) if pivot is PivotState.DOWN else np.array([0.0, 0.0, 1.0])
+    centre = T_tip[:3, 3] + (gap + half) * axis + shift[0] * np.array([0.0, 1.0, 0.0]) + shift[1] * across
+    x, y, z = centre
+    R = np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1) if pivot is PivotState.STRAIGHT else np.eye(3)
+    top = float(z - half)
+    pedestal = box("pedestal", (x - half, y - 0.2, 0.9), (x + 0.2, y + 0.2, top))
+    changed = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, pedestal)))
+    placed = PlacedItem("cube", item, "bin_A", pose(centre, R=R))
+    world = World(Scene(changed, cell.T_world_pod, (placed,), PoseNoise()), home, pivot, servo=servo)
+    world.touching = frozenset({"cube"})
+    return world
+
+
+def evacuate(world: World) -> None:
+    """Pump until the line is at full vacuum."""
+    world.act("pump", "on")
+    world.wait(2.5)
+
+
+def _tip(cell: Cell, q: Array, pivot: PivotState) -> Array:
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, pivot)
+    tip = world.tip.copy()
+    world.close()
+    return tip

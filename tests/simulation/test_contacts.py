@@ -1,0 +1,83 @@
+"""Counting collisions: once each, with place and depth, and never the planned ones."""
+
+from __future__ import annotations
+
+import numpy as np
+from pedestal import BuildWorld, cube
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.shapes import box
+from pickcli.simulation.contacts import ContactLog
+from pickcli.simulation.engine import Touch
+from pickcli.simulation.world import World
+
+NONE: frozenset[str] = frozenset()
+
+
+def touch(a: str = "robot", link: str = "cup", b: str = "shelf", depth: float = 1e-3) -> Touch:
+    return Touch(a, link, b, "", depth, (0.1, 0.2, 0.3), 5.0)
+
+
+def log() -> ContactLog:
+    return ContactLog("robot", "cup", frozenset({("carriage", "rail")}))
+
+
+def test_an_ongoing_contact_counts_once_with_its_deepest_point() -> None:
+    contacts = log()
+    for k, depth in enumerate((1e-3, 3e-3, 2e-3)):
+        contacts.update([touch(depth=depth)], NONE, None, 0.01 * k)
+    (collision,) = contacts.collisions
+    assert (collision.a, collision.b, collision.depth) == ("cup", "shelf", 3e-3)
+    assert (collision.t_start, collision.t_end) == (0.0, 0.02)
+
+
+def test_a_contact_that_comes_back_later_counts_again() -> None:
+    contacts = log()
+    for t in (0.0, 0.05, 0.5):
+        contacts.update([touch()], NONE, None, t)
+    assert len(contacts.collisions) == 2
+
+
+def test_planned_contacts_are_those_of_cup_and_held_item_only() -> None:
+    allowed = frozenset({"box"})
+    contacts = log()
+    contacts.update([touch(b="box"), touch(a="tea", link="", b="box")], allowed, "tea", 0.0)
+    assert contacts.collisions == ()
+    contacts.update([touch(link="lance", b="box")], allowed, "tea", 0.1)
+    assert [c.a for c in contacts.collisions] == ["lance"]
+
+
+def test_exempt_pairs_and_the_grip_itself_never_count() -> None:
+    contacts = log()
+    contacts.update([touch(link="carriage", b="rail"), touch(b="tea")], NONE, "tea", 0.0)
+    assert contacts.collisions == ()
+
+
+def push_forward(world: World, distance: float) -> None:
+    q = world.q.copy()
+    for _ in range(round(distance / 1e-4)):
+        q = q + 1e-4 * (np.arange(8) == 0)
+        world.command(q)
+        world.step()
+
+
+def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: BuildWorld) -> None:
+    for planned in (True, False):
+        world = build_world(cube(side=0.08), gap=0.01, pivot=PivotState.STRAIGHT)
+        if not planned:
+            world.touching = NONE
+        push_forward(world, 0.015)
+        found = world.contacts.collisions
+        assert [(c.a, c.b) for c in found] == ([] if planned else [("cup", "cube")])
+        if found:
+            assert 0.0 <= found[0].depth < 5e-3
+            assert np.allclose(found[0].position, world.tip[:3, 3], atol=0.03)
+
+
+def test_a_held_item_that_hits_something_is_a_collision(holding: World) -> None:
+    x, y, z = holding.engine.pose("cube")[:3, 3]
+    wall = box("wall", (x + 0.03, y - 0.1, z - 0.1), (x + 0.05, y + 0.1, z + 0.01))
+    holding.engine.add_static(wall, np.eye(4), (1.0, 1.0, 1.0, 1.0))
+    n_before = len(holding.contacts.collisions)
+    push_forward(holding, 0.02)
+    assert [(c.a, c.b) for c in holding.contacts.collisions[n_before:]] == [("cube", "wall")]

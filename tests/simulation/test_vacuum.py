@@ -1,0 +1,73 @@
+"""The pressure model: what the devices' lead times promise."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.simulation.suction import SEAL_VACUUM
+from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
+
+
+def run(vacuum: Vacuum, duration: float, is_sealed: bool = False, step: float = 1e-3) -> None:
+    for _ in range(round(duration / step)):
+        vacuum.advance(step, is_sealed)
+
+
+def pumped(duration: float = 2.0) -> Vacuum:
+    vacuum = Vacuum(pump_lead=2.0, valve_lead=0.05)
+    vacuum.switch_pump(True)
+    run(vacuum, duration)
+    return vacuum
+
+
+def test_the_pump_needs_its_lead_to_full_vacuum() -> None:
+    assert pumped(2.0).line > 0.98 * FULL_VACUUM
+    assert pumped(1.0).line < 0.90 * FULL_VACUUM
+
+
+def test_the_valve_opens_after_its_lead_and_not_before() -> None:
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 0.049)
+    assert not vacuum.is_valve_open
+    run(vacuum, 0.001)
+    assert vacuum.is_valve_open
+
+
+def test_a_sealed_cup_is_evacuated_within_a_quarter_second() -> None:
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 0.3, is_sealed=True)
+    assert vacuum.cup > 0.97 * FULL_VACUUM
+
+
+def test_an_open_cup_leaks_the_line_empty_and_it_does_not_recover_in_time() -> None:
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 0.3)
+    assert vacuum.line < 0.1 * FULL_VACUUM
+    assert vacuum.cup == 0.0
+    run(vacuum, 0.3, is_sealed=True)
+    assert vacuum.cup < SEAL_VACUUM
+
+
+def test_a_closed_valve_vents_the_cup() -> None:
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 0.5, is_sealed=True)
+    vacuum.switch_valve(False)
+    run(vacuum, 0.15, is_sealed=True)
+    assert vacuum.cup < 0.02 * FULL_VACUUM
+    assert vacuum.line > 0.9 * FULL_VACUUM
+
+
+@given(n=st.integers(1, 50))
+def test_the_line_does_not_depend_on_the_time_step(n: int) -> None:
+    fine, coarse = Vacuum(2.0, 0.05), Vacuum(2.0, 0.05)
+    for vacuum in (fine, coarse):
+        vacuum.switch_pump(True)
+    run(fine, 0.5, step=0.5 / n)
+    run(coarse, 0.5, step=0.5)
+    assert fine.line == pytest.approx(coarse.line, rel=1e-9)
