@@ -19,7 +19,7 @@ from pickcli.cell.atomic import write_text
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
-from pickcli.cell.overlap import Solid, overlap_depth
+from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.cell.validate import FileModel, NotNegative, Number, Vector, validate
 from pickcli.cell.yaml_reader import Source, read_yaml
@@ -197,10 +197,11 @@ def _check_places(source: Source, scene: Scene) -> None:
 
 
 def _check_overlaps(source: Source, scene: Scene) -> None:
-    """No two items stand in each other."""
+    """No two items stand in each other deeper than their poses are uncertain."""
     solids = [Solid(placed.item.shape, placed.T_world_item) for placed in scene.items]
+    bounds = [TOUCH + 2 * scene.noise.bound(placed.item) for placed in scene.items]
     for (i, a), (j, b) in combinations(enumerate(solids), 2):
-        depth = overlap_depth(a, b)
+        depth = overlap_depth(a, b, tolerance=(bounds[i] + bounds[j]) / 2)
         if depth > 0.0:
             source.add(
                 ("items", j),

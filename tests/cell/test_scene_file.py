@@ -200,6 +200,18 @@ def test_stacked_items_that_touch_are_accepted(cell: Cell, tmp_path: Path) -> No
     assert len(read_scene(tmp_path / "s.json").items) == len(scene.items) + 1
 
 
+def test_an_overlap_within_the_stated_noise_is_no_contradiction(written: Path, refused: Refused) -> None:
+    def lower(content: dict[str, Any], noise: float) -> None:
+        x, y, z = content["items"][0]["position"]
+        content["items"][1].update(location="bin_A", position=[x, y, z + 0.0205], quaternion=[0, 0, 0, 1])
+        content["noise"] = {"position": noise, "angle": 0.0}
+
+    edit(written, lambda content: lower(content, 0.002))
+    assert len(read_scene(written).items) == 13
+    edit(written, lambda content: lower(content, 0.001))
+    assert "overlap by 4.5 mm" in refused(lambda: read_scene(written))
+
+
 def test_a_scene_of_another_cell_is_stale_and_names_both(cell: Cell, written: Path) -> None:
     edit(written, _set("cell", "fingerprint", value="ab" * 32))
     with pytest.raises(StaleError) as caught:
