@@ -13,6 +13,17 @@ from pickcli.verification.parts import Part
 MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT)
 
 
+def may_touch(plan: Plan, k: int) -> bool:
+    """Whether segment k may have planned contacts at all.
+
+    Beside contact and lift, a plan may begin with a line out, empty, from where the cup touches something:
+    the way to safety after a motion that was stopped.
+    """
+    segment = plan.segments[k]
+    is_way_out = k == 0 and segment.kind is SegmentKind.RETREAT and segment.held is None
+    return is_way_out or segment.kind in MAY_TOUCH
+
+
 @dataclass(frozen=True)
 class Exemptions:
     """What one segment does not test.
@@ -50,7 +61,7 @@ def exemptions(plan: Plan, scene: Scene, k: int) -> Exemptions:
     gone = {s.held for s in plan.segments[: k + 1] if s.held is not None}
     return Exemptions(
         absent=frozenset(gone),
-        touching=frozenset(segment.touching) if segment.kind in MAY_TOUCH else frozenset(),
+        touching=frozenset(segment.touching) if may_touch(plan, k) else frozenset(),
         neighbours=_neighbours(scene.cell.robot),
         allowed=frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs),
     )

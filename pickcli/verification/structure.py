@@ -10,7 +10,7 @@ from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.verification.contacts import MAY_TOUCH
+from pickcli.verification.contacts import MAY_TOUCH, may_touch
 
 TIME_TOLERANCE = 1e-9  # s
 
@@ -75,7 +75,7 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
         for name in segment.touching:
             if name not in items | bodies:
                 yield Reason("unknown name", where, f"{name} may be touched but is not in the scene")
-        if segment.touching and segment.kind not in MAY_TOUCH:
+        if segment.touching and not may_touch(plan, k):
             yield Reason(
                 "touching not allowed",
                 where,

@@ -49,6 +49,8 @@ def _too_deep(
     for i in at:
         part.solid.place(states.links[part.link, i] @ part.T_link_shape)
         depths.append(part.solid.depth(fixture.solid))
+    if at.start == 0:  # where the motion begins the arm stands already: it may go out, not in
+        allowed = max(allowed, depths[0] + ROUNDING)
     deepest = max(depths)
     if deepest > allowed:
         t = states.times[at[depths.index(deepest)]]

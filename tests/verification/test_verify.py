@@ -350,6 +350,28 @@ def test_the_moving_pivot_sweeps() -> None:
         assert verify(stated, scene).is_accepted is is_free, pivot
 
 
+def test_planned_contact_is_a_touch_and_no_more() -> None:
+    """The pod stands 20 mm higher than the item's pose says: the floor would be inside the item."""
+    plan, scene = pick()
+    raised = replace(scene, T_world_pod=pose((0.0, 0.0, 0.02)))
+    texts = [str(r) for r in verify(bound(plan, raised), raised).reasons]
+    assert any("planned contact too deep" in t and "row_ABC_floor_flat" in t for t in texts)
+
+
+def test_a_plan_may_begin_with_a_way_out() -> None:
+    """The cup is stuck at an item: it may leave it, and touch it on no later segment."""
+    plan, scene = pick()
+    k = segment(plan, SegmentKind.CONTACT)
+    b = Builder(plan.trajectory.sample(plan.segments[k].t_end)[0])
+    start = tip(b.q)
+    b.line(SegmentKind.RETREAT, pose((-0.06, *start[1:3, 3]), R=start[:3, :3]), 2.0, touching=(CRAYOLA,))
+    b.joint(SegmentKind.TRANSIT, cell().configurations["home"].q, 2.0)
+    assert verify(move_plan(scene, b), scene).reasons == ()
+    untold = move_plan(scene, b)
+    silent = replace(untold, segments=(replace(untold.segments[0], touching=()), untold.segments[1]))
+    assert not verify(silent, scene).is_accepted
+
+
 def test_slow_items_are_carried_slowly() -> None:
     plan, scene = pick()
     target = scene.items[0]
