@@ -1,0 +1,56 @@
+"""The default cell, its model, and scenes of it with boxes where a test wants them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from solid_helpers import MakeChecker, MakeScene
+
+from pickcli.cell.item import Item
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.geometry import Array
+
+
+@pytest.fixture(scope="session")
+def cell() -> Cell:
+    return load_cell("apc2016_delft")
+
+
+@pytest.fixture(scope="session")
+def model(cell: Cell) -> CollisionModel:
+    return CollisionModel(cell)
+
+
+@pytest.fixture(scope="session")
+def home(cell: Cell) -> Array:
+    return cell.configurations["home"].q
+
+
+@pytest.fixture(scope="session")
+def make_scene(cell: Cell) -> MakeScene:
+    """make_scene((item, T_world_item), ...): ids are item0, item1, ..."""
+
+    def make(
+        *placed: tuple[Item, Array], noise: PoseNoise | None = None, T_world_pod: Array | None = None
+    ) -> Scene:
+        items = tuple(PlacedItem(f"item{i}", item, "bin_E", T) for i, (item, T) in enumerate(placed))
+        return Scene(cell, np.eye(4) if T_world_pod is None else T_world_pod, items, noise or PoseNoise())
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def make_checker(model: CollisionModel, make_scene: MakeScene) -> MakeChecker:
+    """make_checker(scene=..., pivot=..., **options) with an empty scene and a straight cup by default."""
+
+    def make(
+        scene: Scene | None = None, pivot: PivotState = PivotState.STRAIGHT, **options: object
+    ) -> SceneChecker:
+        return SceneChecker(model, scene or make_scene(), pivot, **options)  # type: ignore[arg-type]
+
+    return make

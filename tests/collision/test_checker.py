@@ -1,0 +1,210 @@
+"""What a checker promises about scenes, held items, contacts and margins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from solid_helpers import MakeChecker, MakeScene, box_item, link_points
+
+from pickcli.cell.model import AllowedPair, Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise
+from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array, inverse, pose, transform_points
+from pickcli.kinematics.arm import Arm
+
+STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
+DELFT_HOME = np.array([0.2191, 0, -1.0945, 0, -1.7267, 0, -0.9443, 0])
+CUBE = box_item((0.1, 0.1, 0.1))
+
+
+@pytest.fixture(scope="module")
+def arm(cell: Cell) -> Arm:
+    return Arm(cell.robot)
+
+
+@pytest.fixture(scope="module")
+def T_home_tip(arm: Arm, home: Array) -> Array:
+    return arm.tip(home, STRAIGHT)
+
+
+def test_named_configurations_are_free(cell: Cell, make_checker: MakeChecker) -> None:
+    """Delft's own poses, but for three over the tote that put our longer tool into its wall."""
+    checkers = {pivot: make_checker(pivot=pivot) for pivot in PivotState}
+    blocked = {c.name for c in cell.configurations.values() if not checkers[c.pivot].is_free(c.q)}
+    assert blocked == {"tote_10h", "tote_11h", "tote_12h"}
+    assert checkers[STRAIGHT].is_free(DELFT_HOME)
+
+
+def test_no_collision_of_the_exact_shapes_is_missed(
+    cell: Cell, arm: Arm, model: CollisionModel, make_checker: MakeChecker
+) -> None:
+    """Points of the links themselves against the boxes, by forward kinematics: a hit is never called free."""
+    rng = np.random.default_rng(5)
+    checker = make_checker(pivot=DOWN, margin=0.0)
+    clouds = [link_points(cell, name, rng, 60) for name in model.frame_names]
+    Q = arm.random_seeds(rng, 150)
+    free, n_hits = checker.are_free(Q), 0
+    for q, is_free in zip(Q, free, strict=True):
+        frames = arm.chain(DOWN).fk(q)
+        hit = False
+        for k, cloud in enumerate(clouds):
+            world = transform_points(frames[k], cloud)
+            for b in range(len(checker.world.names)):
+                if not int(checker.world.ignored[b]) >> k & 1:
+                    local = transform_points(inverse(checker.world.T_world_box[b]), world)
+                    hit = hit or bool((np.abs(local) < checker.world.half_extents[b]).all(axis=1).any())
+        n_hits += hit
+        assert not (hit and is_free)
+    assert n_hits > 20
+
+
+def test_moving_is_free_only_where_both_ends_are(arm: Arm, make_checker: MakeChecker) -> None:
+    rng = np.random.default_rng(6)
+    Q = arm.random_seeds(rng, 2000)
+    moving, straight, down = (make_checker(pivot=pivot).are_free(Q) for pivot in (MOVING, STRAIGHT, DOWN))
+    assert moving.any() and not (moving & ~straight).any() and not (moving & ~down).any()
+
+
+def test_items_block_and_can_be_left_out(
+    make_scene: MakeScene, make_checker: MakeChecker, home: Array
+) -> None:
+    scene = make_scene((CUBE, pose((-0.6, 0, 1.7))))
+    assert not make_checker(scene).is_free(home)
+    assert make_checker(scene, without=frozenset({"item0"})).is_free(home)
+
+
+def test_noise_inflates_items(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    """An item 12 mm in front of the cup is clear, unless it may be 10 mm nearer (5 mm must be kept)."""
+    T = T_home_tip @ pose((0, 0, 0.05 + 0.012))
+    assert make_checker(make_scene((CUBE, T))).is_free(home)
+    assert not make_checker(make_scene((CUBE, T), noise=PoseNoise(0.010, 0.0))).is_free(home)
+    turned = PoseNoise(0.0, 0.010 / (np.sqrt(3) * 0.05))
+    assert not make_checker(make_scene((CUBE, T), noise=turned)).is_free(home)
+
+
+def test_margin_is_kept(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.05 + 0.012))))
+    distance = make_checker(scene).clearance(home).distance
+    assert 0.008 <= distance <= 0.012
+    assert make_checker(scene, margin=distance - 1e-3).is_free(home)
+    assert not make_checker(scene, margin=distance + 1e-3).is_free(home)
+
+
+def test_the_pod_is_where_the_scene_says(
+    cell: Cell, arm: Arm, make_scene: MakeScene, make_checker: MakeChecker
+) -> None:
+    """The pod moved so that a divider of bin E comes to stand where the cup is."""
+    q = cell.configurations["bin_E"].q
+    divider = next(b for b in cell.pod.bodies if b.name == "row_DEF_divider_left").T_parent_shape
+    moved = pose(arm.tip(q, STRAIGHT)[:3, 3] - divider[:3, 3])
+    assert make_checker().is_free(q)
+    checker = make_checker(make_scene(T_world_pod=moved))
+    assert not checker.is_free(q)
+    assert checker.clearance(q).kind == "pod"
+
+
+def test_touching_frees_the_cup_but_no_other_link(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    at_cup = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.045))))
+    touching = frozenset({"item0"})
+    assert not make_checker(at_cup).is_free(home)
+    assert make_checker(at_cup, touching=touching).is_free(home)
+    at_lance = make_scene((CUBE, T_home_tip @ pose((0.02, 0, -0.3))))
+    assert not make_checker(at_lance, touching=touching).is_free(home)
+
+
+def test_held_items_count_and_may_touch(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    held = Held(CUBE, pose((0, 0, 0.05)), 0.0)
+    scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.05 + 0.08))))
+    assert make_checker(scene).is_free(home)
+    assert not make_checker(scene, held=held).is_free(home)
+    assert make_checker(scene, held=held, touching=frozenset({"item0"})).is_free(home)
+    assert make_checker(held=held).is_free(home)
+
+
+def test_a_held_item_inflated_reaches_farther(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.1 + 0.05 + 0.02))))
+    assert make_checker(scene, held=Held(CUBE, pose((0, 0, 0.05)), 0.0)).is_free(home)
+    assert not make_checker(scene, held=Held(CUBE, pose((0, 0, 0.05)), 0.016)).is_free(home)
+
+
+def test_a_held_item_must_clear_the_arm(make_checker: MakeChecker, home: Array) -> None:
+    long = box_item((0.1, 0.1, 0.6))
+    backwards = Held(long, pose((0.1, 0, -0.4)), 0.0)  # reaches back along the lance to the wrist
+    contact = make_checker(held=backwards).clearance(home)
+    assert contact.distance < 0 and contact.kind == "robot"
+    assert "held carton" in (contact.a, contact.b)
+
+
+def test_a_held_item_swings_with_the_moving_cup(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    below = make_scene((CUBE, T_home_tip @ pose((0.15, 0, 0.1))))
+    held = Held(CUBE, pose((0, 0, 0.05)), 0.0)
+    assert make_checker(below, held=held).is_free(home)
+    assert not make_checker(below, pivot=MOVING, held=held).is_free(home)
+
+
+def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
+    with pytest.raises(UnknownNameError, match="row_ABC_lip"):
+        make_checker(touching=frozenset({"row_ABC_lib"}))
+    with pytest.raises(UnknownNameError, match="item9"):
+        make_checker(without=frozenset({"item9"}))
+
+
+def test_touching_may_name_what_is_left_out(
+    make_scene: MakeScene, make_checker: MakeChecker, home: Array
+) -> None:
+    scene = make_scene((CUBE, pose((-0.6, 0, 1.7))))
+    assert make_checker(scene, without=frozenset({"item0"}), touching=frozenset({"item0"})).is_free(home)
+
+
+def test_allowed_pairs_are_never_tested(cell: Cell, home: Array, make_scene: MakeScene) -> None:
+    """Without its exemptions the carriage stands in the rail bed."""
+    bare = replace(cell, allowed_pairs=())
+    assert not SceneChecker(CollisionModel(bare), replace(make_scene(), cell=bare), STRAIGHT).is_free(home)
+    pairs = (*cell.allowed_pairs, AllowedPair("cup", "table", "test"))
+    exempt = replace(cell, allowed_pairs=pairs)
+    world = SceneChecker(CollisionModel(exempt), replace(make_scene(), cell=exempt), STRAIGHT).world
+    table = world.names.index("table")
+    assert int(world.ignored[table]) == 1 << (len(cell.robot.joints) - 1)
+
+
+def test_edges_and_paths_agree_with_their_configurations(cell: Cell, make_checker: MakeChecker) -> None:
+    checker = make_checker()
+    named = [cell.configurations[n].q for n in ("home", "bin_E", "cam_E", "tote", "tote_10h")]
+    path = np.array(named)
+    assert checker.path_is_free(path[:3]) == -1
+    assert checker.path_is_free(path) == 3
+    assert not checker.edge_is_free(path[3], path[4])
+    for a, b in pairwise(path[:3]):
+        assert checker.edge_is_free(a, b)
+        assert checker.are_free(np.linspace(a, b, 300)).all()
+
+
+def test_slack_makes_edges_harder(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
+    checker = make_checker()
+    q = cell.configurations["bin_E"].q
+    assert checker.edge_is_free(home, q, np.full(8, 1e-3))
+    assert not checker.edge_is_free(home, q, np.full(8, 0.5))
+
+
+def test_expensive_parts_are_shared(make_scene: MakeScene, make_checker: MakeChecker) -> None:
+    scene = make_scene((CUBE, pose((0.2, 0, 1.4))))
+    first, second = make_checker(scene), make_checker(scene, touching=frozenset({"item0"}))
+    assert first.world is second.world
