@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.scene import Scene
 from pickcli.errors import InputError
 from pickcli.simulation.engine import Engine
 
@@ -22,7 +23,7 @@ class View:
 
 
 CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
-POD_VIEW = View((-1.55, 0.0, 1.30), (0.2, 0.0, 1.30), 50.0)  # straight into the bins
+POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the bins
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
 
@@ -38,6 +39,19 @@ def write_png(picture: NDArray[np.uint8], path: Path) -> None:
     Image.fromarray(picture).save(path, format="PNG")
 
 
+def picture_of(scene: Scene, view: View = POD_VIEW) -> NDArray[np.uint8]:
+    """A scene without the robot."""
+    from pickcli.simulation.world import add_items, add_statics
+
+    engine = Engine(1e-3)
+    try:
+        add_statics(engine, scene)
+        add_items(engine, scene)
+        return take_picture(engine, view)
+    finally:
+        engine.close()
+
+
 class Film:
     """Frames at a fixed rate of simulated time, written as an animated GIF.
 
@@ -49,6 +63,17 @@ class Film:
         self._frames: list[NDArray[np.uint8]] = []
         self._next = 0.0
 
+    @classmethod
+    def named(cls, path: Path) -> Film:
+        """A film for a file. Raises InputError, before anything moves, when it could not be written."""
+        import importlib.util
+
+        if path.suffix.lower() != ".gif":
+            raise InputError(f"{path}: films are animated GIFs; give the file a name ending in .gif")
+        if importlib.util.find_spec("PIL") is None:
+            raise InputError(f"{path}: writing films needs pillow; install it with: pip install pillow")
+        return cls()
+
     def look(self, engine: Engine, t: float) -> None:
         """Take a frame if one is due at simulated time t in s."""
         if t >= self._next:
@@ -56,7 +81,7 @@ class Film:
             self._next = t + self._period
 
     def write(self, path: Path) -> None:
-        """Write what was seen so far. Raises InputError when the name is no ``.gif`` or nothing was seen."""
+        """Write what was seen so far. Raises InputError when nothing was seen."""
         from PIL import Image
 
         if path.suffix.lower() != ".gif":

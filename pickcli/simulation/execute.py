@@ -26,7 +26,7 @@ from pickcli.simulation.world import World
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
 END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
 FALL_TIME = 0.6  # s instead, when something broke away and still falls
-BEHIND = 10.0  # servo lags that the robot may be behind its command when contacts are judged
+BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
 TRACE_STEPS = 10  # between two looks at the tool's lag
 PROGRESS_STEPS = 100  # between two reports of progress
 
@@ -138,7 +138,7 @@ class _Run:
         world, trace = self.world, self.trace
         world.step()
         if not self.stopped:
-            for event in self.tracker.update(world.q):
+            for event in self.tracker.update(world.q, world.time_step):
                 self._fire(event)
         if world.held is not None:
             self.max_load = max(self.max_load, world.suction.max_ratio)
@@ -189,9 +189,9 @@ class _Run:
         return next(inside, self.plan.segments[-1])
 
     def _touching(self, t_plan: float) -> frozenset[str]:
-        """What may be touched now: the robot is at most a few servo lags behind its command."""
-        behind = BEHIND * self.world.servo.lag
-        now = (s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= t_plan - behind)
+        """What may be touched now: by the segments between where the robot is and where it is told to be."""
+        behind = min(self.tracker.progress, t_plan) - BEHIND
+        now = (s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind)
         return frozenset(name for segment in now for name in segment.touching)
 
     def _record(self) -> Execution:

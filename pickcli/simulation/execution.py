@@ -70,3 +70,22 @@ class Execution:
         """The last answer of the vacuum sensor; None if it was never read."""
         readings = [fired.reading for fired in self.events if fired.reading is not None]
         return readings[-1] if readings else None
+
+    @property
+    def is_clean(self) -> bool:
+        """Nothing collided, no limit was broken, no event was missed, and it did not stop early."""
+        return not self.trouble
+
+    @property
+    def trouble(self) -> str:
+        """What went wrong, in one sentence; "" if nothing did."""
+        counts = (
+            (len(self.collisions), "collisions"),
+            (len(self.limit_violations), "limit violations"),
+            (len(self.missed), "events missed"),
+        )
+        parts = [f"{n} {what}" for n, what in counts if n]
+        if self.stopped:
+            where = f" in {self.stopped_in}" if self.stopped_in else ""
+            parts.append(f"stopped{where}: {self.stopped}")
+        return "; ".join(parts)

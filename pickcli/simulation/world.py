@@ -59,8 +59,7 @@ class World:
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
-        for placed in scene.items:
-            self.engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
+        add_items(self.engine, scene)
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._load_robot(q, pivot)
         self._uncollided: frozenset[str] = frozenset()
@@ -243,3 +242,9 @@ def add_statics(engine: Engine, scene: Scene) -> None:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
     for body in scene.cell.obstacles.bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])
+
+
+def add_items(engine: Engine, scene: Scene) -> None:
+    """Every item of the scene, named by its id."""
+    for placed in scene.items:
+        engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))

@@ -1,0 +1,66 @@
+"""``apc make-scene``: an order's items at rest in their bins."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.options import (
+    cell_option,
+    emit_json,
+    json_option,
+    output_option,
+    progress,
+    refuse_existing,
+    seed_option,
+)
+
+
+@click.command("make-scene")
+@click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
+@output_option(what="scene")
+@click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
+@cell_option
+@seed_option
+@json_option
+def command(
+    order_path: Path,
+    output: Path,
+    overwrite: bool,
+    picture: Path | None,
+    cell_name: str,
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Place the bin items of ORDER.json in their bins, with real sizes and masses, at rest.
+
+    What lies in the tote at the start of a stow order is not placed.
+
+    \b
+    Example:
+      apc make-scene data/tasks/jsk_pick_sample.json --seed 3 -o scene.json
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.cell.scene_file import scene_hash, write_scene
+    from pickcli.trial.order import read_order
+
+    cell = load_cell(cell_name)
+    order = read_order(order_path, cell)
+    for path in filter(None, (output, picture)):
+        refuse_existing(path, overwrite)
+
+    from pickcli.trial.make_scene import make_scene
+
+    with progress("settling") as report:
+        scene = make_scene(order.bin_contents, cell, seed, order.year, report)
+    write_scene(scene, output)
+    if picture is not None:
+        from pickcli.simulation.camera import picture_of, write_png
+
+        write_png(picture_of(scene), picture)
+    if as_json:
+        bins = {name: [placed.id for placed in scene.in_location(name)] for name in cell.pod.bins}
+        emit_json({"scene": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
+    else:
+        click.echo(f"{len(scene.items)} items at rest in {len(cell.pod.bins)} bins, seed {seed}: {output}")
