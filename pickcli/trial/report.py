@@ -32,7 +32,7 @@ def rows(result: TrialResult) -> tuple[Row, ...]:
 
 def _row(target: TargetResult) -> Row:
     planning = [a.statistics["planning_ms"] for a in target.attempts if "planning_ms" in a.statistics]
-    motion = sum(e.duration for attempt in target.attempts for e in attempt.executions)
+    motion = math.fsum(e.duration for attempt in target.attempts for e in attempt.executions)
     # A retry that worked still has a story worth telling.
     told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
     return Row(
