@@ -1,0 +1,69 @@
+"""What a scene must agree with: the cell's names, its bins, and that no two solids stand in one place."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from itertools import combinations
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
+from pickcli.cell.scene import TOTE, Scene
+from pickcli.cell.scene_schema import SceneModel
+from pickcli.cell.yaml_reader import Source
+from pickcli.geometry import inverse
+
+MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
+
+
+def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
+    """Ids of their own, known items and known places; raises at once, for the rest needs them."""
+    locations = [*cell.pod.bins, TOTE]
+    seen: set[str] = set()
+    for i, item in enumerate(model.items):
+        if item.id in seen:
+            source.add(("items", i, "id"), f"{item.id!r} stands twice; give each instance an id of its own")
+        seen.add(item.id)
+        if (item.name, item.year) not in cell.items:
+            known = [name for name, year in cell.items if year == item.year]
+            close = get_close_matches(item.name, known, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
+            source.add(("items", i, "name"), f"unknown item {item.name!r} of {item.year}; {hint}")
+        if item.location not in locations:
+            source.add(
+                ("items", i, "location"), f"unknown place {item.location!r}; known: {', '.join(locations)}"
+            )
+    source.check()
+
+
+def check_places(source: Source, scene: Scene) -> None:
+    """Every item lies about where its location says: catches poses in another frame."""
+    for i, placed in enumerate(scene.items):
+        if placed.location == TOTE:
+            continue
+        bin_ = scene.cell.pod.bins[placed.location]
+        p = (inverse(scene.T_world_pod @ bin_.T_pod_bin) @ placed.T_world_item)[:3, 3]
+        low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
+        high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
+        astray = float(np.linalg.norm(p - np.clip(p, low, high)))
+        if astray > MAX_ASTRAY:
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} is {astray:.2f} m away from {placed.location}; poses are those of the item's "
+                "middle in the world frame (docs/formats/scene.md)",
+            )
+
+
+def check_overlaps(source: Source, scene: Scene) -> None:
+    """No two items stand in each other deeper than their poses are uncertain."""
+    solids = [Solid(placed.item.shape, placed.T_world_item) for placed in scene.items]
+    bounds = [TOUCH + 2 * scene.noise.bound(placed.item) for placed in scene.items]
+    for (i, a), (j, b) in combinations(enumerate(solids), 2):
+        depth = overlap_depth(a, b, tolerance=(bounds[i] + bounds[j]) / 2)
+        if depth > 0.0:
+            source.add(
+                ("items", j),
+                f"{scene.items[i].id} and {scene.items[j].id} overlap by {1000 * depth:.1f} mm; "
+                "correct one of the poses",
+            )
