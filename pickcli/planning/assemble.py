@@ -24,12 +24,11 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.coarse import Coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.drop import Drop
-from pickcli.planning.events import schedule
 from pickcli.planning.in_bin import BinQuery, InBin
 from pickcli.planning.payload import carried_load
 from pickcli.timing.chords import trajectory_chords
-from pickcli.timing.run import RunPart, TimedRun, time_run
 from pickcli.timing.sequence import concatenate
+from pickcli.timing.run import RunPart, TimedRun, time_run
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
@@ -77,19 +76,15 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
         last = _timed(planner, leave)
     except NoPlanError as error:
         return error.reasons[0]
-    joined = concatenate([first, second, last], [settings.seal_time, settings.release_time])
     pieces = [*way_in, *way_out, *leave]
-    segments = _segments(pieces, joined.part_times)
-    timed = schedule(planner, segments, joined.trajectory)
-    if isinstance(timed, Reason):
-        return timed
-    segments, trajectory, events = timed
+    runs, rests = [first, second, last], [settings.seal_time, settings.release_time]
+    trajectory, segments = _joined(pieces, runs, rests)
     failed = prove(trajectory, segments, pieces)
     if failed is not None:
         return failed
     grasp = replace(motion.in_bin.grasp, moment=worst.moment, pull=worst.pull, shear=worst.shear)
     return Plan(
-        label, planner.cell.fingerprint, scene_hash(query.scene), seed, segments, trajectory, events, grasp, scale
+        label, planner.cell.fingerprint, scene_hash(query.scene), seed, segments, trajectory, (), grasp, scale
     )
 
 
@@ -110,11 +105,11 @@ def assemble_pieces(planner: Planner, scene: Scene, pieces: Sequence[Piece], lab
         run = _timed(planner, pieces)
     except NoPlanError as error:
         return error.reasons[0]
-    segments = _segments(pieces, run.part_times)
-    failed = prove(run.trajectory, segments, pieces)
+    trajectory, segments = _joined(pieces, [run], [])
+    failed = prove(trajectory, segments, pieces)
     if failed is not None:
         return failed
-    return Plan(label, planner.cell.fingerprint, scene_hash(scene), seed, segments, run.trajectory, ())
+    return Plan(label, planner.cell.fingerprint, scene_hash(scene), seed, segments, trajectory, ())
 
 
 def pick_pieces(query: BinQuery, motion: PickMotion) -> tuple[list[Piece], list[Piece], list[Piece]]:
@@ -189,12 +184,19 @@ def _carried(query: BinQuery, motion: PickMotion, pieces: Sequence[Piece]) -> tu
         scale = max(SLOWEST, scale * SLOWER)
 
 
-def _segments(pieces: Sequence[Piece], times: Array) -> tuple[Segment, ...]:
-    """Pieces with their times; a stop belongs to the segment before it."""
-    return tuple(
-        Segment(p.kind, float(times[i]), float(times[i + 1]), p.pivot, p.held, tuple(sorted(p.touching)))
-        for i, p in enumerate(pieces)
+def _joined(
+    pieces: Sequence[Piece], runs: Sequence[TimedRun], rests: Sequence[float]
+) -> tuple[Trajectory, tuple[Segment, ...]]:
+    """All runs as one trajectory, and its segments; the hold after a run belongs to its last segment."""
+    joined = concatenate(runs, rests)
+    starts = np.concatenate([run.part_times[:-1] + t for run, t in zip(runs, joined.starts, strict=True)])
+    starts[0] = 0.0
+    ends = np.append(starts[1:], joined.trajectory.duration)
+    segments = tuple(
+        Segment(p.kind, float(t0), float(t1), p.pivot, p.held, tuple(sorted(p.touching)))
+        for p, t0, t1 in zip(pieces, starts, ends, strict=True)
     )
+    return joined.trajectory, segments
 
 
 def prove(trajectory: Trajectory, segments: Sequence[Segment], pieces: Sequence[Piece]) -> Reason | None:

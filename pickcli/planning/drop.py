@@ -20,6 +20,7 @@ ABOVE_PILE = 0.025  # m between the item and what lies below it when it is relea
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
+PER_ORIENTATION = 3
 MAX_DROP = 0.28  # m from the item's lowest point to the tote's floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
 LEVEL_LANCE = np.radians(50.0)  # how far a level lance may turn away from pointing across the tote
@@ -42,11 +43,15 @@ class Drop:
     depart: Line  # up again, empty
 
 
-def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 12) -> tuple[Spot, ...] | Reason:
-    """Places in the tote where the item fits between the walls, lowest pile first."""
-    found = []
+def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 24) -> tuple[Spot, ...] | Reason:
+    """Places in the tote where the item fits between the walls, lowest pile first.
+
+    Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
+    cannot reach next to it either.
+    """
+    found: list[Spot] = []
     for R in _orientations(pivot):
-        found += _grid(scene, held, pivot, R)
+        found += sorted(_grid(scene, held, pivot, R), key=lambda s: s.cost)[:PER_ORIENTATION]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
         return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")

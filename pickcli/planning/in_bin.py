@@ -7,14 +7,17 @@ linear segment; the first thing that fails discards the candidate.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from pickcli.cartesian.corridor import Corridor, LiftPoses, along, corridors
 from pickcli.cartesian.follow import Line, follow_line
-from pickcli.cartesian.keyposes import LiftPoses, PickPoses, lift_options, pick_poses
+from pickcli.cartesian.keyposes import PickPoses, pick_poses
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp
@@ -22,7 +25,6 @@ from pickcli.planning.context import Planner
 from pickcli.planning.settings import Neighbours
 
 PRESS = 0.001  # m that the bellows are pressed at least
-MAX_TOUCHING = 12  # bodies around a resting item; more means that it is buried
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +53,17 @@ class BinQuery:
     target: PlacedItem
     neighbours: Neighbours
 
-    @property
+    @cached_property
     def T_world_bin(self) -> Array:
         """Pose of the bin frame where the pod really stands."""
         return np.asarray(self.scene.T_world_pod @ self.cell_bin.T_pod_bin)
 
-    @property
+    @cached_property
+    def T_bin_item(self) -> Array:
+        """Pose of the target in the bin frame."""
+        return np.asarray(inverse(self.T_world_bin) @ self.target.T_world_item)
+
+    @cached_property
     def ignored(self) -> frozenset[str]:
         """Neighbours that are left out of the collision model."""
         if self.neighbours is Neighbours.AVOID:
@@ -64,15 +71,43 @@ class BinQuery:
         here = self.scene.in_location(self.cell_bin.name)
         return frozenset(i.id for i in here if i.id != self.target.id)
 
-    @property
+    @cached_property
     def uncertainty(self) -> float:
         """How far any point of the target may be from where its pose says, m."""
         return self.scene.noise.bound(self.target.item)
+
+    @cached_property
+    def touching(self) -> frozenset[str]:
+        """Everything within the clearance of the target at rest: its support, walls and neighbours."""
+        touching: frozenset[str] = frozenset()
+        at_rest = np.zeros(3)
+        while not (ghost := self.ghost(touching)).is_free(at_rest):
+            near = ghost.clearance(at_rest).b
+            if near in touching:
+                break
+            touching |= {near}
+        return touching
+
+    def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
+        """The target by itself, displaced along the bin's axes."""
+        return Ghost(
+            self.planner.model, self.scene, self.target.item, self.target.T_world_item, self.T_world_bin[:3, :3],
+            self.uncertainty, self.ignored | {self.target.id}, touching,
+        )  # fmt: skip
+
+    @cached_property
+    def corridors(self) -> tuple[Corridor, ...] | Reason:
+        """The ways out for the target by itself."""
+        shape = self.target.item.shape.inflated(self.uncertainty)
+        first = self.planner.settings.lift_contact
+        return corridors(self.cell_bin, self.T_bin_item, shape, self.ghost(self.touching), self.ghost(), first)
 
 
 def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBin | list[Reason]:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason."""
     planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
+    if isinstance(query.corridors, Reason):
+        return [query.corridors]
     poses = _poses(query, grasp)
     solutions = planner.arm.solve(poses.contact, grasp.pivot, _seeds(query, rng))
     if len(solutions) == 0:
@@ -95,8 +130,8 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
         if isinstance(way_out, list):
             reasons += way_out
             continue
-        held, touching, out = way_out
-        return InBin(grasp, held, *way_in, *out, touching=touching, ignored=query.ignored)
+        held, out = way_out
+        return InBin(grasp, held, *way_in, *out, touching=query.touching, ignored=query.ignored)
     return reasons
 
 
@@ -147,48 +182,25 @@ def _backwards(line: Line) -> Line:
 
 def _way_out(
     query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array, where: str
-) -> tuple[Held, frozenset[str], tuple[Line, Line, Line]] | list[Reason]:
-    """Lift and retreat with the item held, by the first of the lift options that is free."""
-    planner, item = query.planner, query.target.item
+) -> tuple[Held, tuple[Line, Line, Line]] | list[Reason]:
+    """Lift and retreat with the item held, along the first corridor that the arm can follow."""
+    planner = query.planner
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
     T_tip_item = inverse(poses.contact) @ query.target.T_world_item
-    held = Held(item, T_tip_item, query.uncertainty)
-    options = lift_options(
-        query.cell_bin, query.T_world_bin, query.target.T_world_item, item.shape.inflated(query.uncertainty),
-        poses.contact, planner.settings.lift_contact,
-    )  # fmt: skip
-    if isinstance(options, Reason):
-        return [Reason(options.what, f"{where}, {options.where}", options.detail)]
+    held = Held(query.target.item, T_tip_item, query.uncertainty)
     gone = query.ignored | {query.target.id}
     carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
-    touching = _resting_on(planner, query.scene, grasp, held, gone, q_contact)
-    if isinstance(touching, Reason):
-        return [Reason(touching.what, f"{where}, lift", touching.detail)]
-    leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=touching)
+    leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=query.touching)
+    assert not isinstance(query.corridors, Reason)
     reasons = []
-    for option in options:
+    for corridor in query.corridors:
+        option = along(corridor, query.T_world_bin[:3, :3], poses.contact)
         out = _lines_out(query, grasp, poses.contact, option, q_contact, leaving, carrying, where)
         if isinstance(out, Reason):
             reasons.append(out)
         else:
-            return held, touching, out
+            return held, out
     return reasons
-
-
-def _resting_on(
-    planner: Planner, scene: Scene, grasp: Grasp, held: Held, gone: frozenset[str], q: Array
-) -> frozenset[str] | Reason:
-    """Everything within the clearance of the item at rest: its support, walls and neighbours."""
-    touching: frozenset[str] = frozenset()
-    for _ in range(MAX_TOUCHING):
-        checker = planner.checker(scene, grasp.pivot, held=held, without=gone, touching=touching)
-        if checker.is_free(q):
-            return touching
-        near = checker.clearance(q)
-        if near.b in touching:
-            break
-        touching |= {near.b}
-    return Reason("buried", "", f"more than {MAX_TOUCHING} bodies touch it, or the arm is not free of {near.b}")
 
 
 def _lines_out(

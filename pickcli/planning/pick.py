@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.assemble import PickMotion, assemble_pick
@@ -80,9 +80,11 @@ def _feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tu
     """Grasps whose lines inside the bin are all proven, at most ``wanted`` of them, best first."""
     planner, target = query.planner, query.target
     rng = derived_rng(seed, "grasps", target.id)
-    T_bin_item = inverse(query.T_world_bin) @ target.T_world_item
-    candidates = sample_grasps(target.id, target.item, T_bin_item, planner.cell.robot.tool, query.cell_bin, rng)
+    tool = planner.cell.robot.tool
+    candidates = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng)
     reasons = list(candidates.rejected)
+    if candidates.grasps and isinstance(query.corridors, Reason):
+        return [], [*reasons, query.corridors]
     feasible: list[InBin] = []
     tried = [g for g in candidates.grasps if not any(_same(g, e) for e in exclude)]
     for grasp in tried[: planner.settings.max_candidates]:

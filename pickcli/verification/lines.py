@@ -25,7 +25,7 @@ STRAIGHT = (
 )
 OFF_LINE = 0.002  # m
 OFF_ANGLE = np.radians(1.0)
-FIRST_LIFT = 0.035  # m of the lift in which the item may touch its support and neighbours
+FIRST_LIFT = 0.055  # m of the lift in which the item may touch its support and neighbours
 SPEED_TOLERANCE = 1e-3  # of the contact speed
 
 

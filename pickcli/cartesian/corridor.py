@@ -1,0 +1,127 @@
+"""Corridors: straight pushes that take an item out of its bin, whatever holds it.
+
+Found once per pick, before any grasp is tried: an item that is buried fails here, with the neighbour that
+holds it back, and every grasp of one that is not follows the same few corridors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from pickcli.cartesian.line import shifted
+from pickcli.cell.shapes import Shape
+from pickcli.cell.station import Bin
+from pickcli.collision.ghost import Ghost
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+
+RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
+LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
+LEAST_LIP_DISTANCE = 0.006
+LEAST_LIFT = 0.02  # m
+ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
+BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
+
+
+@dataclass(frozen=True, eq=False)
+class Corridor:
+    """Displacements (3,) in m along the bin's axes: end of the first stretch, of the lift, of the retreat."""
+
+    freed: Array
+    lift: Array
+    retreat: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LiftPoses:
+    """Tool poses (4, 4) in the world while the item is taken out."""
+
+    freed: Array  # end of the first stretch, in which item and support may touch
+    lift: Array
+    retreat: Array
+
+
+def along(corridor: Corridor, R_world_bin: Array, contact: Array) -> LiftPoses:
+    """The tool poses of a corridor that starts with the tool at ``contact``."""
+    return LiftPoses(*(shifted(contact, R_world_bin @ d) for d in (corridor.freed, corridor.lift, corridor.retreat)))
+
+
+def corridors(
+    cell_bin: Bin, T_bin_item: Array, shape: Shape, leaving: Ghost, carrying: Ghost, first: float, n_most: int = 4
+) -> tuple[Corridor, ...] | Reason:
+    """Proven corridors, the shortest first; or why there is none.
+
+    shape: of the item, grown by its uncertainty. leaving: the item where it may touch what it rests on;
+    carrying: where it may touch nothing. first: m, length of the stretch in which touching is allowed;
+    the item moves away from walls and neighbours inside it.
+    """
+    reach = shape.reach(T_bin_item[:3, :3])
+    low, high = T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach
+    options = _options(cell_bin, low, high, first)
+    if isinstance(options, Reason):
+        return options
+    found: list[Corridor] = []
+    nearest: Reason | None = None
+    for corridor in options:
+        if carrying.is_free(corridor.lift) and _is_proven(corridor, leaving, carrying):
+            found.append(corridor)
+        elif nearest is None:
+            nearest = _explained(corridor, carrying)
+        if len(found) == n_most:
+            break
+    return tuple(found) if found else nearest or Reason("no way out", "lift")
+
+
+def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
+    return (
+        carrying.path_is_free(np.stack([c.freed, c.lift, c.retreat])) == -1
+        and leaving.path_is_free(np.stack([np.zeros(3), c.freed])) == -1
+    )
+
+
+def _explained(c: Corridor, carrying: Ghost) -> Reason:
+    """What is in the way of the shortest corridor, and where it is worst."""
+    places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
+    places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat for s in (0.2, 0.4, 0.6, 0.8)}
+    contacts = {where: carrying.clearance(d) for where, d in places.items()}
+    where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
+    return Reason("no way out", "lift", f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}")
+
+
+def _options(cell_bin: Bin, low: Array, high: Array, first: float) -> list[Corridor] | Reason:
+    """Corridors that fit through the mouth, shortest way first."""
+    spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
+    if spare.min() < 2 * LEAST_LIP_DISTANCE:
+        size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])
+        mouth = f"{cell_bin.mouth_width * 1e3:.0f} x {cell_bin.mouth_height * 1e3:.0f}"
+        return Reason("does not fit through the mouth", "lift", f"{size} mm wide and tall, mouth {mouth} mm")
+    side, above = np.minimum(LIP_DISTANCE, spare / 2)
+    half = cell_bin.mouth_width / 2 - side
+    least = float(np.clip(0.0, -half - low[1], half - high[1]))
+    heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.mouth_height - above - high[2])
+    moves = [
+        np.array([dx, least + dy, dz])
+        for dz, dx, dy in product(heights, BACK, ASIDE)
+        if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
+    ]
+    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7)), tuple(d)))
+    return [_corridor(d, float(high[0]), first) for d in moves]
+
+
+def _heights(need: float, most: float) -> list[float]:
+    """Lift heights to try: over the lip, half-way, as high as the mouth allows."""
+    heights = [need, (need + most) / 2, most]
+    return [h for i, h in enumerate(heights) if i == 0 or h > heights[i - 1] + 0.01]
+
+
+def _corridor(lift: Array, front: float, first: float) -> Corridor:
+    """The corridor over a lift (3,); ``front``: greatest x of the item in the bin frame."""
+    aside = float(np.hypot(lift[0], lift[1]))
+    part = min(aside, 0.6 * first)
+    freed = lift * (part / aside if aside > 0.0 else 0.0)
+    freed[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
+    out = np.array([-(front + lift[0] + RETREAT_DISTANCE), 0.0, 0.0])
+    return Corridor(freed, lift, lift + np.minimum(out, 0.0))

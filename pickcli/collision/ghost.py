@@ -1,0 +1,72 @@
+"""An item by itself, pushed along straight lines: can it be taken out at all, whatever holds it?
+
+The kernel proves it as it proves an arm: the item is a robot of three prismatic joints.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.scene import Scene
+from pickcli.collision.cover import cover_shape
+from pickcli.collision.explain import Contact
+from pickcli.collision.model import CollisionModel
+from pickcli.collision.world import build_world
+from pickcli.geometry import Array
+from pickcli.kernel import Chain, Checker
+
+FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
+
+
+class Ghost:
+    """The item at a pose, displaced by d (3,) m along the axes of a frame, orientation kept.
+
+    R_world_axes: (3, 3) the axes of the displacements. inflate: m, uncertainty of the item's own pose.
+    without: ids of items that are not there (the item itself among them). touching: names it may touch.
+    """
+
+    def __init__(
+        self, model: CollisionModel, scene: Scene, item: Item, T_world_item: Array, R_world_axes: Array,
+        inflate: float, without: frozenset[str], touching: frozenset[str] = frozenset(),
+    ) -> None:  # fmt: skip
+        self.item, self.margin = item, model.cell.clearance + FOLLOWING
+        world = build_world(model, scene)
+        self._kept = np.flatnonzero(world.is_kept(without))
+        self._names, self._kinds = world.names, world.kinds
+        cover = cover_shape(item.shape).inflated(inflate)
+        first = np.eye(4)
+        first[:3, :3], first[:3, 3] = R_world_axes, T_world_item[:3, 3]
+        frames = np.stack([first, np.eye(4), np.eye(4)])
+        chain = Chain(np.ones(3, np.int32), frames, np.eye(3), np.arange(3, dtype=np.int32))
+        turned = cover.moved(_rotation(R_world_axes.T @ T_world_item[:3, :3]))
+        self._kernel = Checker(
+            chain, turned.centers, turned.radii, np.full(len(turned.radii), 2, np.int32), np.zeros((0, 2), np.int32)
+        )
+        ignored = np.zeros(len(world.names), np.uint64)
+        ignored[world.indices(touching - without)] = np.uint64(1 << 2)
+        self._kernel.set_world(
+            world.T_world_box[self._kept], world.half_extents[self._kept], world.groups[self._kept], ignored[self._kept]
+        )
+
+    def is_free(self, d: Array) -> bool:
+        """Whether the item keeps the clearance when displaced by d (3,)."""
+        return bool(self._kernel.is_free(d, self.margin))
+
+    def path_is_free(self, D: Array) -> int:
+        """Index of the first straight push of the polyline D (N, 3) that is not proven free, or -1."""
+        return int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
+
+    def clearance(self, d: Array) -> Contact:
+        """What is closest to the item when displaced by d (3,)."""
+        distance, frame, _, index = self._kernel.clearance(d, 1.0)
+        if frame < 0:
+            return Contact(float(distance), "", "")
+        box = int(self._kept[index])
+        return Contact(float(distance), self.item.name, self._names[box], self._kinds[box])
+
+
+def _rotation(R: Array) -> Array:
+    T = np.eye(4)
+    T[:3, :3] = R
+    return T
