@@ -1,1 +1,1 @@
-""""""
+"""Device events bound to the path: made, resolved to times, fired by measured progress."""

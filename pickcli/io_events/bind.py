@@ -1,0 +1,110 @@
+"""Events of a pick, made where its segments are known (Delft, section 3.1).
+
+An event is bound to an anchor, a place on the path, and to a device, which knows how late it acts. Stitching
+and timing move anchors in time; what they mean stays: the vacuum is there when the cup is pressed on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from pickcli.cell.device import Device, DeviceKind
+from pickcli.cell.robot import PivotState
+from pickcli.errors import InputError
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.segment import Segment, SegmentKind
+
+
+def bind_pick(
+    segments: Sequence[Segment],
+    devices: Mapping[str, Device],
+    seal_time: float = 0.0,
+    release_time: float = 0.0,
+) -> tuple[Event, ...]:
+    """All events of a pick: vacuum on, sensor, vacuum off, and the turns of the cup.
+
+    seal_time, release_time: s at rest at the end of the contact and of the last segment that holds; the
+        vacuum is complete when the first begins, the valve closed when the second does
+    Missing parts of a pick have no events: without a contact segment nothing is switched on, without a
+    release nothing off. Raises InputError if the cell lacks a device that is needed.
+    """
+    return (
+        *_grasp(segments, devices, seal_time),
+        *_release(segments, devices, release_time),
+        *bind_pivot(segments, devices),
+    )
+
+
+def bind_pivot(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tuple[Event, ...]:
+    """Turns of the cup: each begins with the segment in which the cup may be anywhere between its states.
+
+    The earliest moment allowed leaves the most time to be done before the next segment counts on it.
+    """
+    events = []
+    for index, (before, after) in enumerate(pairwise([None, *segments, None])):
+        # index counts segments: ``after`` is segments[index].
+        is_turn = after is not None and after.pivot is PivotState.MOVING
+        if not is_turn or (before is not None and before.pivot is PivotState.MOVING):
+            continue
+        resting = next((s.pivot for s in segments[index:] if s.pivot is not PivotState.MOVING), None)
+        if resting is not None:
+            device = device_of(devices, DeviceKind.PIVOT)
+            anchor = Anchor(AnchorKind.SEGMENT_START, index, device.lead)
+            events.append(_event(device, resting.value, anchor))
+    return tuple(events)
+
+
+def _grasp(segments: Sequence[Segment], devices: Mapping[str, Device], seal_time: float) -> tuple[Event, ...]:
+    """Pump and valve on for the moment the cup is pressed on; the sensor read at the end of the retreat."""
+    contact = _last(segments, SegmentKind.CONTACT)
+    if contact is None:
+        return ()
+    pressed = Anchor(AnchorKind.SEGMENT_END, contact, -seal_time)
+    pump, valve = device_of(devices, DeviceKind.PUMP), device_of(devices, DeviceKind.VALVE)
+    events = (_event(pump, "on", pressed), _event(valve, "on", pressed))
+    retreat = _last(segments, SegmentKind.RETREAT)
+    if retreat is None:
+        return events
+    sensor = device_of(devices, DeviceKind.SENSOR)
+    return (*events, _event(sensor, "read", Anchor(AnchorKind.SEGMENT_END, retreat)))
+
+
+def _release(
+    segments: Sequence[Segment], devices: Mapping[str, Device], release_time: float
+) -> tuple[Event, ...]:
+    """Valve off, complete when the robot rests over the tote; the pump is commanded off at that moment.
+
+    A pump's lead is its time to full effect; nothing waits for that here, so its anchor lies one lead later
+    and the command coincides with the closed valve.
+    """
+    holding = [index for index, segment in enumerate(segments) if segment.held is not None]
+    if not holding or segments[-1].held is not None:
+        return ()
+    pump, valve = device_of(devices, DeviceKind.PUMP), device_of(devices, DeviceKind.VALVE)
+    at_rest = Anchor(AnchorKind.SEGMENT_END, holding[-1], -release_time)
+    afterwards = Anchor(AnchorKind.SEGMENT_END, holding[-1], pump.lead - release_time)
+    return (_event(valve, "off", at_rest), _event(pump, "off", afterwards))
+
+
+def device_of(devices: Mapping[str, Device], kind: DeviceKind) -> Device:
+    """The first device of a kind. Raises InputError if the cell has none."""
+    for device in devices.values():
+        if device.kind is kind:
+            return device
+    raise InputError(
+        f"the cell has no {kind.value}: a pick needs one, add it under `devices` in its cell.yaml"
+    )
+
+
+def _event(device: Device, action: str, anchor: Anchor) -> Event:
+    if action not in device.actions:
+        raise InputError(
+            f"device {device.name} cannot {action!r}, only {', '.join(device.actions)}: "
+            "correct its `actions` in the cell.yaml"
+        )
+    return Event(device.name, action, anchor, device.lead)
+
+
+def _last(segments: Sequence[Segment], kind: SegmentKind) -> int | None:
+    return max((index for index, segment in enumerate(segments) if segment.kind is kind), default=None)

@@ -1,0 +1,96 @@
+"""Anchors become times, once the motion has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
+
+Travel: TypeAlias = "Array | Callable[[Array], Array]"
+"""m of tool path since the start, never decreasing: at the trajectory's times (N,), or a function of time."""
+
+ROUNDING = 1e-9  # s
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Events with their times.
+
+    events: in the order in which they were given, ``t_anchor`` and ``t_trigger`` filled in
+    start_delay: s by which the motion must start later for every lead to be met; with it above 0 some
+        ``t_trigger`` are negative, and no trigger has been moved: hold still that long at the start,
+        shift the segments, and resolve again
+    reasons: events whose place does not exist on this path, empty if all do
+    """
+
+    events: tuple[Event, ...]
+    start_delay: float
+    reasons: tuple[Reason, ...] = ()
+
+
+def resolve(
+    events: Sequence[Event], segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
+) -> Resolution:
+    """The time of every event's anchor, and the trigger that comes the device's lead before it.
+
+    travel: tool path along the trajectory; only anchors by arc length need it (ValueError without).
+    """
+    resolved, reasons = [], []
+    for event in events:
+        t_anchor = anchor_time(event.anchor, segments, trajectory, travel)
+        if t_anchor is None:
+            where = f"{event.device} {event.action}"
+            detail = f"{event.anchor.offset:.4f} m after segment {event.anchor.segment} is not on the path"
+            reasons.append(Reason("anchor off the path", where, detail))
+            t_anchor = segments[event.anchor.segment].t_start
+        resolved.append(replace(event, t_anchor=t_anchor, t_trigger=t_anchor - event.lead))
+    earliest = min((e.t_trigger for e in resolved if e.t_trigger is not None), default=0.0)
+    return Resolution(tuple(resolved), -earliest if earliest < -ROUNDING else 0.0, tuple(reasons))
+
+
+def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, ...]:
+    """The segments of a motion that holds still for ``delay`` s first: the hold belongs to the first one."""
+    return tuple(
+        replace(
+            segment,
+            t_start=segment.t_start + delay if index else segment.t_start,
+            t_end=segment.t_end + delay,
+        )
+        for index, segment in enumerate(segments)
+    )
+
+
+def anchor_time(
+    anchor: Anchor, segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
+) -> float | None:
+    """When the anchor's place is passed, s; None if an arc length is not on the path."""
+    segment = segments[anchor.segment]
+    if anchor.kind is AnchorKind.SEGMENT_END:
+        return segment.t_end + anchor.offset
+    if anchor.kind is not AnchorKind.ARC_LENGTH:
+        return segment.t_start + anchor.offset
+    if travel is None:
+        raise ValueError("an anchor by arc length needs the tool's travel along the trajectory")
+    return _time_of_travel(segment.t_start, anchor.offset, trajectory, travel)
+
+
+def _time_of_travel(start: float, offset: float, trajectory: Trajectory, travel: Travel) -> float | None:
+    """First time at which the tool is ``offset`` m of its path past where it is at ``start``."""
+    times = trajectory.times
+    along = travel(times) if callable(travel) else travel
+    at_start = travel(np.array([start]))[0] if callable(travel) else np.interp(start, times, along)
+    wanted = float(at_start) + offset
+    if not along[0] - ROUNDING <= wanted <= along[-1] + ROUNDING:
+        return None
+    i = int(np.clip(np.searchsorted(along, wanted, side="left"), 1, len(times) - 1))
+    gained = along[i] - along[i - 1]
+    share = (wanted - along[i - 1]) / gained if gained > 0.0 else 0.0
+    return float(times[i - 1] + np.clip(share, 0.0, 1.0) * (times[i] - times[i - 1]))

@@ -1,0 +1,154 @@
+"""Fires events by where the robot is, not by what the clock says.
+
+Progress is the trajectory's time of the path point nearest to the measured configuration. It is searched in
+a short window ahead of the progress so far, so it never goes back, and a path that crosses itself or passes
+the same place twice cannot confuse it. A robot that lags, pauses or runs slower takes its progress, and with
+it the events, along. Where the trajectory itself rests, the path says nothing: there the progress advances
+with the given time, but only once the robot has arrived.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.motion.event import Event
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
+
+SPACING = 4e-3  # s between the points of the path that the tracker keeps
+WINDOW = 0.02  # s of the trajectory that one update may advance at most, on top of 2 dt
+ARRIVED = 5e-4  # joint units (0.5 mm at 1 m from a joint): this near to a rest, along the path, is there
+FASTEST = 1.5  # progress per time that is believed when the next step is foreseen
+ROUNDING = 1e-9  # s
+
+
+class Tracker:
+    """Follows one execution of a trajectory. Every event fires once, in the order of the triggers.
+
+    weights: (n,) of the joints in the distance between configurations; by default 1, which takes a metre of
+        a prismatic joint like a radian of the others
+    Raises ValueError for an event that is not resolved.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        segments: Sequence[Segment],
+        events: Sequence[Event],
+        weights: Array | None = None,
+    ) -> None:
+        unresolved = [event for event in events if event.t_trigger is None]
+        if unresolved:
+            raise ValueError(
+                f"{unresolved[0].device} {unresolved[0].action} has no trigger time: resolve events first"
+            )
+        self._segments = tuple(segments)
+        self._triggers = sorted(
+            ((event.t_trigger, event) for event in events if event.t_trigger is not None),
+            key=lambda pair: pair[0],
+        )
+        self._weights = (
+            np.ones(trajectory.positions.shape[1]) if weights is None else np.asarray(weights, dtype=float)
+        )
+        self._times, points, rests = _path(trajectory)
+        self._points = points * self._weights
+        self._steps = np.diff(self._points, axis=0)
+        squared = np.einsum("ij,ij->i", self._steps, self._steps)
+        self._inverse = 1.0 / np.maximum(squared, 1e-18)
+        self._travel = [0.0, *np.cumsum(np.sqrt(squared)).tolist()]
+        # The end is a rest without an end of its own.
+        self._rests = [*rests, len(self._times) - 1]
+        self._progress, self._piece, self._n_fired = 0.0, 0, 0
+
+    @property
+    def progress(self) -> float:
+        """Time on the trajectory (s) that the robot has reached; past the end while it rests there."""
+        return self._progress
+
+    @property
+    def segment(self) -> int:
+        """Index of the segment that the robot is in."""
+        ends = [segment.t_end for segment in self._segments]
+        return min(bisect_left(ends, self._progress), max(len(ends) - 1, 0))
+
+    @property
+    def pending(self) -> tuple[Event, ...]:
+        """Events that have not fired, in order."""
+        return tuple(event for _, event in self._triggers[self._n_fired :])
+
+    def update(self, q: Array, dt: float = 1e-3) -> tuple[Event, ...]:
+        """Events that are due now, given the measured configuration (n,), ``dt`` s after the last update.
+
+        An event fires at the step nearest to its trigger: half a step early where the progress of the last
+        step foretells that the next would be farther past it. Nothing of a rest fires before arrival.
+        """
+        before = self._progress
+        rest = self._next_rest()
+        is_resting = self._is_in(rest) or self._arrives(rest, self._weights * q, dt)
+        if is_resting:
+            self._rest(rest, before, dt)
+        rate = min((self._progress - before) / dt, FASTEST) if dt > 0.0 else 0.0
+        due = self._progress + 0.5 * rate * dt
+        if not is_resting:
+            due = min(due, np.nextafter(self._times[rest], -1.0))
+        return self._fire(due)
+
+    def _next_rest(self) -> int:
+        """Index of the point at which the present or next rest begins."""
+        return self._rests[bisect_left(self._rests, self._piece)]
+
+    def _is_in(self, rest: int) -> bool:
+        return self._piece == rest and self._progress >= self._times[rest]
+
+    def _arrives(self, rest: int, q: Array, dt: float) -> bool:
+        """Move the progress on by projection; True if the robot has come near enough to the rest."""
+        end = min(bisect_left(self._times, self._progress + WINDOW + 2.0 * dt), rest)
+        start, first = self._piece, self._progress
+        left = 0.0
+        if end > start:
+            away = q - self._points[start:end]
+            steps = self._steps[start:end]
+            u = np.clip(np.einsum("ij,ij->i", away, steps) * self._inverse[start:end], 0.0, 1.0)
+            begun = (first - self._times[start]) / (self._times[start + 1] - self._times[start])
+            u[0] = max(u[0], begun)
+            away -= u[:, None] * steps
+            nearest = int(np.einsum("ij,ij->i", away, away).argmin())
+            share, self._piece = float(u[nearest]), start + nearest
+            self._progress = self._times[self._piece] + share * (
+                self._times[self._piece + 1] - self._times[self._piece]
+            )
+            here = self._travel[self._piece]
+            left = self._travel[rest] - (here + share * (self._travel[self._piece + 1] - here))
+        return left <= ARRIVED
+
+    def _rest(self, rest: int, before: float, dt: float) -> None:
+        """Let the given time pass at a rest, from the moment the robot came to it."""
+        start = self._times[rest]
+        self._piece = rest
+        self._progress = before + dt if before >= start else start
+        if rest < len(self._times) - 1 and self._progress >= self._times[rest + 1]:
+            self._piece = rest + 1
+
+    def _fire(self, due: float) -> tuple[Event, ...]:
+        first = self._n_fired
+        while self._n_fired < len(self._triggers) and self._triggers[self._n_fired][0] <= due + ROUNDING:
+            self._n_fired += 1
+        return tuple(event for _, event in self._triggers[first : self._n_fired])
+
+
+def _path(trajectory: Trajectory) -> tuple[list[float], Array, list[int]]:
+    """Times and points (M, n) at most ``SPACING`` apart, and the indices at which rests begin.
+
+    A rest is one piece, however long: two equal points at rest.
+    """
+    q, t = trajectory.positions, trajectory.times
+    still = np.all(trajectory.velocities == 0.0, axis=1) & np.all(trajectory.accelerations == 0.0, axis=1)
+    is_rest = np.all(q[1:] == q[:-1], axis=1) & still[1:] & still[:-1]
+    counts = np.where(is_rest, 1, np.ceil(np.diff(t) / SPACING - ROUNDING)).astype(int)
+    at = np.concatenate([[0], np.cumsum(counts)])  # index of every original point among the new ones
+    times = np.interp(np.arange(at[-1] + 1), at, t)
+    return times.tolist(), trajectory.sample(times), at[:-1][is_rest].tolist()
