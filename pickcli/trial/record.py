@@ -25,8 +25,9 @@ from pickcli.trial.result import Attempt, TargetResult, TrialResult
 
 FORMAT, VERSION = "apc-trial", 1
 CLAIM = (
-    "Poses given to planning were the true ones with a bounded error. In this model every executed motion "
-    "kept the clearance and limits of its certificate; this is evidence about the model, not about a cell."
+    "Planning and verification saw the true poses with a bounded error. Every executed motion was certified "
+    "beforehand: in this model, within the clearance and limits its certificate states. This is evidence about "
+    "the model, not a statement about the safety of a cell."
 )
 _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig", "toppra")
 
