@@ -31,7 +31,10 @@ class Contact:
     kind: str = ""
 
     def __str__(self) -> str:
-        return f"{self.a} against {self.kind} {self.b}".replace("robot ", "") if self.b else "nothing near"
+        if not self.b:
+            return "nothing near"
+        kind = "" if self.kind == "robot" else f"{self.kind} "
+        return f"{self.a} against {kind}{self.b}"
 
 
 def closest(checker: SceneChecker, q: Array, max_distance: float) -> Contact:
@@ -47,23 +50,24 @@ def closest(checker: SceneChecker, q: Array, max_distance: float) -> Contact:
 
 def configuration(checker: SceneChecker, q: Array) -> Reason:
     """Why q is not free."""
-    return _reason(checker, closest(checker, q, 1.0), "")
+    return _reason(checker, closest(checker, q, 1.0), checker.is_free(q), "")
 
 
 def edge(checker: SceneChecker, q0: Array, q1: Array) -> Reason:
-    """Why the straight edge is not free: its deepest place, the kernel's witness among the candidates."""
+    """Why the straight edge is not free: its deepest place among even samples and the kernel's witness."""
     result = checker.kernel.check_edge(q0, q1, checker.margin)
     fractions = np.linspace(0.0, 1.0, _SAMPLES)
     if not result.free:
         fractions = np.append(fractions, result.t)
     Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
     t = float(fractions[np.argmin(checker.kernel.clearances(Q, 1.0))])
-    return _reason(checker, closest(checker, (1 - t) * q0 + t * q1, 1.0), f" at {100 * t:.0f} % of the edge")
+    contact = closest(checker, (1 - t) * q0 + t * q1, 1.0)
+    return _reason(checker, contact, result.free, f" at {100 * t:.0f} % of the edge")
 
 
-def _reason(checker: SceneChecker, contact: Contact, place: str) -> Reason:
+def _reason(checker: SceneChecker, contact: Contact, is_free: bool, place: str) -> Reason:
     millimetres = 1e3 * abs(contact.distance)
-    if contact.distance > checker.margin:
+    if is_free:
         return Reason("no collision", "", f"{contact}, {millimetres:.0f} mm apart{place}")
     if contact.distance > 0:
         needed = f"{1e3 * checker.margin:.0f} mm are needed"

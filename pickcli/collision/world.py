@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Body
 from pickcli.collision.model import CollisionModel
-from pickcli.errors import UnknownNameError
+from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
 
 
@@ -52,7 +52,16 @@ class _Box:
 
 @lru_cache(maxsize=32)
 def build_world(model: CollisionModel, scene: Scene) -> World:
-    """All boxes of a scene; cylinders and spheres as the boxes around them. Cached by identity."""
+    """All boxes of a scene; cylinders and spheres as the boxes around them. Cached by identity.
+
+    Raises StaleError if the scene is one of another cell than the model.
+    """
+    ours, theirs = model.cell, scene.cell
+    if ours.fingerprint != theirs.fingerprint:
+        raise StaleError(
+            f"the scene is of cell {theirs.name!r} ({theirs.fingerprint[:12]}), the collision model of "
+            f"{ours.name!r} ({ours.fingerprint[:12]}); make the scene again for this cell"
+        )
     boxes = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
     groups = {name: i for i, name in enumerate(dict.fromkeys(box.group for box in boxes))}
     return World(

@@ -14,7 +14,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.collision.model import CollisionModel
-from pickcli.errors import UnknownNameError
+from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm
 
@@ -165,6 +165,14 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
         make_checker(touching=frozenset({"row_ABC_lib"}))
     with pytest.raises(UnknownNameError, match="item9"):
         make_checker(without=frozenset({"item9"}))
+
+
+def test_a_scene_of_another_cell_is_refused(
+    cell: Cell, make_scene: MakeScene, make_checker: MakeChecker
+) -> None:
+    other = replace(make_scene(), cell=replace(cell, name="other", fingerprint="0123456789abcdef"))
+    with pytest.raises(StaleError, match=f"0123456789ab.*{cell.fingerprint[:12]}"):
+        make_checker(other)
 
 
 def test_touching_may_name_what_is_left_out(
