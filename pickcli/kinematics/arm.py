@@ -12,8 +12,8 @@ from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
 
-# What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that a
-# rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
+# What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that
+# a rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
 PRISMATIC_WEIGHT = 4.0
 
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
