@@ -24,6 +24,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.coarse import Coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.drop import Drop
+from pickcli.planning.events import schedule
 from pickcli.planning.in_bin import BinQuery, InBin
 from pickcli.planning.payload import carried_load
 from pickcli.timing.chords import trajectory_chords
@@ -79,12 +80,16 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
     pieces = [*way_in, *way_out, *leave]
     runs, rests = [first, second, last], [settings.seal_time, settings.release_time]
     trajectory, segments = _joined(pieces, runs, rests)
+    scheduled = schedule(planner, segments, trajectory)
+    if isinstance(scheduled, Reason):
+        return scheduled
+    segments, trajectory, events = scheduled
     failed = prove(trajectory, segments, pieces)
     if failed is not None:
         return failed
     grasp = replace(motion.in_bin.grasp, moment=worst.moment, pull=worst.pull, shear=worst.shear)
     return Plan(
-        label, planner.cell.fingerprint, scene_hash(query.scene), seed, segments, trajectory, (), grasp, scale
+        label, planner.cell.fingerprint, scene_hash(query.scene), seed, segments, trajectory, events, grasp, scale
     )
 
 
@@ -130,7 +135,7 @@ def pick_pieces(query: BinQuery, motion: PickMotion) -> tuple[list[Piece], list[
         Piece(kind.TRANSIT, transit.waypoints, motion.transit_pivot, checker(frozenset(), state=motion.transit_pivot), blend=COARSE_BLEND),
         Piece(kind.PREAPPROACH, b.preapproach.waypoints, pivot, checker(b.ignored), max_tool_speed=settings.preapproach_speed),
         Piece(kind.APPROACH, b.approach.waypoints, pivot, checker(b.ignored), max_tool_speed=settings.approach_speed),
-        Piece(kind.CONTACT, b.contact.waypoints, pivot, checker(b.ignored, touching=meeting), touching=meeting, max_tool_speed=contact_speed),
+        Piece(kind.CONTACT, b.contact.waypoints, pivot, checker(b.ignored, touching=meeting), touching=meeting | b.touching, max_tool_speed=contact_speed),
     ]  # fmt: skip
     way_out = [
         Piece(kind.LIFT, b.freed.waypoints, checker=checker(gone, b.held, b.touching), touching=b.touching, max_tool_speed=settings.lift_speed, **loaded),

@@ -1,0 +1,34 @@
+"""The events of a pick, resolved on its timed motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pickcli.errors import Reason
+from pickcli.io_events.bind import bind_pick
+from pickcli.io_events.resolve import delay_segments, resolve
+from pickcli.motion.event import Event
+from pickcli.motion.segment import Segment
+from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.context import Planner
+from pickcli.timing.sequence import delayed
+
+Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
+
+
+def schedule(planner: Planner, segments: Sequence[Segment], trajectory: Trajectory) -> Schedule | Reason:
+    """Segments, trajectory and events with their times.
+
+    Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),
+    the robot holds still first, for as long as is missing.
+    """
+    settings = planner.settings
+    events = bind_pick(segments, planner.cell.devices, settings.seal_time, settings.release_time)
+    resolution = resolve(events, segments, trajectory)
+    if resolution.start_delay > 0.0:
+        trajectory = delayed(trajectory, resolution.start_delay)
+        segments = delay_segments(segments, resolution.start_delay)
+        resolution = resolve(events, segments, trajectory)
+    if resolution.reasons:
+        return resolution.reasons[0]
+    return tuple(segments), trajectory, resolution.events
