@@ -26,8 +26,8 @@ from pickcli.trial.result import Attempt, TargetResult, TrialResult
 FORMAT, VERSION = "apc-trial", 1
 CLAIM = (
     "Planning and verification saw the true poses with a bounded error. Every executed motion was certified "
-    "beforehand: in this model, within the clearance and limits its certificate states. This is evidence about "
-    "the model, not a statement about the safety of a cell."
+    "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
+    "evidence about the model, not a statement about the safety of a cell."
 )
 _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig", "toppra")
 
