@@ -1,0 +1,222 @@
+"""Blends: the stated bound, smoothness, and what the proof gets to see."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from timing_paths import dense_curve, limits, random_walk
+
+from pickcli.errors import NoPlanError
+from pickcli.geometry import Array
+from pickcli.timing.blend import Curve, blend
+from pickcli.timing.polyline import SAME, arc_lengths, canonical
+from pickcli.timing.prove import cover, proven_blend
+
+SEEDS = st.integers(0, 10**6)
+
+
+@st.composite
+def polylines(draw: st.DrawFn) -> Array:
+    """Paths with everything that breaks: repeats, near-repeats, collinear points, reversals, tiny steps."""
+    n = draw(st.integers(1, 8))
+    rng = np.random.default_rng(draw(SEEDS))
+    points = [rng.normal(size=n)]
+    for kind in draw(st.lists(st.sampled_from(["step", "repeat", "near", "back", "on", "tiny"]), max_size=12)):
+        last, before = points[-1], points[-2] if len(points) > 1 else points[-1] - 1.0
+        points.append(
+            {
+                "step": last + rng.normal(size=n) * 0.4,
+                "repeat": last,
+                "near": last + rng.normal(size=n) * 1e-8,
+                "back": before,
+                "on": last + (last - before) * 0.5,
+                "tiny": last + rng.normal(size=n) * 1e-5,
+            }[kind]
+        )
+    return np.array(points)
+
+
+def distance_to_polyline(q: Array, waypoints: Array) -> Array:
+    """(M,) Euclidean distance of points to a polyline, by brute force."""
+    best = np.linalg.norm(q[:, None] - waypoints, axis=2).min(axis=1)
+    for a, b in zip(waypoints[:-1], waypoints[1:], strict=True):
+        length2 = float((b - a) @ (b - a))
+        if length2 > 0.0:
+            u = np.clip((q - a) @ (b - a) / length2, 0.0, 1.0)
+            best = np.minimum(best, np.linalg.norm(q - a - u[:, None] * (b - a), axis=1))
+    return best
+
+
+@given(polylines(), st.floats(1e-4, 0.2))
+@settings(max_examples=150, deadline=None)
+def test_curve_stays_within_tolerance_of_the_polyline(waypoints: Array, tolerance: float) -> None:
+    curve = blend(waypoints, tolerance)
+    q = curve.evaluate(np.linspace(0.0, curve.length, 800))
+    assert distance_to_polyline(q, waypoints).max() <= tolerance * (1.0 + 1e-9) + SAME
+
+
+@given(polylines(), st.floats(1e-4, 0.2))
+@settings(max_examples=150, deadline=None)
+def test_every_waypoint_projects_near_itself_and_in_order(waypoints: Array, tolerance: float) -> None:
+    curve = blend(waypoints, tolerance)
+    at = curve.waypoint_s
+    assert np.all(np.diff(at) >= 0.0)
+    assert at[0] == 0.0 and at[-1] == pytest.approx(curve.length, abs=2 * SAME)
+    assert np.linalg.norm(curve.evaluate(at) - waypoints, axis=1).max() <= 1.1 * tolerance + 2 * SAME
+
+
+@given(SEEDS, st.sampled_from(["walk", "dense"]))
+@settings(max_examples=30, deadline=None)
+def test_derivatives_are_those_of_the_curve(seed: int, kind: str) -> None:
+    waypoints = random_walk(seed, 5) if kind == "walk" else dense_curve(seed, 30)
+    curve = blend(waypoints, 0.02)
+    rng = np.random.default_rng(seed)
+    s = rng.uniform(0.0, curve.length, 200)
+    # Derivatives of order 2 and 3 scale with the reach of the shortest blend near by.
+    short = curve.half_lengths[curve.half_lengths > 0.0].min()
+    eps = 1e-4 * short
+    inner = s[(s > eps) & (s < curve.length - eps)]
+    for d in range(3):
+        numeric = (curve.evaluate(inner + eps, d) - curve.evaluate(inner - eps, d)) / (2 * eps)
+        assert np.abs(numeric - curve.evaluate(inner, d + 1)).max() < 5e-3 / short**d
+
+
+def test_third_derivative_has_no_jumps() -> None:
+    curve = blend(random_walk(1, 4), 0.05)
+    ends = curve.corner_s[1:-1] + curve.half_lengths[1:-1]
+    assert np.abs(curve.evaluate(ends - 1e-9, 3)).max() < 1e-4 * np.abs(curve.evaluate(curve.knots, 3)).max()
+
+
+def test_deviation_at_a_lone_corner_is_the_tolerance() -> None:
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    curve = blend(corner, 0.05, simplify=0.0)
+    middle = curve.evaluate(curve.corner_s[1])[0]
+    assert np.linalg.norm(middle - corner[1]) == pytest.approx(0.05)
+
+
+def test_dense_waypoints_make_one_curve_without_ripple() -> None:
+    """Curvature of a sampled circle stays near the circle's: confined blends would double it."""
+    angle = np.linspace(0.0, 2.0, 60)
+    curve = blend(np.column_stack([np.cos(angle), np.sin(angle)]), 0.005)
+    inner = np.linspace(0.3, curve.length - 0.3, 500)
+    curvature = np.linalg.norm(curve.evaluate(inner, 2), axis=1)
+    assert 0.85 < curvature.min() and curvature.max() < 1.15
+
+
+@given(polylines(), st.floats(1e-3, 0.2))
+@settings(max_examples=100, deadline=None)
+def test_cover_contains_the_curve_joint_by_joint(waypoints: Array, tolerance: float) -> None:
+    curve = blend(waypoints, tolerance)
+    tube = cover(curve)
+    assert tube.s[0] == 0.0 and tube.s[-1] == curve.length
+    for k in range(len(tube.s) - 1):
+        u = np.linspace(0.0, 1.0, 15)[:, None]
+        q = curve.evaluate(tube.s[k] + u[:, 0] * (tube.s[k + 1] - tube.s[k]))
+        chord = tube.configurations[k] * (1.0 - u) + tube.configurations[k + 1] * u
+        assert np.all(np.abs(q - chord) <= tube.slack[k] + 1e-12)
+
+
+@given(polylines())
+@settings(max_examples=100, deadline=None)
+def test_canonical_keeps_ends_and_drops_only_what_lies_on_the_way(waypoints: Array) -> None:
+    kept = canonical(waypoints)
+    q = waypoints[kept]
+    assert kept[0] == 0 and np.abs(q[-1] - waypoints[-1]).max() <= SAME
+    assert distance_to_polyline(waypoints, q).max() <= 2 * SAME
+    if len(kept) > 2:
+        assert np.linalg.norm(np.diff(q, axis=0), axis=1).min() > SAME
+    assert np.all(np.diff(arc_lengths(waypoints, kept)) >= 0.0)
+
+
+def test_canonical_keeps_reversals() -> None:
+    there_and_back = np.array([[0.0], [1.0], [0.4], [2.0]])
+    assert canonical(there_and_back).tolist() == [0, 1, 2, 3]
+
+
+def test_corner_without_room_is_cut_less_until_proven() -> None:
+    """The world forbids to leave the corner by more than 4 mm: the blend must shrink below that."""
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+
+    def is_free(part: int, chords: Array, slack: Array) -> int:
+        return _first_beyond(chords, slack, corner, 0.004)
+
+    curve = proven_blend(corner, np.full(3, 0.05), np.array([0, 2]), limits(2), is_free)
+    q = curve.evaluate(np.linspace(0.0, curve.length, 2000))
+    assert 0.0 < distance_to_polyline(q, corner).max() <= 0.004
+    assert len(curve.stops) == 0
+
+
+def test_corner_that_no_blend_can_pass_becomes_a_stop() -> None:
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+
+    def is_free(part: int, chords: Array, slack: Array) -> int:
+        return _first_beyond(chords, slack, corner, 1e-6)
+
+    curve = proven_blend(corner, np.full(3, 0.05), np.array([0, 2]), limits(2), is_free)
+    assert curve.stops.tolist() == [1]
+    q = curve.evaluate(np.linspace(0.0, curve.length, 2000))
+    assert distance_to_polyline(q, corner).max() < 1e-12
+
+
+def test_straight_edge_in_collision_is_an_error_with_its_part() -> None:
+    line = np.array([[0.0, 0.0], [1.0, 0.0]])
+    with pytest.raises(NoPlanError, match="part 0"):
+        proven_blend(line, np.full(2, 0.05), np.array([0, 1]), limits(2), lambda part, chords, slack: 0)
+
+
+def test_each_part_is_proven_by_its_own_checker() -> None:
+    waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    seen: dict[int, tuple[Array, Array]] = {}
+
+    def is_free(part: int, chords: Array, slack: Array) -> int:
+        seen[part] = (chords[0], chords[-1])
+        return -1
+
+    curve = proven_blend(waypoints, np.full(3, 0.05), np.array([0, 1, 2]), limits(2), is_free)
+    middle = curve.evaluate(curve.corner_s[1])[0]
+    assert np.allclose(seen[0], [waypoints[0], middle]) and np.allclose(seen[1], [middle, waypoints[2]])
+
+
+def test_blend_that_would_leave_the_joint_limits_is_cut_back() -> None:
+    """A wide bump of the one corner must not carry the next one, which lies on a limit, over it."""
+    waypoints = np.array([[0.0, 0.0], [0.3, 0.0], [0.32, 0.001], [0.34, 0.0], [0.6, 0.3]])
+    tight = replace(limits(2), upper=np.array([50.0, 0.3]), lower=np.array([-50.0, 0.0]))
+    curve = proven_blend(waypoints, np.full(5, 0.05), np.array([0, 4]), tight, None)
+    q = curve.evaluate(curve.knots)
+    assert np.all(q >= tight.lower - 1e-9) and np.all(q <= tight.upper + 1e-9)
+
+
+def test_split_cuts_at_stops() -> None:
+    waypoints = random_walk(3, 5, 3)
+    curve = blend(waypoints, np.array([0.02, 0.02, 0.0, 0.02, 0.02]))
+    first, second = curve.split()
+    assert curve.stops.tolist() == [2]
+    s = np.linspace(0.0, first.length, 50)[:-1]
+    assert np.allclose(first.evaluate(s), curve.evaluate(s))
+    s = np.linspace(0.0, second.length, 50)
+    assert np.allclose(second.evaluate(s), curve.evaluate(s + first.length))
+
+
+def test_path_to_nowhere_is_one_point() -> None:
+    curve = blend(np.ones((4, 3)), 0.02)
+    assert curve.length == 0.0 and isinstance(curve, Curve)
+    assert np.array_equal(curve.evaluate(0.0), np.ones((1, 3)))
+
+
+@pytest.mark.parametrize("bad", [np.empty((0, 3)), np.full((2, 3), np.nan), np.zeros(3)])
+def test_unusable_waypoints_are_refused(bad: Array) -> None:
+    with pytest.raises(ValueError, match="waypoints"):
+        canonical(bad)
+
+
+def _first_beyond(chords: Array, slack: Array, polyline: Array, allowed: float) -> int:
+    """Index of the first chord whose tube reaches farther than ``allowed`` from the polyline, or -1."""
+    for k in range(len(chords) - 1):
+        points = chords[k] + np.linspace(0.0, 1.0, 9)[:, None] * (chords[k + 1] - chords[k])
+        if distance_to_polyline(points, polyline).max() + np.linalg.norm(slack[k]) > allowed:
+            return k
+    return -1

@@ -1,0 +1,43 @@
+"""Limits and paths that the timing tests share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind
+from pickcli.timing.run import RunPart, TimedRun, time_run
+
+VELOCITY = np.array([1.0, 2.2, 2.2, 2.9, 2.9, 3.4, 3.4, 6.8])
+ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])
+
+
+def limits(n: int = 8, reach: float = 50.0) -> Limits:
+    """Velocities and accelerations of the default cell's joints, jerk that builds them up in 0.05 s."""
+    a = ACCELERATION[:n]
+    return Limits(np.full(n, -reach), np.full(n, reach), VELOCITY[:n], a, a / 0.05)
+
+
+def names(n: int = 8) -> tuple[str, ...]:
+    return tuple(f"joint_{i}" for i in range(n))
+
+
+def random_walk(seed: int, n_points: int, n: int = 8, size: float = 0.5) -> Array:
+    """A coarse path: straight edges in random directions."""
+    rng = np.random.default_rng(seed)
+    return np.cumsum(rng.normal(size=(n_points, n)) * size, axis=0)
+
+
+def dense_curve(seed: int, n_points: int, n: int = 8, size: float = 0.2) -> Array:
+    """A smooth motion densely sampled, as inverse kinematics along a straight line gives it."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, n_points)[:, None]
+    return np.asarray(size * np.sin(rng.uniform(0.9, 4.5, n) * t + rng.uniform(0.0, 6.0, n)))
+
+
+def timed(waypoints: Array, tolerance: float = 0.02, **part: object) -> TimedRun:
+    """One part, timed."""
+    n = waypoints.shape[1]
+    one = RunPart(SegmentKind.TRANSIT, waypoints, blend_tolerance=tolerance, **part)  # type: ignore[arg-type]
+    return time_run(names(n), [one], limits(n))
