@@ -17,8 +17,8 @@ from pickcli.verification.arm import link_poses, tip_poses
 
 TIME_TOLERANCE = 1e-6  # s
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
-VALVE_EARLY = 0.3  # s before contact begins; earlier, the vacuum leaks away and light items are dragged
-AT_RELEASE = 0.1  # s around the end of the last segment that holds
+OPENS_WITHIN = 0.005  # m before the cup is pressed on: farther off, vacuum leaks and light items are dragged
+CLOSES_WITHIN = 0.010  # m before the place of release
 
 
 def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -80,30 +80,49 @@ def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
 
 
 def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Vacuum before contact ends, sensor while holding, air again at the release."""
+    """Vacuum when the cup is pressed on, sensor while holding, air again where the item is released."""
     contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
     held = [s for s in plan.segments if s.held is not None]
-    is_released = bool(held) and plan.segments[-1].held is None
     find = _finder(plan, scene)
     if contact is not None:
-        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, contact.t_end)
-        early = contact.t_start - VALVE_EARLY
-        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), early, contact.t_end)
         lift_end = next((s.t_start for s in held if s.kind is not SegmentKind.LIFT), held[-1].t_end)
+        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, contact.t_end)
+        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), 0.0, contact.t_end)
         yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
-    if is_released:
-        t = held[-1].t_end
-        yield from _needed("valve off", find(DeviceKind.VALVE, "off"), t - AT_RELEASE, t + AT_RELEASE)
-    for event in find(DeviceKind.VALVE, "off") + find(DeviceKind.PUMP, "off"):
-        # t_trigger: what is switched off starts to leak at once.
-        if (
-            held
-            and event.t_trigger is not None
-            and held[0].t_start < event.t_trigger < held[-1].t_end - AT_RELEASE
-        ):
-            yield Reason(
-                "vacuum lost", f"{event.device} off", f"at {event.t_trigger:.3f} s the item is still held"
-            )
+        for event in find(DeviceKind.VALVE, "on"):
+            yield from _near(plan, scene, contact, event.t_anchor, OPENS_WITHIN, "valve on")
+    if held and plan.segments[-1].held is None:
+        yield from _release(plan, scene, held[0], held[-1], find)
+
+
+def _release(
+    plan: Plan, scene: Scene, first: Segment, last: Segment, find: Callable[[DeviceKind, str], list[Event]]
+) -> Iterator[Reason]:
+    """The valve closes where the item is released, and nothing lets the vacuum go before."""
+    valves = find(DeviceKind.VALVE, "off")
+    yield from _needed("valve off", valves, last.t_start, last.t_end)
+    for event in valves:
+        yield from _near(plan, scene, last, event.t_trigger, CLOSES_WITHIN, "valve off")
+    released = max((e.t_trigger for e in valves if e.t_trigger is not None), default=last.t_end)
+    for event in find(DeviceKind.PUMP, "off") + valves:
+        if event.t_trigger is not None and first.t_start < event.t_trigger < released - TIME_TOLERANCE:
+            where = f"{event.device} off"
+            yield Reason("vacuum lost", where, f"at {event.t_trigger:.3f} s the item is still held")
+
+
+def _near(
+    plan: Plan, scene: Scene, segment: Segment, t: float | None, most: float, what: str
+) -> Iterator[Reason]:
+    """At a time the tool is at most so far, in m, from where the segment ends."""
+    assert t is not None
+    robot = scene.cell.robot
+    at, end = tip_poses(
+        robot, link_poses(robot, plan.trajectory.sample(np.array([t, segment.t_end]))), segment.pivot
+    )
+    away = float(np.linalg.norm(at[:3, 3] - end[:3, 3]))
+    if away > most:
+        where = f"the tool is {away * 1e3:.0f} mm away, at most {most * 1e3:.0f}"
+        yield Reason("event at the wrong place", what, where)
 
 
 def _finder(plan: Plan, scene: Scene) -> Callable[[DeviceKind, str], list[Event]]:

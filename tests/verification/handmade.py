@@ -185,12 +185,13 @@ def _with_events(b: Builder, T_item_tip: Array) -> Plan:
     devices = cell().devices
     events = []
     switching = (
-        ("pump", "on", contact),
-        ("valve", "on", contact - 1),
-        ("vacuum_sensor", "read", retreat),
-        ("valve", "off", put),
+        ("pump", "on", contact, 0.0),
+        ("valve", "on", contact, 0.0),
+        ("vacuum_sensor", "read", retreat, 0.0),
+        ("valve", "off", put, 0.0),
+        ("pump", "off", put, devices["pump"].lead),  # the command comes with the closed valve
     )
-    for device, action, k in switching:
-        t, lead = b.segments[k].t_end, devices[device].lead
-        events.append(Event(device, action, Anchor(AnchorKind.SEGMENT_END, k), lead, t, t - lead))
+    for device, action, k, offset in switching:
+        t, lead = b.segments[k].t_end + offset, devices[device].lead
+        events.append(Event(device, action, Anchor(AnchorKind.SEGMENT_END, k, offset), lead, t, t - lead))
     return Plan("pick", "", "", 0, tuple(b.segments), b.trajectory(), tuple(events), grasp)

@@ -87,10 +87,9 @@ def scaled(factor: float) -> Mutation:
         segments = tuple(
             replace(s, t_start=s.t_start / factor, t_end=s.t_end / factor) for s in plan.segments
         )
+        anchors = [segments[e.anchor.segment].t_end + e.anchor.offset for e in plan.events]
         events = tuple(
-            replace(e, t_anchor=e.t_anchor / factor, t_trigger=e.t_anchor / factor - e.lead)
-            for e in plan.events
-            if e.t_anchor is not None
+            replace(e, t_anchor=t, t_trigger=t - e.lead) for e, t in zip(plan.events, anchors, strict=True)
         )
         return replace(plan, trajectory=trajectory, segments=segments, events=events)
 
@@ -181,10 +180,10 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "an event fired 0.3 s early": (with_event(1, 0.0, -0.3), "wrong trigger", "valve on"),
     "both times of an event shifted": (with_event(1, 0.3, 0.3), "wrong anchor time", "valve on"),
     "valve opened after contact": (moved_event(1, 0.7), "event at the wrong time", "valve on"),
-    "valve opened long before contact": (moved_event(1, -0.5), "event at the wrong time", "valve on"),
-    "valve closed 0.3 s early": (moved_event(3, -0.3), "event at the wrong time", "valve off"),
+    "valve opened 0.3 s early": (moved_event(1, -0.3), "event at the wrong place", "valve on"),
+    "valve closed 0.3 s early": (moved_event(3, -0.3), "event at the wrong place", "valve off"),
     "valve closed 0.3 s late": (moved_event(3, 0.3), "event at the wrong time", "valve off"),
-    "vacuum lost on the way": (moved_event(3, -1.5), "vacuum lost", "valve off"),
+    "vacuum lost on the way": (moved_event(4, -3.0), "vacuum lost", "pump off"),
     "sensor read before the lift": (moved_event(2, -3.0), "event at the wrong time", "sensor read"),
     "pump forgotten": (without_event(0), "event missing", "pump on"),
     "pump too late for its lead": (moved_event(0, 0.3), "event at the wrong time", "pump on"),
