@@ -60,6 +60,8 @@ def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = M
     if shape.kind is ShapeKind.SPHERE:
         return Cover(np.zeros((1, 3)), np.array([shape.size[0]]), 0.0)
     excess = max_excess
+    while _fewest_possible(shape, excess) > max_count:
+        excess *= 1.1
     while (spheres := _spheres(shape, excess)) is None or len(spheres[1]) > max_count:
         is_close = spheres is not None and len(spheres[1]) <= 1.3 * max_count
         excess *= 1.05 if is_close else 1.2
@@ -87,6 +89,17 @@ def cover_bodies(
     centers, radii = np.concatenate([c.centers for c in covers]), np.concatenate([c.radii for c in covers])
     kept = outermost(centers, radii)
     return Cover(centers[kept], radii[kept], max(c.excess for c in covers))
+
+
+def _fewest_possible(shape: Shape, excess: float) -> float:
+    """A lower bound on the number of spheres, by the area of the largest flat face.
+
+    A ball of radius r, at depth d, meets a face in a disc of squared radius at most r^2 - d^2, which is at
+    most excess (2 d + excess); and no point is deeper than half the smallest extent.
+    """
+    a, b, thinnest = sorted(shape.extents, reverse=True)
+    face = a * b if shape.kind is ShapeKind.BOX else np.pi * shape.size[0] ** 2
+    return float(face / (np.pi * excess * (thinnest + excess)))
 
 
 def _spheres(shape: Shape, excess: float) -> Spheres | None:

@@ -22,7 +22,7 @@ from pickcli.kinematics.chain import bodies_of_frames, build_chain, pivot_angle
 # the cup pass lips and neighbours closely; the arm's own links stay farther off.
 RELATIVE_EXCESS = 0.08
 LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
-LINK_COUNT = 48  # spheres per shape; large boxes get a larger excess instead
+LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 
 
 @dataclass(frozen=True, eq=False)
