@@ -90,6 +90,7 @@ def path_bounds(
     pieces = [np.linspace(a, b, int(np.ceil((b - a) / _TABLE_STEP)) + 2) for a, b in capped if b > a]
     if not pieces or tool_speed is None:
         return PathBounds(limits, edges, scales, tool_caps, np.empty(0), np.empty(0))
-    s = distinct(np.concatenate(pieces))
+    inner = [curve.knots[(curve.knots > a) & (curve.knots < b)] for a, b in capped]
+    s = distinct(np.concatenate(pieces + inner))
     q, dq = curve.evaluate_all(s, 1)
     return PathBounds(limits, edges, scales, tool_caps, s, np.asarray(tool_speed(q, dq), dtype=float))

@@ -83,6 +83,9 @@ def time_run(
     caps = np.array([np.inf if part.max_tool_speed is None else part.max_tool_speed for part in parts])
     bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed)
     pace, stretch = _pace(curve, bounds, step)
+    if jacobian_speed is not None:
+        excess = _tool_excess(curve, bounds, pace, jacobian_speed)
+        pace, stretch = pace.stretched(excess), stretch * excess
     trajectory = _exact_ends(to_trajectory(curve, pace, joint_names), waypoints)
     piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
@@ -125,6 +128,16 @@ def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
         stretch = max(stretch, timed.stretch)
         start += leg.length
     return join(legs), stretch
+
+
+def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolSpeed) -> float:
+    """By how much, at least 1, the tool's true speed is over a cap: the table it was timed by is not exact."""
+    cap = bounds.lowest(bounds.tool_caps, pace.s, pace.s)
+    capped = np.isfinite(cap)
+    if not capped.any():
+        return 1.0
+    speed = tool_speed(*curve.evaluate_all(pace.s[capped], 1)) * pace.ds[capped]
+    return max(float((speed / cap[capped]).max()), 1.0)
 
 
 def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
