@@ -15,7 +15,7 @@ from pickcli.io_events.tracker import Tracker
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
-from pickcli.motion.segment import Segment
+from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
@@ -120,14 +120,14 @@ class _Run:
         has_lost = any(not r.is_wanted for r in self._releases())
         for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
             self._step()
-        self.world.touching = frozenset()
+        self.world.touching, self.world.is_meeting = frozenset(), False
         return self._record()
 
     def _send(self, commands: Stream) -> None:
         for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
             self.trace.sent.append(q)
             self.trace.plan_times.append(t_plan)
-            self.world.touching = self._touching(t_plan)
+            self._allow_contacts(t_plan)
             self.world.command(q)
             self._step()
             if not self.stopped and (why := self._reason_to_stop()):
@@ -188,11 +188,12 @@ class _Run:
         inside = (s for s in self.plan.segments if t_plan <= s.t_end)
         return next(inside, self.plan.segments[-1])
 
-    def _touching(self, t_plan: float) -> frozenset[str]:
-        """What may be touched now: by the segments between where the robot is and where it is told to be."""
+    def _allow_contacts(self, t_plan: float) -> None:
+        """Those of the segments between where the robot is and where it is told to be."""
         behind = min(self.tracker.progress, t_plan) - BEHIND
-        now = (s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind)
-        return frozenset(name for segment in now for name in segment.touching)
+        now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
+        self.world.touching = frozenset(name for segment in now for name in segment.touching)
+        self.world.is_meeting = any(segment.kind is SegmentKind.CONTACT for segment in now)
 
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace

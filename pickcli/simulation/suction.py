@@ -114,6 +114,7 @@ class Suction:
         self._time_over = self._time_over + time_step if ratio > 1.0 else 0.0
         if self._time_over > BREAK_TIME - time_step / 2:
             self._detach(t, is_wanted=False)
+            self.vacuum.burst()
 
     def _face(self, T_world_tip: Array) -> tuple[str | None, Array]:
         """The item in front of the cup and its distance (9,) from each point of the uncompressed face.

@@ -44,6 +44,10 @@ class Vacuum:
         if on != self._is_open_wanted:
             self._is_open_wanted, self._time_to_switch = on, self.valve_lead
 
+    def burst(self) -> None:
+        """A seal breaks open: the air rushes in at once."""
+        self.cup, self.line = 0.0, min(self.line, LEAK_VACUUM)
+
     def advance(self, time_step: float, is_sealed: bool) -> None:
         """Let a time step in s pass; ``is_sealed``: whether something closes the cup."""
         if self._is_open_wanted != self.is_valve_open:

@@ -56,6 +56,7 @@ class World:
         self._n_steps = 0
         self.servo = servo or Servo()
         self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
+        self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
@@ -156,9 +157,9 @@ class World:
 
     def _look_at_contacts(self) -> None:
         touches = self.engine.touches(ROBOT)
-        if self.suction.held is not None:
-            touches += self.engine.touches(self.suction.held)
-        self.contacts.update(touches, self.touching, self.suction.held, self.t)
+        if self.held is not None and not self.is_meeting:
+            touches += self.engine.touches(self.held)
+        self.contacts.update(touches, self.touching, self.held, self.t)
 
     def _let_cup_through(self, wanted: set[str]) -> None:
         """The bellows give way to what they may touch: no physics between these and the cup.

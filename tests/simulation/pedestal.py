@@ -37,7 +37,7 @@ def make_world(
     """The item on a pedestal, its nearest face ``gap`` m from the tip of the cup (negative: the cup is
     compressed), its centre ``shift`` m off the cup's axis along world y and the other cross axis."""
     item = item or cube()
-    home = cell.configurations["home"].q
+    home = start(cell)
     T_tip = _tip(cell, home, pivot)
     axis, half = T_tip[:3, 2], item.shape.extents[2] / 2
     across = np.array([1.0, 0.0, 0.0]) if pivot is PivotState.DOWN else np.array([0.0, 0.0, 1.0])
@@ -51,6 +51,13 @@ def make_world(
     world = World(Scene(changed, cell.T_world_pod, (placed,), PoseNoise()), home, pivot, servo=servo)
     world.touching = frozenset({"cube"})
     return world
+
+
+def start(cell: Cell) -> Array:
+    """Home, with room to move on the rail in both directions."""
+    q = cell.configurations["home"].q.copy()
+    q[0] = 0.5
+    return q
 
 
 def evacuate(world: World) -> None:

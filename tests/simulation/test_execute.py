@@ -1,0 +1,123 @@
+"""Executing plans: where it begins, when events fire, what stops it, what the record says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pedestal import BuildWorld, cube, evacuate
+from rail_pick import GAP, rail_pick
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.errors import StaleError
+from pickcli.motion.segment import SegmentKind
+from pickcli.simulation.execute import StartError, execute
+from pickcli.simulation.servo import LAGGING, Servo
+from pickcli.simulation.stream import Pace, full_speed, paused, slowed
+from pickcli.simulation.world import World
+
+BuildReady = BuildWorld
+
+
+@pytest.fixture
+def build_ready(build_world: BuildWorld) -> BuildReady:
+    """The item 40 mm in front of the cup, the line evacuated."""
+
+    def build(item: object = None, servo: Servo | None = None) -> World:
+        world = build_world(item, gap=GAP, pivot=PivotState.STRAIGHT, servo=servo)
+        world.touching = frozenset()
+        evacuate(world)
+        return world
+
+    return build
+
+
+@pytest.mark.parametrize(
+    ("servo", "pace"),
+    [
+        (None, full_speed),
+        (LAGGING, full_speed),
+        (None, slowed(0.4)),
+        (None, paused(0.7, 0.5)),
+        (LAGGING, paused(1.5, 0.3)),
+    ],
+    ids=["nominal", "lagging", "slowed", "paused", "lagging and paused"],
+)  # fmt: skip
+def test_events_fire_once_in_order_and_where_they_belong(
+    cell: Cell, build_ready: BuildReady, servo: Servo | None, pace: Pace
+) -> None:
+    plan = rail_pick(cell)
+    record = execute(plan, build_ready(servo=servo), pace=pace)
+    assert [fired.event for fired in record.events] == list(plan.events)
+    assert max(fired.distance for fired in record.events) < 2e-3
+    assert record.missed == () and record.collisions == ()
+    assert record.stopped == ""
+
+
+def test_a_whole_pick_is_clean_and_releases_the_item(cell: Cell, build_ready: BuildReady) -> None:
+    world = build_ready()
+    record = execute(rail_pick(cell), world)
+    assert record.is_clean, record.trouble
+    assert record.has_item is True
+    (release,) = record.releases
+    assert release.is_wanted and release.item == "cube"
+    assert 0.0 < record.max_load < 1.0
+    assert record.max_lag == pytest.approx(1e-3 * 0.5625, rel=0.1)  # peak speed times the net lag
+
+
+@pytest.mark.parametrize("shift", [-0.3, 0.3])
+def test_a_valve_that_opens_at_the_wrong_time_ends_without_the_item(
+    cell: Cell, build_ready: BuildReady, shift: float
+) -> None:
+    record = execute(rail_pick(cell, valve_shift=shift), build_ready())
+    assert record.has_item is False
+    assert "nothing is held" in record.stopped
+    assert record.stopped_in in (SegmentKind.RETREAT, SegmentKind.TRANSFER)
+    assert record.releases == ()
+
+
+def test_an_item_that_breaks_away_stops_the_robot_within_its_limits(
+    cell: Cell, build_ready: BuildReady
+) -> None:
+    world = build_ready(cube(mass=2.6))  # its weight exceeds the shear that the cup holds
+    record = execute(rail_pick(cell), world)
+    assert "broke away" in record.stopped
+    assert record.stopped_in is SegmentKind.RETREAT
+    assert record.limit_violations == ()
+    assert record.held is None
+    (fall,) = record.falls
+    assert not fall.is_wanted and fall.height > 0.1
+    before = world.q.copy()
+    world.wait(0.1)
+    assert np.abs(world.q - before).max() < 1e-6
+
+
+def test_it_refuses_to_start_elsewhere(cell: Cell, build_ready: BuildReady) -> None:
+    world = build_ready()
+    plan = rail_pick(cell)
+    trajectory = replace(plan.trajectory, positions=plan.trajectory.positions + 0.02 * (np.arange(8) == 3))
+    with pytest.raises(StartError, match=r"joint_e is 0\.0200") as caught:
+        execute(replace(plan, trajectory=trajectory), world)
+    assert caught.value.exit_code == 3
+    near = replace(plan.trajectory, positions=plan.trajectory.positions + 0.009 * (np.arange(8) == 3))
+    assert execute(replace(plan, trajectory=near), world).duration > 0.0
+
+
+def test_it_refuses_plans_of_another_cell(cell: Cell, build_ready: BuildReady) -> None:
+    with pytest.raises(StaleError, match="plan again"):
+        execute(replace(rail_pick(cell), cell_fingerprint="0" * 64), build_ready())
+
+
+def test_commands_beyond_a_limit_are_reported(cell: Cell, build_ready: BuildReady) -> None:
+    record = execute(rail_pick(cell, distance=0.4), build_ready())
+    assert {(v.joint, v.what) for v in record.limit_violations} == {("rail", "acceleration")}
+    assert "limit violations" in record.trouble
+
+
+def test_two_executions_give_the_same_record(cell: Cell, build_ready: BuildReady) -> None:
+    records = [execute(rail_pick(cell), build_ready()) for _ in range(2)]
+    assert [(f.t, f.distance) for f in records[0].events] == [(f.t, f.distance) for f in records[1].events]
+    poses = [record.releases[0].T_world_item.tobytes() for record in records]
+    assert poses[0] == poses[1]
