@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
-from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
@@ -60,6 +61,16 @@ class RoadmapReport:
     bridges: tuple[tuple[str, str], ...]
     n_components: int
 
+    def summary(self) -> dict[str, Any]:
+        """The report as JSON values."""
+        return {
+            "n_neighbours": self.settings.n_neighbours,
+            "n_components": self.n_components,
+            "refused": [f"{name}: {reason}" for name, reason in self.refused],
+            "failed": [f"{a} to {b}" for a, b in self.failed],
+            "bridges": [f"{a} to {b}" for a, b in self.bridges],
+        }
+
 
 def build_roadmap(
     cell: Cell, settings: RoadmapSettings | None = None, progress: Progress | None = None
@@ -102,12 +113,14 @@ class _Builder:
 
     def __post_init__(self) -> None:
         self.space = JointSpace.of(self.cell.robot)
-        self.checker = checker(CollisionModel(self.cell), PivotState.MOVING, PayloadClass.EMPTY)
+        self.checker = checker(CollisionModel(self.cell), PivotState.MOVING, PayloadClass.EMPTY, RESERVE)
         self.roadmap = Roadmap.empty(self.space.joint_names, PivotState.MOVING)
         for named in self.cell.configurations.values():
             self._add_node(named)
         if self.roadmap.n_nodes == 0:
-            raise InputError(f"{self.cell.path}: no named configuration is free; see apc inspect, and correct them")
+            raise InputError(
+                f"{self.cell.path}: no named configuration is free; see apc inspect, and correct them"
+            )
 
     def join_nearest(self) -> None:
         """Edges from each node to its k nearest."""

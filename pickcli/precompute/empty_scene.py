@@ -15,16 +15,24 @@ from pickcli.roadmap.database import PayloadClass
 # Delft generated their motions with such a cube attached: what is free with it is free with most items.
 CUBE_EDGE = 0.2  # m
 
+# Kept on top of the cell's clearance while planning. Short paths touch the margin, and whether an edge that
+# touches it is proven can depend on where it is cut: what is stored must be provable whole, in parts and
+# with its corners blended, each time that it is used.
+RESERVE = 0.001  # m
+
 
 def empty_scene(cell: Cell) -> Scene:
     """The cell with its pod where it nominally stands, and nothing in it."""
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 
-def checker(model: CollisionModel, pivot: PivotState, payload: PayloadClass) -> SceneChecker:
-    """A checker of the empty scene for one pivot state and payload class, with the cell's clearance."""
+def checker(
+    model: CollisionModel, pivot: PivotState, payload: PayloadClass, reserve: float = 0.0
+) -> SceneChecker:
+    """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more."""
     held = _cube() if payload is PayloadClass.CUBE else None
-    return SceneChecker(model, empty_scene(model.cell), pivot, held=held)
+    margin = model.cell.clearance + reserve
+    return SceneChecker(model, empty_scene(model.cell), pivot, held=held, margin=margin)
 
 
 def _cube() -> Held:

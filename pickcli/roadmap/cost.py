@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pickcli.geometry import Array
@@ -21,8 +23,13 @@ def edge_costs(space: JointSpace, waypoints: Array) -> Array:
     The largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a
     shortcut never costs more than what it cuts.
     """
-    steps = np.abs(np.diff(waypoints, axis=0)) / space.velocity
-    return np.asarray(steps.max(axis=1) + _CALM * np.sqrt((steps**2).sum(axis=1)))
+    return step_costs(space, np.diff(waypoints, axis=0))
+
+
+def step_costs(space: JointSpace, steps: Array) -> Array:
+    """(...,): ``edge_costs`` of edges given by their differences (..., n)."""
+    seconds = np.abs(steps) / space.velocity
+    return np.asarray(seconds.max(axis=-1) + _CALM * np.sqrt((seconds * seconds).sum(axis=-1)))
 
 
 def estimated_duration(space: JointSpace, waypoints: Array) -> float:
@@ -43,7 +50,7 @@ def estimated_duration(space: JointSpace, waypoints: Array) -> float:
     top = np.min(space.velocity / slopes, axis=1)
     acceleration = np.min(space.acceleration / slopes, axis=1)
     corners = np.concatenate([[0.0], _corner_speeds(space, directions, lengths), [0.0]])
-    return _look_ahead(lengths, top, acceleration, np.minimum(corners, np.append(top, np.inf)))
+    return _look_ahead(lengths, top, acceleration, corners)
 
 
 def _corner_speeds(space: JointSpace, directions: Array, lengths: Array) -> Array:
@@ -61,26 +68,26 @@ def _corner_speeds(space: JointSpace, directions: Array, lengths: Array) -> Arra
 
 def _look_ahead(lengths: Array, top: Array, acceleration: Array, corners: Array) -> float:
     """Sum of the trapezoids once no speed at a corner is higher than its neighbours allow."""
-    n = len(lengths)
-    speeds = [float(v) for v in corners]
-    for i in range(n - 1, -1, -1):
-        speeds[i] = min(speeds[i], _reachable(speeds[i + 1], acceleration[i], lengths[i]))
-    for i in range(n):
-        speeds[i + 1] = min(speeds[i + 1], _reachable(speeds[i], acceleration[i], lengths[i]), float(top[i]))
-    pieces = (
-        _trapezoid(lengths[i], min(speeds[i], top[i]), min(speeds[i + 1], top[i]), top[i], acceleration[i])
-        for i in range(n)
+    edges = list(zip(lengths.tolist(), top.tolist(), acceleration.tolist(), strict=True))
+    speeds: list[float] = corners.tolist()
+    for i in range(len(edges) - 1, -1, -1):
+        length, fastest, a = edges[i]
+        speeds[i] = min(speeds[i], fastest, _reachable(speeds[i + 1], a, length))
+    for i, (length, fastest, a) in enumerate(edges):
+        speeds[i + 1] = min(speeds[i + 1], fastest, _reachable(speeds[i], a, length))
+    return sum(
+        _trapezoid(length, speeds[i], speeds[i + 1], fastest, a)
+        for i, (length, fastest, a) in enumerate(edges)
     )
-    return float(sum(pieces))
 
 
 def _reachable(speed: float, acceleration: float, length: float) -> float:
-    return float(np.sqrt(speed * speed + 2 * acceleration * length))
+    return math.sqrt(speed * speed + 2 * acceleration * length)
 
 
 def _trapezoid(length: float, v0: float, v1: float, top: float, a: float) -> float:
     """Seconds over a length from speed v0 to v1, never above top, accelerating at a."""
-    peak = min(top, float(np.sqrt((2 * a * length + v0 * v0 + v1 * v1) / 2)))
+    peak = min(top, math.sqrt((2 * a * length + v0 * v0 + v1 * v1) / 2))
     ramps = (2 * peak * peak - v0 * v0 - v1 * v1) / (2 * a)
     cruise = max(length - ramps, 0.0)
     return (2 * peak - v0 - v1) / a + cruise / peak

@@ -66,10 +66,10 @@ def read_content(
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """The file open in memory; whatever goes wrong while it is read becomes a DamagedError."""
-    image = _image(path)
+    """The file open for reading; whatever goes wrong while it is read becomes a DamagedError."""
+    _check_readable(path)
     try:
-        with h5py.File(h5py.h5f.open_file_image(image)) as file:
+        with h5py.File(path, "r", locking=False) as file:
             yield file
     except _SYMPTOMS as error:
         cause = str(error).split("\n")[0][:200] or type(error).__name__
@@ -89,13 +89,14 @@ def read_attributes(file: Any) -> dict[str, str]:
     return found
 
 
-def _image(path: Path) -> bytes:
+def _check_readable(path: Path) -> None:
     try:
         if not path.is_file():
             raise InputError(f"{path}: no such file; build it first, or name another")
         if path.stat().st_size > MAX_FILE:
             raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
-        return path.read_bytes()
+        with open(path, "rb"):
+            pass
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 

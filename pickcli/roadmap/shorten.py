@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
-from pickcli.roadmap.cost import edge_costs
+from pickcli.roadmap.cost import edge_costs, step_costs
 from pickcli.roadmap.space import EdgeChecker, JointSpace
 
 # A shortcut must save this share of the whole cost, or vertices multiply for nothing.
@@ -22,12 +22,10 @@ def shorten(
     joined by a straight edge where that is proven and saves something (Geraerts and Overmars 2007), and
     the needless vertices go again. The edges of ``path`` itself are taken as proven. Repeatable by seed.
     """
-    rng = np.random.default_rng(seed)
     waypoints = _without_needless(checker, path.waypoints)
-    for _ in range(iterations if len(waypoints) > 2 else 0):
-        waypoints = _with_shortcut(checker, space, waypoints, rng)
-        if len(waypoints) == 2:
-            break
+    if len(waypoints) > 2 and iterations > 0:
+        shortcuts = np.random.default_rng(seed).random((iterations, 2))
+        waypoints = _with_shortcuts(checker, space, waypoints, np.sort(shortcuts, axis=1))
     return JointPath(path.joint_names, _without_needless(checker, waypoints))
 
 
@@ -43,20 +41,31 @@ def _without_needless(checker: EdgeChecker, waypoints: Array) -> Array:
     return np.asarray(waypoints[kept])
 
 
-def _with_shortcut(
-    checker: EdgeChecker, space: JointSpace, waypoints: Array, rng: np.random.Generator
-) -> Array:
-    """The polyline with one random shortcut, or as it was."""
-    costs = edge_costs(space, waypoints)
-    along = np.concatenate([[0.0], np.cumsum(costs)])
-    s0, s1 = np.sort(rng.random(2)) * along[-1]
-    i, j = (min(int(np.searchsorted(along, s, side="right")) - 1, len(costs) - 1) for s in (s0, s1))
-    if i == j:
-        return waypoints
-    p0, p1 = (waypoints[k] + (s - along[k]) / costs[k] * (waypoints[k + 1] - waypoints[k])
-              for k, s in ((i, s0), (j, s1)))  # fmt: skip
-    saved = (s1 - s0) - float(edge_costs(space, np.stack([p0, p1]))[0])
-    if saved < _WORTHWHILE * along[-1] or not checker.edge_is_free(p0, p1):
-        return waypoints
-    # The rests of the two cut edges are parts of proven edges, hence proven.
-    return np.concatenate([waypoints[: i + 1], [p0, p1], waypoints[j + 1 :]])
+def _with_shortcuts(checker: EdgeChecker, space: JointSpace, waypoints: Array, places: Array) -> Array:
+    """The polyline with those shortcuts that are proven and worthwhile.
+
+    places: (K, 2) where each begins and ends, as increasing shares of the cost of the polyline then
+    """
+    along = _along(space, waypoints)
+    for s0, s1 in places:
+        i, p0 = _point(waypoints, along, s0 * along[-1])
+        j, p1 = _point(waypoints, along, s1 * along[-1])
+        saved = (s1 - s0) * along[-1] - step_costs(space, p1 - p0)
+        if i == j or saved < _WORTHWHILE * along[-1] or not checker.edge_is_free(p0, p1):
+            continue
+        # The rests of the two cut edges are parts of proven edges.
+        waypoints = np.concatenate([waypoints[: i + 1], [p0, p1], waypoints[j + 1 :]])
+        along = _along(space, waypoints)
+    return waypoints
+
+
+def _along(space: JointSpace, waypoints: Array) -> Array:
+    """(N,): cost from the start to each vertex."""
+    return np.concatenate([[0.0], np.cumsum(edge_costs(space, waypoints))])
+
+
+def _point(waypoints: Array, along: Array, s: float) -> tuple[int, Array]:
+    """The edge on which the cost s is reached, and the configuration there."""
+    i = min(int(along.searchsorted(s, side="right")) - 1, len(along) - 2)
+    share = (s - along[i]) / (along[i + 1] - along[i])
+    return i, waypoints[i] + share * (waypoints[i + 1] - waypoints[i])

@@ -69,7 +69,9 @@ def _joints(names: tuple[str, ...], cell: Cell | None, configurations: Array, *o
     if names != cell.robot.joint_names:
         raise ValueError(f"its joints are {' '.join(names)}, not {' '.join(cell.robot.joint_names)}")
     space = JointSpace.of(cell.robot)
-    inside = (configurations >= space.lower - LIMIT_TOLERANCE) & (configurations <= space.upper + LIMIT_TOLERANCE)
+    inside = (configurations >= space.lower - LIMIT_TOLERANCE) & (
+        configurations <= space.upper + LIMIT_TOLERANCE
+    )
     if not np.all(inside):
         raise ValueError("a configuration is outside of the joint limits")
 

@@ -1,0 +1,74 @@
+"""``apc build-roadmap``: KTH's roadmap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.options import (
+    cell_option,
+    emit_json,
+    json_option,
+    output_option,
+    progress,
+    refuse_existing,
+    seed_option,
+)
+from pickcli.roadmap.planners import PlannerName
+
+PLANNERS = click.Choice([planner.value for planner in PlannerName])
+
+
+@click.command("build-roadmap")
+@cell_option
+@click.option("--planner", type=PLANNERS, default="RRTstar", show_default=True, help="Planner of the edges.")
+@click.option("--neighbours", type=click.IntRange(1, 100), default=6, show_default=True,
+              help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
+@click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
+              help="Most iterations of the planner for one edge.")  # fmt: skip
+@seed_option
+@json_option
+@output_option(what="roadmap")
+def command(
+    cell_name: str, planner: str, neighbours: int, iterations: int, seed: int, as_json: bool, output: Path,
+    overwrite: bool,
+) -> None:  # fmt: skip
+    """Build the roadmap of a cell's named configurations (KTH, section IV).
+
+    Every edge is proven free. Configurations that are not free and pairs without a path are reported.
+
+    \b
+    Example:
+      apc build-roadmap --cell apc2016_delft -o roadmap.h5
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.precompute.artifacts import make_roadmap
+    from pickcli.precompute.build_roadmap import RoadmapSettings
+    from pickcli.roadmap.store import read_roadmap
+
+    refuse_existing(output, overwrite)
+    cell = load_cell(cell_name)
+    settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
+    with progress("building the roadmap") as report:
+        built = make_roadmap(cell, output, settings, report)
+    roadmap = read_roadmap(output, cell)
+    summary = {
+        "roadmap": str(output),
+        "cell_fingerprint": cell.fingerprint,
+        "nodes": roadmap.n_nodes,
+        "edges": roadmap.n_edges,
+        **built.summary(),
+    }
+    if as_json:
+        emit_json(summary)
+        return
+    click.echo(f"{output}: {roadmap.n_nodes} nodes, {roadmap.n_edges} edges, k = {neighbours}, {planner}")
+    for name, reason in built.refused:
+        click.echo(f"not free: {name}: {reason}")
+    for a, b in built.failed:
+        click.echo(f"no path: {a} to {b} (another --seed or more --iterations may find one)")
+    for a, b in built.bridges:
+        click.echo(f"joined on top of the k nearest: {a} to {b}")
+    if built.n_components > 1:
+        click.echo(f"the roadmap is in {built.n_components} parts that could not be joined")

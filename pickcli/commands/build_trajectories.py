@@ -1,0 +1,73 @@
+"""``apc build-trajectories``: Delft's database of coarse motions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.options import (
+    cell_option,
+    emit_json,
+    json_option,
+    output_option,
+    progress,
+    refuse_existing,
+    seed_option,
+)
+from pickcli.roadmap.planners import PlannerName
+
+PLANNERS = click.Choice([planner.value for planner in PlannerName])
+
+
+@click.command("build-trajectories")
+@cell_option
+@click.option(
+    "--planner", type=PLANNERS, default="RRTConnect", show_default=True, help="Planner of the paths."
+)
+@click.option("--tries", type=click.IntRange(1, 1000), default=8, show_default=True,
+              help="Paths per pair that compete; the fastest is kept.")  # fmt: skip
+@click.option("--iterations", type=click.IntRange(1), default=5000, show_default=True,
+              help="Most iterations of the planner for one try.")  # fmt: skip
+@seed_option
+@json_option
+@output_option(what="trajectory database")
+def command(
+    cell_name: str, planner: str, tries: int, iterations: int, seed: int, as_json: bool, output: Path,
+    overwrite: bool,
+) -> None:  # fmt: skip
+    """Build the database of timed coarse motions between named configurations (Delft, section 1).
+
+    Every motion is proven free, corners included, and within its limits; pairs without one are reported.
+
+    \b
+    Example:
+      apc build-trajectories --cell apc2016_delft -o trajectories.h5
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.precompute.artifacts import make_trajectories
+    from pickcli.precompute.coarse_motion import TrajectorySettings
+    from pickcli.roadmap.store import read_database
+
+    refuse_existing(output, overwrite)
+    cell = load_cell(cell_name)
+    settings = TrajectorySettings(PlannerName(planner), tries, max_iterations=iterations, seed=seed)
+    with progress("building the trajectories") as report:
+        built = make_trajectories(cell, output, settings, report)
+    n_motions = len(read_database(output, cell))
+    summary = {
+        "trajectories": str(output),
+        "cell_fingerprint": cell.fingerprint,
+        "motions": n_motions,
+        **built.summary(),
+    }
+    if as_json:
+        emit_json(summary)
+        return
+    ratio = built.duration / built.lower_bound if built.lower_bound else 1.0
+    click.echo(
+        f"{output}: {n_motions} motions, {built.duration:.1f} s in all, {ratio:.3f} times the bound of "
+        "the slowest joints alone"
+    )
+    for key, reason in built.failed:
+        click.echo(f"no motion: {key.start} to {key.goal}, {key.payload}: {reason}")

@@ -1,0 +1,49 @@
+"""Which coarse motions are worth storing: those that Team Delft recorded, by the kinds of their ends."""
+
+from __future__ import annotations
+
+from pickcli.cell.model import Cell, NamedConfiguration
+from pickcli.roadmap.database import MotionKey, PayloadClass
+
+# After Delft's cache of 270 motions (135 pairs, each recorded both ways): home to everything, each bin to
+# its own camera pose, bins and camera poses to the tote, camera poses among each other, the tote to its
+# cells. Our drop poses stand where their tote cells stood, and are reached from the bins as well.
+_EMPTY = (
+    ("home", "bin"),
+    ("home", "camera"),
+    ("home", "tote"),
+    ("home", "drop"),
+    ("bin", "camera"),
+    ("bin", "tote"),
+    ("bin", "drop"),
+    ("camera", "tote"),
+    ("camera", "camera"),
+    ("tote", "yardstick"),
+    ("tote", "drop"),
+)
+
+# With something in the cup the arm goes from a bin to the tote, or home.
+_LADEN = (("home", "bin"), ("home", "tote"), ("bin", "tote"))
+
+
+def coarse_pairs(cell: Cell) -> list[MotionKey]:
+    """The motions to store for a cell, each in one direction, in the order of its configurations."""
+    named = list(cell.configurations.values())
+    pairs = [(a, b) for i, a in enumerate(named) for b in named[i + 1 :]]
+    return [
+        MotionKey(a.name, b.name, payload)
+        for payload, kinds in ((PayloadClass.EMPTY, _EMPTY), (PayloadClass.CUBE, _LADEN))
+        for a, b in pairs
+        if _is_wanted(a, b, kinds)
+    ]
+
+
+def _is_wanted(a: NamedConfiguration, b: NamedConfiguration, kinds: tuple[tuple[str, str], ...]) -> bool:
+    if {a.kind, b.kind} == {"bin", "camera"}:
+        return ("bin", "camera") in kinds and _place(a) == _place(b)
+    return (a.kind, b.kind) in kinds or (b.kind, a.kind) in kinds
+
+
+def _place(named: NamedConfiguration) -> str:
+    """The part of a name after its kind: "A" of bin_A and cam_A."""
+    return named.name.rpartition("_")[2]
