@@ -44,7 +44,7 @@ class Trajectory:
         h = np.diff(self.times)[:, None]
         p, v, a = self.positions, self.velocities, self.accelerations
         ends = np.stack([p[:-1], v[:-1] * h, a[:-1] * h * h, p[1:], v[1:] * h, a[1:] * h * h], axis=1)
-        return np.einsum("rk,irn->ikn", _BASIS, ends)
+        return np.asarray(np.einsum("rk,irn->ikn", _BASIS, ends))
 
     def sample(self, t: Array | float, derivative: int = 0) -> Array:
         """Position (derivative 0) or its 1st to 3rd time derivative at times t (M,): (M, n).
@@ -62,5 +62,6 @@ class Trajectory:
         powers = np.where(j >= derivative, u[:, None] ** np.maximum(j - derivative, 0), 0.0) * factor
         p, v, a = self.positions, self.velocities, self.accelerations
         hh = h[:, None]
-        ends = np.stack([p[i], v[i] * hh, a[i] * hh * hh, p[i + 1], v[i + 1] * hh, a[i + 1] * hh * hh], axis=1)
-        return np.einsum("mk,rk,mrn->mn", powers, _BASIS, ends) / hh**derivative
+        weights = (powers @ _BASIS.T)[:, :, None]
+        ends = (p[i], v[i] * hh, a[i] * hh * hh, p[i + 1], v[i + 1] * hh, a[i + 1] * hh * hh)
+        return np.asarray(sum(weights[:, r] * end for r, end in enumerate(ends)) / hh**derivative)
