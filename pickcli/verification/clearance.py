@@ -21,7 +21,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.verification.contacts import exemptions
-from pickcli.verification.parts import Fixture, Part, farthest, fixtures, parts
+from pickcli.verification.parts import Fixture, Part, farthest, fixtures
 from pickcli.verification.sieve import candidates, own_bounds, relative_reach, windows, world_bounds
 from pickcli.verification.states import States
 
@@ -79,13 +79,15 @@ class Clearance:
     reasons: tuple[Reason, ...]
 
 
-def check_clearance(plan: Plan, scene: Scene, states: States, T_tip_item: Array | None) -> Clearance:
+def check_clearance(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]
+) -> Clearance:
     """Prove that nothing touches but what is planned to; see the head of this file."""
     world = fixtures(scene)
     queue: list[tuple[float, int, Pair, int, int, bool]] = []
     ticket = count()
     for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, scene, states, T_tip_item, world, k):
+        for bound, pair, i, j in _near(plan, scene, states, moving[k], world, k):
             queue.append((bound, next(ticket), pair, i, j, False))
     heapq.heapify(queue)
     return _search(plan, queue, ticket)
@@ -132,11 +134,15 @@ def _reason(plan: Plan, pair: Pair, i: int, j: int) -> Reason:
 
 
 def _near(
-    plan: Plan, scene: Scene, states: States, T_tip_item: Array | None, world: tuple[Fixture, ...], k: int
+    plan: Plan,
+    scene: Scene,
+    states: States,
+    moving: tuple[Part, ...],
+    world: tuple[Fixture, ...],
+    k: int,
 ) -> Iterator[tuple[float, Pair, int, int]]:
     """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
     segment = plan.segments[k]
-    moving = parts(scene, segment, T_tip_item)
     exempt = exemptions(plan, scene, k)
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
     standing = [f for f in world if f.name not in exempt.absent]

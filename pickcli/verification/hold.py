@@ -98,13 +98,17 @@ def _holds(plan: Plan, scene: Scene, p_tip_com: Array, item: Item) -> Iterator[R
     held = [segment for segment in plan.segments if segment.held is not None]
     if not held:
         return
-    t_start, t_end = held[0].t_start, held[-1].t_end
-    times = np.linspace(t_start, t_end, int(np.ceil((t_end - t_start) / STEP)) + 1)
-    tips = _tips(plan, scene, times)
-    accelerations = _accelerations(plan, scene, times, p_tip_com)
+    # Before the start and after the end of the trajectory the arm is at rest.
+    n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
+    times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
+    robot = scene.cell.robot
+    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].pivot)
+    p = tips[:, :3, :3] @ p_tip_com + tips[:, :3, 3]
+    accelerations = (p[2:] - 2 * p[1:-1] + p[:-2]) / STEP**2
+    times, tips = times[1:-1], tips[1:-1]
     force = item.mass * (accelerations + np.array([0.0, 0.0, GRAVITY]))
     local = np.einsum("tji,tj->ti", tips[:, :3, :3], force)  # what the cup exerts, in the tool frame
-    tool = scene.cell.robot.tool
+    tool = robot.tool
     loads = (
         ("pull", np.maximum(0.0, -local[:, 2]), tool.max_pull, "N"),
         ("shear", np.linalg.norm(local[:, :2], axis=1), tool.max_shear, "N"),
@@ -115,24 +119,3 @@ def _holds(plan: Plan, scene: Scene, p_tip_com: Array, item: Item) -> Iterator[R
         if values[i] > limit:
             at = f"{values[i]:.2f} {unit} at {times[i]:.3f} s, the cup holds {limit}"
             yield Reason("does not hold", f"{item.name}, {name}", at)
-
-
-def _tips(plan: Plan, scene: Scene, times: Array) -> Array:
-    """Tool poses (T, 4, 4) with the pivot state of each time's segment."""
-    robot = scene.cell.robot
-    links = link_poses(robot, plan.trajectory.sample(times))
-    tips = np.empty((len(times), 4, 4))
-    for segment in plan.segments:
-        now = (times >= segment.t_start - 1e-9) & (times <= segment.t_end + 1e-9)
-        tips[now] = tip_poses(robot, links[:, now], segment.pivot)
-    return tips
-
-
-def _accelerations(plan: Plan, scene: Scene, times: Array, p_tip: Array) -> Array:
-    """Acceleration (T, 3) in the world of a point (3,) of the tool frame, by central differences."""
-    inside = np.clip(times, STEP, plan.trajectory.duration - STEP)
-    before, now, after = (
-        tips[:, :3, :3] @ p_tip + tips[:, :3, 3]
-        for tips in (_tips(plan, scene, inside + d) for d in (-STEP, 0.0, STEP))
-    )
-    return np.asarray((before - 2 * now + after) / STEP**2)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pickcli.cell.robot import Robot
 from pickcli.errors import Reason
-from pickcli.geometry import Array, interpolate
+from pickcli.geometry import Array, rotation_vector
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.verification.arm import link_poses, tip_poses
@@ -63,7 +63,11 @@ def _largest_angle(tips: Array, s: Array) -> float:
     """Largest angle in rad between a pose and the one that the line has at the same place."""
     if s.max() <= 0.0:
         s = np.linspace(0.0, 1.0, len(tips))
-    line = np.stack([interpolate(tips[0], tips[-1], float(x))[:3, :3] for x in s])
+    v = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
+    angle = float(np.linalg.norm(v))
+    K = np.cross(np.eye(3), v / max(angle, 1e-12))  # K @ x is axis x x: how the line turns, if it does
+    sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
+    line = tips[0, :3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K))
     traces = np.einsum("nij,nij->n", line, tips[:, :3, :3])
     return float(np.arccos(np.clip((traces.min() - 1.0) / 2.0, -1.0, 1.0)))
 

@@ -10,11 +10,12 @@ from pickcli.cell.robot import PivotState, Robot
 from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Body, Shape
 from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.verification.arm import T_lance_cup, pivot_angle, pivot_index, reaches
 from pickcli.verification.solids import Balls, Solid, cover
 
-SWEEP_STEP = 0.002  # m that a point moves between two checked positions of the pivoting cup
+SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the pivoting cup
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +81,16 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
     for body, is_held in hanging:
         found += _pivoted(robot, segment.pivot, body, is_held)
     return tuple(found)
+
+
+def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
+    """The parts of every segment; segments with the same pivot state and held item share theirs."""
+    known: dict[tuple[PivotState, str | None], tuple[Part, ...]] = {}
+    for segment in plan.segments:
+        key = (segment.pivot, segment.held)
+        if key not in known:
+            known[key] = parts(scene, segment, T_tip_item)
+    return [known[segment.pivot, segment.held] for segment in plan.segments]
 
 
 def farthest(moving: tuple[Part, ...]) -> Array:

@@ -20,7 +20,7 @@ from pickcli.verification.states import States
 
 Indices: TypeAlias = NDArray[np.int64]
 
-WINDOW = 0.05  # m that the fastest part moves in one window
+WINDOW = 0.1  # m that the fastest part moves in one window
 
 
 @dataclass(frozen=True, eq=False)

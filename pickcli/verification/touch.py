@@ -4,20 +4,21 @@ anything, than uncertain poses and the bellows explain. Movable neighbours may b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
-from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.verification.contacts import exemptions
-from pickcli.verification.parts import Fixture, Part, fixtures, parts
+from pickcli.verification.parts import Fixture, Part, fixtures
 from pickcli.verification.states import MAX_STEP, States
 
 ROUNDING = 0.001  # m
 
 
-def check_touch(plan: Plan, scene: Scene, states: States, T_tip_item: Array | None) -> tuple[Reason, ...]:
+def check_touch(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]
+) -> tuple[Reason, ...]:
     """The depth of every planned contact at every state of its segment."""
     reasons: list[Reason] = []
     items = {placed.id for placed in scene.items}
@@ -25,12 +26,12 @@ def check_touch(plan: Plan, scene: Scene, states: States, T_tip_item: Array | No
         touching = exemptions(plan, scene, k).touching
         if not touching:
             continue
-        moving = [p for p in parts(scene, segment, T_tip_item) if p.is_cup or p.is_held]
+        tool = [p for p in moving[k] if p.is_cup or p.is_held]
         first, last = states.between(segment.t_start, segment.t_end)
         for fixture in fixtures(scene):
             if fixture.name not in touching or fixture.name == segment.held:
                 continue
-            for part in moving:
+            for part in tool:
                 if part.is_held and fixture.name in items:
                     continue
                 where = f"segment {k} ({segment.kind})"

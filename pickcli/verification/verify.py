@@ -6,6 +6,7 @@ distances and limits are computed here by other means. See docs/verification.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,6 @@ import numpy as np
 from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason, RejectedError, StaleError
-from pickcli.geometry import Array
 from pickcli.motion.plan import Certificate, Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.verification.clearance import check_clearance
@@ -22,7 +22,7 @@ from pickcli.verification.hold import check_hold
 from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
 from pickcli.verification.lines import check_lines
-from pickcli.verification.parts import farthest, parts
+from pickcli.verification.parts import Part, farthest, parts_of_segments
 from pickcli.verification.release import check_release
 from pickcli.verification.states import MAX_STEP, States, sample_states
 from pickcli.verification.structure import check_structure
@@ -52,17 +52,18 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     if reasons:
         return Verdict(None, reasons)
     T_tip_item = pose_in_tool(plan, scene)
-    states = sampled(plan, scene, T_tip_item)
+    moving = parts_of_segments(plan, scene, T_tip_item)
+    states = sampled(plan, scene, moving)
     if states.max_step > MAX_STEP * 1.001:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
     ratios = check_limits(plan, scene)
-    clearance = check_clearance(plan, scene, states, T_tip_item)
+    clearance = check_clearance(plan, scene, states, moving)
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
-        *check_touch(plan, scene, states, T_tip_item),
+        *check_touch(plan, scene, states, moving),
         *check_lines(plan, scene.cell.robot, states),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
@@ -103,8 +104,8 @@ def _same_world(plan: Plan, scene: Scene) -> str:
     return digest
 
 
-def sampled(plan: Plan, scene: Scene, T_tip_item: Array | None) -> States:
+def sampled(plan: Plan, scene: Scene, moving: Sequence[tuple[Part, ...]]) -> States:
     """The states at which a plan is looked at; ends of segments are among them."""
-    reach = np.max([farthest(parts(scene, s, T_tip_item)) for s in plan.segments], axis=0)
+    reach = np.max([farthest(parts) for parts in moving], axis=0)
     ends = np.array([t for s in plan.segments for t in (s.t_start, s.t_end)])
     return sample_states(scene.cell.robot, plan.trajectory, ends, reach)

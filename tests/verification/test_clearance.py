@@ -13,17 +13,21 @@ from pickcli.cell.scene import Scene
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.arm import link_poses
-from pickcli.verification.clearance import FAR, RESOLUTION, check_clearance
+from pickcli.verification.clearance import FAR, RESOLUTION, Clearance, check_clearance
 from pickcli.verification.contacts import exemptions
 from pickcli.verification.held import pose_in_tool
-from pickcli.verification.parts import fixtures, parts
+from pickcli.verification.parts import fixtures, parts, parts_of_segments
 from pickcli.verification.states import MAX_STEP
 from pickcli.verification.verify import sampled
 
 
+def check(plan: Plan, scene: Scene) -> Clearance:
+    moving = parts_of_segments(plan, scene, pose_in_tool(plan, scene))
+    return check_clearance(plan, scene, sampled(plan, scene, moving), moving)
+
+
 def proven(plan: Plan, scene: Scene) -> float:
-    T = pose_in_tool(plan, scene)
-    found = check_clearance(plan, scene, sampled(plan, scene, T), T)
+    found = check(plan, scene)
     assert found.reasons == ()
     return found.minimum
 
@@ -68,8 +72,7 @@ def test_random_moves(seed: int) -> None:
         place("kleenex_tissue_box", tuple(rng.uniform((-0.7, -0.4, 1.0), (-0.3, 0.4, 1.5))), "bin_A")
     )
     plan = move_plan(scene, builder)
-    T = pose_in_tool(plan, scene)
-    found = check_clearance(plan, scene, sampled(plan, scene, T), T)
+    found = check(plan, scene)
     measured = brute_force(plan, scene, 0.05, range(1))
     assert found.minimum <= measured + 1e-6
     assert (found.minimum <= 0.0) == bool(found.reasons)
@@ -102,7 +105,7 @@ def test_the_arm_may_not_touch_itself() -> None:
     builder.joint(SegmentKind.TRANSIT, folded, 2.0)
     scene = make_scene()
     plan = move_plan(scene, builder)
-    found = check_clearance(plan, scene, sampled(plan, scene, None), None)
+    found = check(plan, scene)
     links = {link.name for link in cell().robot.links}
     assert any(all(n in links for n in r.detail.split(" at ")[0].split(" and ")) for r in found.reasons)
 

@@ -371,6 +371,23 @@ def test_a_plan_may_begin_with_a_way_out() -> None:
     assert not verify(silent, scene).is_accepted
 
 
+def test_a_line_may_turn_evenly_and_in_no_other_way() -> None:
+    """A straight line on which the tool turns by 20 degrees, and the same with a bow in it."""
+    b = Builder(cell().configurations["bin_H"].q)
+    T = tip(b.q) @ pose((0.0, 0.0, -0.1), rpy=(0.2, 0.3, 0.0))
+    b.line(SegmentKind.RETREAT, T, 2.0)
+    scene = make_scene()
+    plan = move_plan(scene, b)
+    assert verify(plan, scene).reasons == ()
+
+    def bow(arrays: dict[str, np.ndarray], _: Plan) -> None:
+        u = arrays["times"] / arrays["times"][-1]
+        arrays["positions"][:, 7] += 0.03 * (u * (1 - u)) ** 3 * 64  # joint t turns the tool about its axis
+
+    bowed = with_points(bow)(plan)
+    assert any(r.what == "not straight" and "turned" in r.detail for r in verify(bowed, scene).reasons)
+
+
 def test_slow_items_are_carried_slowly() -> None:
     plan, scene = pick()
     target = scene.items[0]
