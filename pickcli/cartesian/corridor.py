@@ -11,24 +11,27 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cartesian.line import shifted
 from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose, rotation_axis_angle
 
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
 LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
 LEAST_LIP_DISTANCE = 0.006
 LEAST_LIFT = 0.02  # m
+TIGHT = 0.10  # m of room in the mouth, below which turning the item is tried
 ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
 BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
 
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Displacements (3,) in m along the bin's axes: end of the first stretch, of the lift, of the retreat."""
+    """Displacements (5,) of the item: end of the first stretch, of the lift, of the retreat.
+
+    m along the bin's axes, and rad of turns about the bin's z axis and then y, about the item's centre.
+    """
 
     freed: Array
     lift: Array
@@ -44,9 +47,15 @@ class LiftPoses:
     retreat: Array
 
 
-def along(corridor: Corridor, R_world_bin: Array, contact: Array) -> LiftPoses:
-    """The tool poses of a corridor that starts with the tool at ``contact``."""
-    return LiftPoses(*(shifted(contact, R_world_bin @ d) for d in (corridor.freed, corridor.lift, corridor.retreat)))
+def along(corridor: Corridor, T_world_bin: Array, T_world_item: Array, contact: Array) -> LiftPoses:
+    """The tool poses of a corridor that starts with the tool at ``contact`` on the item."""
+    R, centre = T_world_bin[:3, :3], T_world_item[:3, 3]
+
+    def moved(d: Array) -> Array:
+        turn = R @ _turned(d[3], d[4]) @ R.T
+        return pose(centre + R @ d[:3] + turn @ (contact[:3, 3] - centre), R=turn @ contact[:3, :3])
+
+    return LiftPoses(moved(corridor.freed), moved(corridor.lift), moved(corridor.retreat))
 
 
 def corridors(
@@ -58,11 +67,17 @@ def corridors(
     carrying: where it may touch nothing. first: m, length of the stretch in which touching is allowed;
     the item moves away from walls and neighbours inside it.
     """
-    reach = shape.reach(T_bin_item[:3, :3])
-    low, high = T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach
-    options = _options(cell_bin, low, high, first)
-    if isinstance(options, Reason):
-        return options
+    options: list[Corridor] = []
+    reasons: list[Reason] = []
+    for turns in _turns(cell_bin, T_bin_item, shape):
+        reach = shape.reach(_turned(*turns) @ T_bin_item[:3, :3])
+        fitting = _options(cell_bin, T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach, turns, first)
+        if isinstance(fitting, Reason):
+            reasons.append(fitting)
+        else:
+            options += fitting
+    if not options:
+        return reasons[-1]
     found: list[Corridor] = []
     nearest: Reason | None = None
     for corridor in options:
@@ -78,7 +93,7 @@ def corridors(
 def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
     return (
         carrying.path_is_free(np.stack([c.freed, c.lift, c.retreat])) == -1
-        and leaving.path_is_free(np.stack([np.zeros(3), c.freed])) == -1
+        and leaving.path_is_free(np.stack([np.zeros(5), c.freed])) == -1
     )
 
 
@@ -91,7 +106,29 @@ def _explained(c: Corridor, carrying: Ghost) -> Reason:
     return Reason("no way out", "lift", f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}")
 
 
-def _options(cell_bin: Bin, low: Array, high: Array, first: float) -> list[Corridor] | Reason:
+def _turned(yaw: float, pitch: float) -> Array:
+    """Rotation (3, 3) by yaw about z after pitch about y."""
+    return rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ rotation_axis_angle((0.0, 1.0, 0.0), pitch)
+
+
+def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, float]]:
+    """Turns (yaw, pitch) to try: none, and those that make the item narrower or lower where it is tight."""
+    R = T_bin_item[:3, :3]
+    yaws = np.radians(np.arange(-24.0, 25.0, 2.0))
+    pitches = np.radians(np.arange(-8.0, 9.0, 1.0))
+    widths = [shape.reach(_turned(float(a), 0.0) @ R)[1] for a in yaws]
+    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, cell_bin.mouth_width) else 0.0
+    heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
+    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.mouth_height) else 0.0
+    return list(dict.fromkeys([(0.0, 0.0), (yaw, 0.0), (yaw, pitch)]))
+
+
+def _is_tighter(halves: list[float], room: float) -> bool:
+    """Whether the best turn saves something that matters: half extents over turns, none in the middle."""
+    return halves[len(halves) // 2] - min(halves) > 0.003 and room - 2 * halves[len(halves) // 2] < TIGHT
+
+
+def _options(cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float], first: float) -> list[Corridor] | Reason:
     """Corridors that fit through the mouth, shortest way first."""
     spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
@@ -103,11 +140,11 @@ def _options(cell_bin: Bin, low: Array, high: Array, first: float) -> list[Corri
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.mouth_height - above - high[2])
     moves = [
-        np.array([dx, least + dy, dz])
+        np.array([dx, least + dy, dz, *turns])
         for dz, dx, dy in product(heights, BACK, ASIDE)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
-    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7)), tuple(d)))
+    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1)), tuple(d)))
     return [_corridor(d, float(high[0]), first) for d in moves]
 
 
@@ -118,10 +155,14 @@ def _heights(need: float, most: float) -> list[float]:
 
 
 def _corridor(lift: Array, front: float, first: float) -> Corridor:
-    """The corridor over a lift (3,); ``front``: greatest x of the item in the bin frame."""
+    """The corridor over a lift (5,); ``front``: greatest x of the item in the bin frame.
+
+    It turns in the first stretch as far as it moves aside, or rises, if it only rises.
+    """
     aside = float(np.hypot(lift[0], lift[1]))
     part = min(aside, 0.6 * first)
     freed = lift * (part / aside if aside > 0.0 else 0.0)
     freed[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
-    out = np.array([-(front + lift[0] + RETREAT_DISTANCE), 0.0, 0.0])
+    freed[3:] = lift[3:] * (part / aside if aside > 0.0 else freed[2] / lift[2])
+    out = np.array([-(front + lift[0] + RETREAT_DISTANCE), 0.0, 0.0, 0.0, 0.0])
     return Corridor(freed, lift, lift + np.minimum(out, 0.0))

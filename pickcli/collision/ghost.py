@@ -1,6 +1,6 @@
 """An item by itself, pushed along straight lines: can it be taken out at all, whatever holds it?
 
-The kernel proves it as it proves an arm: the item is a robot of three prismatic joints.
+The kernel proves it as it proves an arm: the item is a robot of three prismatic joints and two turning ones.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line 
 
 
 class Ghost:
-    """The item at a pose, displaced by d (3,) m along the axes of a frame, orientation kept.
+    """The item at a pose, displaced by d (5,): m along the axes of a frame, rad about its z axis, then about its y.
 
-    R_world_axes: (3, 3) the axes of the displacements. inflate: m, uncertainty of the item's own pose.
+    It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m, uncertainty of the item's own pose.
     without: ids of items that are not there (the item itself among them). touching: names it may touch.
     """
 
@@ -37,28 +37,30 @@ class Ghost:
         cover = cover_shape(item.shape).inflated(inflate)
         first = np.eye(4)
         first[:3, :3], first[:3, 3] = R_world_axes, T_world_item[:3, 3]
-        frames = np.stack([first, np.eye(4), np.eye(4)])
-        chain = Chain(np.ones(3, np.int32), frames, np.eye(3), np.arange(3, dtype=np.int32))
+        frames = np.stack([first, *[np.eye(4)] * 4])
+        kinds = np.array([1, 1, 1, 0, 0], np.int32)
+        axes = np.vstack([np.eye(3), [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+        chain = Chain(kinds, frames, axes, np.arange(5, dtype=np.int32))
         turned = cover.moved(_rotation(R_world_axes.T @ T_world_item[:3, :3]))
         self._kernel = Checker(
-            chain, turned.centers, turned.radii, np.full(len(turned.radii), 2, np.int32), np.zeros((0, 2), np.int32)
+            chain, turned.centers, turned.radii, np.full(len(turned.radii), 4, np.int32), np.zeros((0, 2), np.int32)
         )
         ignored = np.zeros(len(world.names), np.uint64)
-        ignored[world.indices(touching - without)] = np.uint64(1 << 2)
+        ignored[world.indices(touching - without)] = np.uint64(1 << 4)
         self._kernel.set_world(
             world.T_world_box[self._kept], world.half_extents[self._kept], world.groups[self._kept], ignored[self._kept]
         )
 
     def is_free(self, d: Array) -> bool:
-        """Whether the item keeps the clearance when displaced by d (3,)."""
+        """Whether the item keeps the clearance when displaced by d (5,)."""
         return bool(self._kernel.is_free(d, self.margin))
 
     def path_is_free(self, D: Array) -> int:
-        """Index of the first straight push of the polyline D (N, 3) that is not proven free, or -1."""
+        """Index of the first straight push of the polyline D (N, 5) that is not proven free, or -1."""
         return int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
 
     def clearance(self, d: Array) -> Contact:
-        """What is closest to the item when displaced by d (3,)."""
+        """What is closest to the item when displaced by d (5,)."""
         distance, frame, _, index = self._kernel.clearance(d, 1.0)
         if frame < 0:
             return Contact(float(distance), "", "")

@@ -80,7 +80,7 @@ class BinQuery:
     def touching(self) -> frozenset[str]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
         touching: frozenset[str] = frozenset()
-        at_rest = np.zeros(3)
+        at_rest = np.zeros(5)
         while not (ghost := self.ghost(touching)).is_free(at_rest):
             near = ghost.clearance(at_rest).b
             if near in touching:
@@ -194,7 +194,7 @@ def _way_out(
     assert not isinstance(query.corridors, Reason)
     reasons = []
     for corridor in query.corridors:
-        option = along(corridor, query.T_world_bin[:3, :3], poses.contact)
+        option = along(corridor, query.T_world_bin, query.target.T_world_item, poses.contact)
         out = _lines_out(query, grasp, poses.contact, option, q_contact, leaving, carrying, where)
         if isinstance(out, Reason):
             reasons.append(out)

@@ -1,0 +1,91 @@
+"""Corridors through the mouth of a bin, with ghosts that are told what is free."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, along, corridors
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.station import Bin
+from pickcli.collision.explain import Contact
+from pickcli.collision.ghost import Ghost
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse, pose, transform_points
+
+BIN = Bin(
+    "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297, 0.21, 0.255, 0.236,
+    ("slope", "flat"),
+)  # fmt: skip
+FIRST = 0.05
+
+
+class Open:
+    """A ghost with nothing in its way, but for lifts below a height."""
+
+    margin = 0.005
+
+    def __init__(self, wall: float = 0.0) -> None:
+        self.wall = wall
+
+    def is_free(self, d: Array) -> bool:
+        return bool(d[2] >= self.wall)
+
+    def path_is_free(self, D: Array) -> int:
+        return -1
+
+    def clearance(self, d: Array) -> Contact:
+        return Contact(0.001, "item", "neighbour", "item")
+
+
+def ghost(wall: float = 0.0) -> Ghost:
+    return cast(Ghost, Open(wall))
+
+
+def corners(T: Array, extents: tuple[float, ...]) -> Array:
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    return transform_points(T, signs * np.array(extents) / 2)
+
+
+@given(st.floats(0.08, 0.35), st.floats(-0.08, 0.08), st.floats(0.02, 0.12), st.floats(-3.1, 3.1), st.floats(-0.08, 0.08))
+def test_the_item_passes_the_mouth_and_ends_outside(x: float, y: float, size: float, yaw: float, pitch: float) -> None:
+    extents = (size, size * 0.7, size * 0.9)
+    T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
+    found = corridors(BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST)
+    assert isinstance(found, tuple) and found
+    contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
+    for corridor in found:
+        poses = along(corridor, BIN.T_pod_bin, T_item, contact)
+        moved = inverse(BIN.T_pod_bin) @ poses.lift @ inverse(contact) @ T_item
+        at_lift = corners(moved, extents)
+        assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9
+        assert at_lift[:, 2].max() <= BIN.mouth_height - LEAST_LIP_DISTANCE + 1e-9
+        assert np.abs(at_lift[:, 1]).max() <= BIN.mouth_width / 2 - LEAST_LIP_DISTANCE + 1e-9
+        out = corners(inverse(BIN.T_pod_bin) @ poses.retreat @ inverse(contact) @ T_item, extents)
+        assert out[:, 0].max() <= -RETREAT_DISTANCE + 1e-9
+        assert np.linalg.norm(corridor.freed[:3]) <= FIRST + 1e-9
+
+
+def test_an_item_that_only_fits_when_turned_is_turned() -> None:
+    T_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, 0.35])
+    shape = Shape(ShapeKind.BOX, (0.15, 0.27, 0.05))  # 0.305 m wide as it lies, the mouth has 0.299
+    found = corridors(BIN, T_item, shape, ghost(), ghost(), FIRST)
+    assert isinstance(found, tuple)
+    assert all(abs(c.lift[3] + 0.35) < 0.02 for c in found)
+
+
+def test_too_tall_an_item_is_refused_with_its_size() -> None:
+    reason = corridors(BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST)
+    assert isinstance(reason, Reason)
+    assert "100 x 230 mm" in reason.detail
+
+
+def test_higher_lifts_are_tried_and_a_wall_is_named() -> None:
+    shape = Shape(ShapeKind.BOX, (0.1, 0.1, 0.05))
+    found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(0.1), ghost(0.1), FIRST)
+    assert isinstance(found, tuple) and min(c.lift[2] for c in found) >= 0.1
+    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(9.0), ghost(9.0), FIRST)
+    assert isinstance(reason, Reason) and "neighbour" in reason.detail
