@@ -197,15 +197,17 @@ def _bumps(offset: Array, h: Array, highest: int) -> Array:
     u = np.where(inside, (offset + h) / width, 0.0)
     u2 = u * u
     u3 = u2 * u
-    rows = [width * u3 * u * (2.5 - 3.0 * u + u2) - np.where(inside, np.maximum(offset, 0.0), 0.0)]
+    out = np.empty((len(u), highest + 1, u.shape[1]))
+    past = inside & (offset > 0.0)
+    out[:, 0] = width * u3 * u * (2.5 - 3.0 * u + u2) - np.where(past, offset, 0.0)
     if highest >= 1:
-        rows.append(u3 * (10.0 - 15.0 * u + 6.0 * u2) - (inside & (offset >= 0.0)))
+        out[:, 1] = u3 * (10.0 - 15.0 * u + 6.0 * u2) - past
     if highest >= 2:
         v = 1.0 - u
-        rows.append(30.0 * u2 * v * v / width)
+        out[:, 2] = 30.0 * u2 * v * v / width
     if highest >= 3:
-        rows.append(60.0 * u * v * (v - u) / (width * width))
-    return np.stack(rows, axis=1)
+        out[:, 3] = 60.0 * u * v * (v - u) / (width * width)
+    return out
 
 
 def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> Curve:

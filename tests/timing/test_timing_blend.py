@@ -25,7 +25,9 @@ def polylines(draw: st.DrawFn) -> Array:
     n = draw(st.integers(1, 8))
     rng = np.random.default_rng(draw(SEEDS))
     points = [rng.normal(size=n)]
-    for kind in draw(st.lists(st.sampled_from(["step", "repeat", "near", "back", "on", "tiny"]), max_size=12)):
+    for kind in draw(
+        st.lists(st.sampled_from(["step", "repeat", "near", "back", "on", "tiny"]), max_size=12)
+    ):
         last, before = points[-1], points[-2] if len(points) > 1 else points[-1] - 1.0
         points.append(
             {

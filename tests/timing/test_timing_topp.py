@@ -62,7 +62,7 @@ def test_few_gridpoints_on_the_knots_are_as_good_as_many(seed: int) -> None:
     bounds = path_bounds(curve, limits(), np.array([0.0, curve.length]), np.ones(1), np.array([np.inf]), None)
     few = bounds.grid(curve, 1.0, np.inf, 0.0)
     assert len(few.s) < 60
-    assert parametrize(few).duration == pytest.approx(parametrize(fine_grid(curve, 4000)).duration, rel=0.03)
+    assert parametrize(few).duration == pytest.approx(parametrize(fine_grid(curve, 4000)).duration, rel=0.05)
 
 
 def test_cruise_lasts_as_long_as_asked() -> None:
