@@ -159,7 +159,8 @@ class _Builder:
             self.refused.append((named.name, self.checker.explain(named.q)))
 
     def _join(self, pair: Pair) -> bool:
-        """Add the edge of a pair; False if the planner finds none."""
+        """Add the edge of a pair, planned in the order of the names; False if the planner finds none."""
+        pair = min(pair, pair[::-1], key=self._names)
         seed = derive_seed(self.settings.seed, "edge", *self._names(pair))
         a, b = (self.roadmap.configurations[i] for i in pair)
         found = plan(

@@ -68,7 +68,7 @@ def build_trajectories(
     if progress is not None:
         progress(len(keys), len(keys), "")
     database = TrajectoryDatabase.of(cell.robot.joint_names, motions)
-    space = JointSpace.of(cell.robot)
+    space = JointSpace.of(cell.robot, cell.speed_scale)
     bound = sum(lower_bound(space, motion.path.start, motion.path.end) for motion in motions)
     duration = float(database.durations.sum())
     return database, TrajectoryReport(maker.settings, tuple(failed), duration, bound)

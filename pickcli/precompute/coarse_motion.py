@@ -110,12 +110,12 @@ class MotionMaker:
         return shorten(tests, self._space, found, seed=seed, iterations=self.settings.n_shortcuts)
 
     def _timed(self, tests: SceneChecker, path: JointPath) -> Trajectory:
-        """The path in time at full speed, its blended corners proven as well."""
+        """The path in time at the cell's full speed, its blended corners proven as well."""
 
         def is_free(part: int, chords: Array, slack: Array | None) -> int:
             return tests.path_is_free(chords, slack)
 
-        part = RunPart(SegmentKind.TRANSIT, path.waypoints)
+        part = RunPart(SegmentKind.TRANSIT, path.waypoints, self.cell.speed_scale)
         return time_run(path.joint_names, [part], self.cell.robot.limits, is_free).trajectory
 
     def _seed(self, key: MotionKey, task: str) -> int:
@@ -123,7 +123,7 @@ class MotionMaker:
 
     @cached_property
     def _space(self) -> JointSpace:
-        return JointSpace.of(self.cell.robot)
+        return JointSpace.of(self.cell.robot, self.cell.speed_scale)
 
     @cached_property
     def _planning(self) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:

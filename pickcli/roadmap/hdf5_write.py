@@ -51,7 +51,7 @@ def _write_dataset(file: Any, name: str, array: AnyArray) -> None:
     file.create_dataset(
         name,
         data=array,
-        maxshape=array.shape,
+        maxshape=(max(1, len(array)), *array.shape[1:]),
         chunks=(n_rows, *array.shape[1:]),
         fletcher32=True,
         track_times=False,
