@@ -1,0 +1,56 @@
+"""``apc build-roadmap`` and ``apc build-trajectories``: what they print and what they leave."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from small_cell import small_cell
+
+from pickcli.cell import load
+from pickcli.commands.build_roadmap import command as build_roadmap
+from pickcli.commands.build_trajectories import command as build_trajectories
+from pickcli.errors import InputError
+from pickcli.roadmap.store import describe
+
+
+@pytest.fixture(autouse=True)
+def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = small_cell()
+    monkeypatch.setattr(load, "load_cell", lambda name: cell)
+
+
+@pytest.mark.parametrize(
+    ("command", "more", "counted"),
+    [
+        (build_roadmap, ["--planner", "RRTConnect", "--neighbours", "2"], "edges"),
+        (build_trajectories, ["--tries", "1"], "motions"),
+    ],
+)
+def test_json_is_one_object_and_the_file_says_how_it_was_made(
+    command, more: list[str], counted: str, tmp_path: Path
+) -> None:  # type: ignore[no-untyped-def]
+    output = tmp_path / "out.h5"
+    result = CliRunner().invoke(command, ["-o", str(output), "--seed", "3", "--json", *more])
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told[counted] > 0
+    assert any("tote_10h" in line for line in told.get("refused", told["failed"]))
+    made = describe(output)["made"]
+    assert made["settings"]["seed"] == 3 and made["settings"]["planner"] == "RRTConnect"
+    again = CliRunner().invoke(command, ["-o", str(output)])
+    assert isinstance(again.exception, InputError) and "--overwrite" in str(again.exception)
+
+
+def test_text_names_what_is_not_free(tmp_path: Path) -> None:
+    arguments = ["-o", str(tmp_path / "r.h5"), "--planner", "RRTConnect"]
+    result = CliRunner().invoke(build_roadmap, arguments)
+    assert result.exit_code == 0
+    assert "7 nodes" in result.stdout and "not free: tote_10h: collision" in result.stdout
+
+
+def test_an_unknown_planner_is_a_usage_error(tmp_path: Path) -> None:
+    result = CliRunner().invoke(build_roadmap, ["-o", str(tmp_path / "r.h5"), "--planner", "PRM"])
+    assert result.exit_code == 2 and "RRTConnect" in result.stderr
