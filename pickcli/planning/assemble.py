@@ -26,14 +26,14 @@ from pickcli.planning.context import Planner
 from pickcli.planning.drop import Drop
 from pickcli.planning.events import schedule
 from pickcli.planning.in_bin import BinQuery, InBin
-from pickcli.planning.payload import carried_load
+from pickcli.planning.payload import carried_load, path_load
 from pickcli.timing.chords import trajectory_chords
 from pickcli.timing.sequence import concatenate
 from pickcli.timing.run import RunPart, TimedRun, time_run
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
-SLOWER = 0.85  # speed is lowered by at most this factor at a time until the cup holds
+SLOWER = 0.9  # speed is lowered by at least this factor at a time until the cup holds
 SLOWEST = 0.1
 NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exact to 1e-8 of it
 
@@ -68,25 +68,22 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
     """Time, prove and bind a pick. Reason when the cup cannot hold at any speed or a proof fails."""
     planner, settings = query.planner, query.planner.settings
     way_in, way_out, leave = pick_pieces(query, motion)
-    try:
-        first = _timed(planner, way_in)
-        carried = _carried(query, motion, way_out)
-        if isinstance(carried, Reason):
-            return carried
-        second, scale, worst = carried
-        last = _timed(planner, leave)
-    except NoPlanError as error:
-        return error.reasons[0]
-    pieces = [*way_in, *way_out, *leave]
+    first = _proven(planner, way_in)
+    if isinstance(first, Reason):
+        return first
+    carried = _carried(query, motion, way_out)
+    if isinstance(carried, Reason):
+        return carried
+    second, scale, worst = carried
+    last = _proven(planner, leave)
+    if isinstance(last, Reason):
+        return last
     runs, rests = [first, second, last], [settings.seal_time, settings.release_time]
-    trajectory, segments = _joined(pieces, runs, rests)
+    trajectory, segments = _joined([*way_in, *way_out, *leave], runs, rests)
     scheduled = schedule(planner, segments, trajectory)
     if isinstance(scheduled, Reason):
         return scheduled
     segments, trajectory, events = scheduled
-    failed = prove(trajectory, segments, pieces)
-    if failed is not None:
-        return failed
     grasp = replace(motion.in_bin.grasp, moment=worst.moment, pull=worst.pull, shear=worst.shear)
     return Plan(
         label, planner.cell.fingerprint, scene_hash(query.scene), seed, segments, trajectory, events, grasp, scale
@@ -106,14 +103,10 @@ def assemble_pieces(planner: Planner, scene: Scene, pieces: Sequence[Piece], lab
     pieces = _moving(pieces, planner.cell.speed_scale)
     if not pieces:
         return Reason("nothing to do", label, "start and goal are the same")
-    try:
-        run = _timed(planner, pieces)
-    except NoPlanError as error:
-        return error.reasons[0]
+    run = _proven(planner, pieces)
+    if isinstance(run, Reason):
+        return run
     trajectory, segments = _joined(pieces, [run], [])
-    failed = prove(trajectory, segments, pieces)
-    if failed is not None:
-        return failed
     return Plan(label, planner.cell.fingerprint, scene_hash(scene), seed, segments, trajectory, ())
 
 
@@ -157,11 +150,24 @@ def _moving(pieces: Sequence[Piece], speed: float) -> list[Piece]:
     return kept
 
 
-def _timed(planner: Planner, pieces: Sequence[Piece], slower: float = 1.0) -> TimedRun:
-    """One run over the pieces. Raises NoPlanError where no blend can be proven."""
-    parts = [
-        RunPart(p.kind, p.waypoints, p.scale * slower, p.max_tool_speed, p.blend) for p in pieces
-    ]
+def _proven(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
+    """One run over the pieces whose timed motion is proven free."""
+    for are_blends_proven in (False, True):
+        run = _timed(planner, pieces, 1.0, are_blends_proven)
+        if isinstance(run, Reason):
+            return run
+        failed = prove(run, pieces)
+        if failed is None:
+            return run
+    return failed
+
+
+def _timed(planner: Planner, pieces: Sequence[Piece], slower: float, are_blends_proven: bool) -> TimedRun | Reason:
+    """One run over the pieces, with corners as round as asked for, or only as round as is proven free.
+
+    The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
+    """
+    parts = [RunPart(p.kind, p.waypoints, p.scale * slower, p.max_tool_speed, p.blend) for p in pieces]
 
     def is_free(part: int, chords: Array, slack: Array) -> int:
         return pieces[part].checker.path_is_free(chords, slack)
@@ -170,23 +176,42 @@ def _timed(planner: Planner, pieces: Sequence[Piece], slower: float = 1.0) -> Ti
         ahead, behind = (planner.arm.tips(Q + h * dQ, pieces[-1].pivot)[:, :3, 3] for h in (NUDGE, -NUDGE))
         return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))
 
-    return time_run(planner.arm.names, parts, planner.arm.limits, is_free, tool_speed)
+    blends = is_free if are_blends_proven else None
+    try:
+        return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed)
+    except NoPlanError as error:
+        return error.reasons[0]
 
 
-def _carried(query: BinQuery, motion: PickMotion, pieces: Sequence[Piece]) -> tuple[TimedRun, float, Load] | Reason:
+def _carried(
+    query: BinQuery, motion: PickMotion, pieces: Sequence[Piece]
+) -> tuple[TimedRun, float, Load] | Reason:
     """The run with the item, slowed down until the cup holds under gravity and acceleration."""
     planner, grasp, item = query.planner, motion.in_bin.grasp, query.target.item
-    tool, scale = planner.cell.robot.tool, item.speed_scale
+    tool, most = planner.cell.robot.tool, planner.settings.load_ratio
+    where = f"{grasp.kind} grasp on face {grasp.face}"
+    still = path_load(planner.arm, grasp.pivot, np.vstack([p.waypoints for p in pieces]), grasp, item.mass)
+    if still.ratio(tool) > most:
+        return Reason("does not hold", where, f"{still} on the way at rest, {still.ratio(tool):.2f} of the limit")
+    scale, are_blends_proven = item.speed_scale, False
     while True:
-        run = _timed(planner, pieces, scale)
-        worst = carried_load(planner.arm, grasp.pivot, run.trajectory, 0.0, run.trajectory.duration, grasp, item.mass)
+        run = _timed(planner, pieces, scale, are_blends_proven)
+        if isinstance(run, Reason):
+            return run
+        worst = carried_load(planner.arm, grasp.pivot, run.trajectory, grasp, item.mass)
         ratio = worst.ratio(tool)
-        if ratio <= planner.settings.load_ratio:
-            return run, scale, worst
-        if scale <= SLOWEST:
-            where = f"{grasp.kind} grasp on face {grasp.face}"
+        if ratio <= most:
+            failed = prove(run, pieces)
+            if failed is None:
+                return run, scale, worst
+            if are_blends_proven:
+                return failed
+            are_blends_proven = True
+        elif scale <= SLOWEST:
             return Reason("does not hold", where, f"{worst} at {scale:.0%} of the speed, {ratio:.2f} of the limit")
-        scale = max(SLOWEST, scale * SLOWER)
+        else:
+            # What motion adds to the load at rest goes with the acceleration, and that with the scale.
+            scale = max(SLOWEST, scale * min(SLOWER, (most - still.ratio(tool)) / (ratio - still.ratio(tool))))
 
 
 def _joined(
@@ -204,20 +229,21 @@ def _joined(
     return joined.trajectory, segments
 
 
-def prove(trajectory: Trajectory, segments: Sequence[Segment], pieces: Sequence[Piece]) -> Reason | None:
-    """Prove every piece of the timed trajectory itself free, by the checker of the segment it lies in.
+def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
+    """Prove the timed motion itself free, quintic by quintic, by the checker of the piece it lies in.
 
-    A stretch between two points that reaches into two segments is proven by both. None when all is free.
+    What reaches into two pieces is proven by both. None when all is free.
     """
-    chords, slack = trajectory_chords(trajectory)
-    times = trajectory.times
-    for segment, piece in zip(segments, pieces, strict=True):
-        first = max(0, int(np.searchsorted(times, segment.t_start, side="right")) - 1)
-        last = min(len(times) - 1, int(np.searchsorted(times, segment.t_end, side="left")))
+    chords, slack = trajectory_chords(run.trajectory)
+    times = run.trajectory.times
+    for piece, t_start, t_end in zip(pieces, run.part_times[:-1], run.part_times[1:], strict=True):
+        first = max(0, int(np.searchsorted(times, t_start, side="right")) - 1)
+        last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
         if last <= first:
             continue
         i = piece.checker.path_is_free(chords[first : last + 1], slack[first:last])
         if i >= 0:
             reason = piece.checker.explain_edge(chords[first + i], chords[first + i + 1])
-            return Reason("the timed motion is not proven free", f"{piece.kind} at {times[first + i]:.3f} s", str(reason))
+            where = f"{piece.kind} at {times[first + i]:.3f} s"
+            return Reason("the timed motion is not proven free", where, str(reason))
     return None
