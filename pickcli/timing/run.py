@@ -132,7 +132,7 @@ def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
 
 
 def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolSpeed) -> float:
-    """By how much, at least 1, the tool's true speed is over a cap: the table it was timed by is not exact."""
+    """By how much, at least 1, the tool's true speed is over a cap: its table interpolates."""
     cap = bounds.lowest(bounds.tool_caps, pace.s, pace.s)
     capped = np.isfinite(cap)
     if not capped.any():

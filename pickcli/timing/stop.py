@@ -24,9 +24,10 @@ from pickcli.timing.limits import TOLERANCE, measure_limits
 
 _STEP = 0.008  # s between points, at most
 _TOO_CLOSE = 5e-4  # s: points nearer than this are one
+_HOPELESS = 1.5  # a stretch that needs no closer look
 _SLOWEST = 0.02  # s: share of velocity over acceleration below which a joint counts as standing
-_RATES = 0.75 ** np.arange(14)  # of the fastest braking of tau that the limits could ever allow
-_WAITS = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8])  # s until braking begins
+_RATES = 0.65 ** np.arange(9)  # of the fastest change of tau' that the limits could ever allow
+_WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)])  # s until braking begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> Stopped:
     """
     best = Stopped(trajectory, trajectory.duration)
     for wait in _WAITS:
-        begin = max(at, 0.0) + float(wait)
+        begin = (at if at > _TOO_CLOSE else 0.0) + float(wait)
         if begin >= best.trajectory.duration:
             break
         for rate in _fastest_rate(trajectory, begin, limits) * _RATES:
@@ -93,6 +94,9 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
 def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
     """Factor of time that the part driven by the law needs to keep the limits, at least 1."""
     t, q, v, a = _law_rows(trajectory, law)
+    at_points = float((np.abs(a) / limits.acceleration).max()) ** 0.5
+    if at_points > _HOPELESS:
+        return at_points
     return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).stretch, 1.0)
 
 

@@ -67,7 +67,7 @@ def test_position_limit_is_checked() -> None:
     trajectory = timed(random_walk(0, 4)).trajectory
     upper = np.full(8, 50.0)
     upper[2] = trajectory.positions[:, 2].max() - 1e-3
-    with pytest.raises(LimitError, match="joint_2 is 0.001 outside"):
+    with pytest.raises(LimitError, match=r"joint_2 is 0\.001 outside"):
         check_limits(trajectory, replace(limits(), upper=upper))
 
 
