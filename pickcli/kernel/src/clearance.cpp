@@ -25,22 +25,27 @@ class NearestPair {
   const Contact& best() const { return best_; }
 
  private:
-  Vec3 ball(int f) const { return T_world_frame_[f] * covers_[f].center; }
+  Sphere ball(int f) const {
+    const Sphere& root = covers_[f].tree.front().ball;
+    return {T_world_frame_[f] * root.center, root.radius};
+  }
 
   void against_box(int f, const Box& box) {
     const FrameCover& cover = covers_[f];
-    if (signed_distance(ball(f), box) - cover.radius >= best_.distance) return;
+    if (signed_distance(ball(f).center, box) - ball(f).radius >= best_.distance) return;
     for (const Sphere& s : cover.spheres)
       offer(signed_distance(T_world_frame_[f] * s.center, box) - s.radius, f, ObstacleKind::box, box.index);
   }
 
   void against_frame(int f, int g) {
     const FrameCover &outer = covers_[f], &inner = covers_[g];
-    if (inner.spheres.empty() || norm(ball(f) - ball(g)) - outer.radius - inner.radius >= best_.distance) return;
-    for (const Sphere& a : outer.spheres) {
-      const Vec3 center = T_world_frame_[f] * a.center;
-      for (const Sphere& b : inner.spheres)
-        offer(norm(center - T_world_frame_[g] * b.center) - a.radius - b.radius, f, ObstacleKind::self, g);
+    if (inner.spheres.empty()) return;
+    const Sphere a = ball(f), b = ball(g);
+    if (norm(a.center - b.center) - a.radius - b.radius >= best_.distance) return;
+    for (const Sphere& s : outer.spheres) {
+      const Vec3 center = T_world_frame_[f] * s.center;
+      for (const Sphere& t : inner.spheres)
+        offer(norm(center - T_world_frame_[g] * t.center) - s.radius - t.radius, f, ObstacleKind::self, g);
     }
   }
 

@@ -74,40 +74,41 @@ double travel_of(const Robot& robot, const double* q) {
 
 struct Interval {
   double middle, half;
+  eight::Frames world, self;  // not yet proven for it: frames against the world, against inner frames
 };
 
 // Intervals still to be proven, widest first: a hit anywhere on the edge is found early.
 class Agenda {
  public:
-  Agenda() {
-    intervals_.reserve(128);
-    intervals_.push_back({0.5, 0.5});
+  Agenda() : intervals_(memory()) {
+    intervals_.clear();
+    intervals_.push_back({0.5, 0.5, ~eight::Frames{0}, ~eight::Frames{0}});
   }
 
-  // The next batch (1..8 intervals). Lanes that would idle are filled by halving: they cost the same.
-  int take(Interval* out) {
-    while (2 * pending() <= kLanes) halve_all();
-    const int n = std::min<int>(kLanes, pending());
-    std::copy_n(intervals_.begin() + first_, n, out);
-    first_ += n;
-    if (first_ > 4096) intervals_.erase(intervals_.begin(), intervals_.begin() + first_), first_ = 0;
-    return n;
+  // The next eight intervals. Lanes that would idle are filled by halving: they cost the same.
+  void take(Interval* out) {
+    while (pending() < kLanes) halve(intervals_[first_++]);
+    std::copy_n(intervals_.begin() + static_cast<std::ptrdiff_t>(first_), kLanes, out);
+    first_ += kLanes;
+    if (first_ > 4096) intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(first_)), first_ = 0;
   }
 
   void halve(Interval whole) {
     const double half = 0.5 * whole.half;
-    intervals_.push_back({whole.middle - half, half});
-    intervals_.push_back({whole.middle + half, half});
+    intervals_.push_back({whole.middle - half, half, whole.world, whole.self});
+    intervals_.push_back({whole.middle + half, half, whole.world, whole.self});
   }
 
   int pending() const { return static_cast<int>(intervals_.size() - first_); }
 
  private:
-  void halve_all() {
-    for (int n = pending(); n > 0; --n) halve(intervals_[first_++]);
+  // Kept from edge to edge by each thread.
+  static std::vector<Interval>& memory() {
+    thread_local std::vector<Interval> intervals;
+    return intervals;
   }
 
-  std::vector<Interval> intervals_;
+  std::vector<Interval>& intervals_;
   std::size_t first_ = 0;
 };
 
@@ -137,27 +138,33 @@ class Edge {
     Agenda agenda;
     while (agenda.pending() > 0) {
       Interval lanes[kLanes];
-      const int n = agenda.take(lanes);
-      std::fill(lanes + n, lanes + kLanes, lanes[n - 1]);
+      agenda.take(lanes);
       const eight::Verdict verdict = test(lanes);
-      report.n_configurations += n;
+      report.n_configurations += kLanes;
       if (verdict.hit_lane >= 0) {
         report.free = false;
         report.t = lanes[verdict.hit_lane].middle;
         report.frame = verdict.frame, report.kind = verdict.kind, report.index = verdict.index;
         break;
       }
-      for (int i = 0; i < n; ++i)
-        if (verdict.unproven >> i & 1) agenda.halve(lanes[i]);
+      for (int i = 0; i < kLanes; ++i)
+        if (verdict.world[i] | verdict.self[i])
+          agenda.halve({lanes[i].middle, lanes[i].half, verdict.world[i], verdict.self[i]});
     }
     return report;
   }
 
  private:
   eight::Verdict test(const Interval* lanes) {
-    for (int i = 0; i < kLanes; ++i) batch_.half_width[i] = static_cast<float>(lanes[i].half);
+    double middle[kLanes];
+    for (int i = 0; i < kLanes; ++i) {
+      middle[i] = lanes[i].middle;
+      batch_.half_width[i] = static_cast<float>(lanes[i].half);
+      batch_.world[i] = lanes[i].world;
+      batch_.self[i] = lanes[i].self;
+    }
     for (int j = 0; j < n_; ++j)
-      for (int i = 0; i < kLanes; ++i) batch_.q[j][i] = q0_[j] + lanes[i].middle * dq_[j];
+      for (int i = 0; i < kLanes; ++i) batch_.q[j][i] = q0_[j] + middle[i] * dq_[j];
     const eight::Robot& robot = checker_.robot().single();
     eight::Verdict verdict;
     chosen_test()(robot, checker_.world().single(), batch_, scratch(eight::scratch_bytes(robot)), verdict);
@@ -194,11 +201,13 @@ void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) co
       const double* q = Q + n * static_cast<std::size_t>(first + std::min(i, n_lanes - 1));
       for (int j = 0; j < n; ++j) batch.q[j][i] = q[j];
       travel = std::max(travel, travel_of(robot_, q));
+      batch.world[i] = batch.self[i] = i < n_lanes ? ~eight::Frames{0} : 0;
+      batch.half_width[i] = 0.0f;
     }
     set_margins(batch, robot_, world_, margin, travel);
     eight::Verdict verdict;
     chosen_test()(robot, world_.single(), batch, scratch(eight::scratch_bytes(robot)), verdict);
-    for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.unproven >> i & 1);
+    for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.world[i] | verdict.self[i]);
     first += n_lanes;
   }
 }

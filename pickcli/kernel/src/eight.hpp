@@ -20,15 +20,17 @@ struct Joint {
   int q_index;
 };
 
-struct Sphere {
+// A sphere of a frame, or a ball around those that follow it up to `next`.
+struct Ball {
   float x, y, z, radius;  // in the body
+  int next;
+  bool is_sphere;
 };
 
 struct Frame {
   int body;
-  int first_sphere, n_spheres;
-  Sphere ball;   // contains all spheres of the frame
-  float spread;  // largest distance of a sphere centre from the ball's centre
+  int first_ball, last_ball;  // a tree in depth-first order, its root first; empty: first == last
+  float spread;               // largest distance of a sphere centre from the root's centre
   int first_tested, n_tested;
 };
 
@@ -37,8 +39,8 @@ struct Robot {
   int n_joints;
   const Frame* frames;
   int n_frames;
-  const Sphere* spheres;
-  int n_spheres;
+  const Ball* balls;
+  int n_balls;
   const int* tested;  // inner frames of self pairs, by outer frame
 };
 
@@ -50,38 +52,51 @@ struct Box {
   int index;              // the user's
 };
 
+// World-aligned bounds of eight boxes; of none: +infinity .. -infinity.
+struct alignas(32) EightBounds {
+  float low[3][kLanes], high[3][kLanes];
+};
+
+// Boxes under one box that contains them all.
 struct Group {
-  Box around;  // contains all its boxes; ignored: by all of them
-  int first_box, n_boxes;
+  Box around;  // ignored: by every box
+  const Box* boxes;
+  const EightBounds* bounds;  // of boxes 0..7, 8..15, ...
+  int n_boxes;
 };
 
 struct World {
   const Group* groups;
+  const EightBounds* bounds;  // of groups 0..7, 8..15, ...
   int n_groups;
-  const Box* boxes;
 };
+
+// Which frames: of the held item and of a chain of 63 joints, one bit each.
+using Frames = std::uint64_t;
 
 // Eight intervals: lane i stands for every configuration within half_width[i] * speed + slack of its q.
 struct Batch {
   alignas(64) double q[32][kLanes];  // midpoints, by entry of the configuration
+  Frames world[kLanes], self[kLanes];  // what is still to be tested: frames against boxes, against inner frames
   float half_width[kLanes];
   float speed[32];           // by moving joint, rad or m per unit of half_width
   float slack[32];           // by moving joint, rad or m
-  bool is_edge;              // false: eight configurations, no motion; the test ends when all lanes are hit
+  bool is_edge;              // false: configurations, no motion; a lane that is hit is done
   float world_margin, self_margin;  // m, rounding included
   float lever_error;         // m, rounding of a sphere centre's distance from an axis
   float resolution;          // m: an interval that moves a frame less than this is not split further
 };
 
 struct Verdict {
-  int unproven;  // bit per lane: not proven all over the interval (of an edge: but clear at the midpoint)
-  int hit_lane;  // of an edge: a lane that is not free and not worth splitting, or -1
+  Frames world[kLanes], self[kLanes];  // not proven all over the interval; of an edge: but clear at the midpoint
+  int hit_lane;  // of an edge: a lane that is not free and not worth splitting, or -1; ends the test
   int frame, kind, index;
 };
 
 inline std::size_t scratch_bytes(const Robot& robot) {
-  return 32 * (12 * static_cast<std::size_t>(robot.n_joints + 1) + 3 * static_cast<std::size_t>(robot.n_frames) +
-               3 * static_cast<std::size_t>(robot.n_spheres)) + static_cast<std::size_t>(robot.n_frames);
+  const std::size_t vectors = 12 * static_cast<std::size_t>(robot.n_joints + 1) +
+                              3 * static_cast<std::size_t>(robot.n_balls);
+  return 4 * kLanes * vectors + static_cast<std::size_t>(robot.n_balls);
 }
 
 using Test = void (*)(const Robot&, const World&, const Batch&, void* scratch, Verdict&);

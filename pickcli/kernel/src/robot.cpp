@@ -14,33 +14,13 @@ constexpr double u = eight::kUnitRoundoff;
 // first two columns (4 u).
 constexpr double kRotationError = 20.0 * u;
 
-// Centre of a small ball around the spheres: walk towards whatever sticks out most, in ever smaller steps
-// (Badoiu and Clarkson).
-Vec3 ball_center(const std::vector<Sphere>& spheres) {
-  Vec3 center = spheres.front().center;
-  for (int i = 1; i <= 300; ++i) {
-    const auto farthest = std::max_element(spheres.begin(), spheres.end(), [&](const Sphere& a, const Sphere& b) {
-      return norm(a.center - center) + a.radius < norm(b.center - center) + b.radius;
-    });
-    center = center + (1.0 / (i + 1)) * (farthest->center - center);
-  }
-  return center;
-}
-
-void bound(FrameCover& cover) {
-  cover.radius = 0.0;
-  if (cover.spheres.empty()) return;
-  cover.center = ball_center(cover.spheres);
-  for (const Sphere& s : cover.spheres) cover.radius = std::max(cover.radius, norm(s.center - cover.center) + s.radius);
-}
-
 void check_sphere(const Sphere& sphere, const std::string& what) {
   if (!(sphere.radius > 0.0)) throw std::invalid_argument(what + ": the radius of a sphere must be positive");
 }
 
-eight::Sphere to_single(const Vec3& center, double radius) {
+eight::Ball to_single(const Vec3& center, double radius, int next, bool is_sphere) {
   return {static_cast<float>(center.x), static_cast<float>(center.y), static_cast<float>(center.z),
-          static_cast<float>(radius)};
+          static_cast<float>(radius), next, is_sphere};
 }
 
 }  // namespace
@@ -62,7 +42,7 @@ Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<
                                   ") is not a pair of two frames in 0.." + std::to_string(n_frames - 1));
     covers_[std::max(a, b)].tested.push_back(std::min(a, b));
   }
-  for (FrameCover& cover : covers_) bound(cover);
+  for (FrameCover& cover : covers_) cover.tree = build_ball_tree(cover.spheres);
   prepare_bodies();
   prepare_spheres();
 }
@@ -76,7 +56,7 @@ void Robot::set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames
   FrameCover& held = covers_.back();
   held.spheres = std::move(spheres);
   held.tested = std::move(tested_frames);
-  bound(held);
+  held.tree = build_ball_tree(held.spheres);
   prepare_spheres();
 }
 
@@ -111,27 +91,26 @@ void Robot::prepare_bodies() {
 
 void Robot::prepare_spheres() {
   frames_.clear();
-  spheres_.clear();
+  balls_.clear();
   tested_.clear();
   for (size_t f = 0; f < covers_.size(); ++f) {
     const FrameCover& cover = covers_[f];
-    eight::Frame single{body_of_frame_[f], static_cast<int>(spheres_.size()), static_cast<int>(cover.spheres.size()),
-                        {}, 0.0f, static_cast<int>(tested_.size()), static_cast<int>(cover.tested.size())};
-    const Vec3 center = T_body_frame_[f] * cover.center;
+    const int first = static_cast<int>(balls_.size()), last = first + static_cast<int>(cover.tree.size());
     double spread = 0.0;
-    for (const Sphere& s : cover.spheres) {
-      spheres_.push_back(to_single(T_body_frame_[f] * s.center, s.radius));
-      spread = std::max(spread, norm(s.center - cover.center));
+    for (const BallNode& node : cover.tree) {
+      const Vec3 center = T_body_frame_[f] * node.ball.center;
+      // What bounds the spheres must still do so after rounding.
+      const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
+      balls_.push_back(to_single(center, node.ball.radius + slop, first + node.next, node.is_sphere));
+      const double distance = norm(node.ball.center - cover.tree.front().ball.center);
+      spread = std::max(spread, (1.0 + 8.0 * u) * distance + 8.0 * u * norm(center));
     }
-    // What bounds the spheres must still do so after rounding.
-    const double slop = 8.0 * u * (norm(center) + cover.radius);
-    single.ball = to_single(center, cover.radius + slop);
-    single.spread = static_cast<float>(spread + slop);
-    frames_.push_back(single);
+    frames_.push_back({body_of_frame_[f], first, last, static_cast<float>(spread), static_cast<int>(tested_.size()),
+                       static_cast<int>(cover.tested.size())});
     tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
   }
-  single_ = {joints_.data(),  static_cast<int>(joints_.size()),  frames_.data(), static_cast<int>(frames_.size()),
-             spheres_.data(), static_cast<int>(spheres_.size()), tested_.data()};
+  single_ = {joints_.data(), static_cast<int>(joints_.size()), frames_.data(), static_cast<int>(frames_.size()),
+             balls_.data(),  static_cast<int>(balls_.size()),  tested_.data()};
   bound_rounding();
 }
 
@@ -147,7 +126,7 @@ void Robot::bound_rounding() {
     reach_ += offset;
   }
   double farthest = 0.0;
-  for (const eight::Sphere& s : spheres_) farthest = std::max(farthest, norm({s.x, s.y, s.z}));
+  for (const eight::Ball& b : balls_) farthest = std::max(farthest, norm({b.x, b.y, b.z}));
   rounding_ += (n * kRotationError + 8.0 * u) * farthest;
   reach_ += farthest;
   rounding_ += 2.0 * (n + 1.0) * u * reach_;

@@ -5,21 +5,16 @@
 #include <utility>
 #include <vector>
 
+#include "ball_tree.hpp"
 #include "chain.hpp"
 #include "eight.hpp"
 
 namespace apc {
 
-struct Sphere {
-  Vec3 center;
-  double radius;
-};
-
-// All spheres of one frame and the ball around them.
+// All spheres of one frame.
 struct FrameCover {
   std::vector<Sphere> spheres;  // in the frame
-  Vec3 center;                  // of the ball
-  double radius = 0.0;          // of the ball, contains every sphere
+  std::vector<BallNode> tree;   // over them
   std::vector<int> tested;      // frames before this one that its spheres must stay clear of
 };
 
@@ -59,7 +54,7 @@ class Robot {
   std::vector<Pose> T_body_frame_;     // L + 1: constant
   std::vector<eight::Joint> joints_;   // moving ones only
   std::vector<eight::Frame> frames_;   // L + 1
-  std::vector<eight::Sphere> spheres_;
+  std::vector<eight::Ball> balls_;
   std::vector<int> tested_;
   eight::Robot single_{};
   double rounding_ = 0.0, rounding_per_travel_ = 0.0, reach_ = 0.0;

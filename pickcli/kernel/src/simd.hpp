@@ -58,6 +58,23 @@ APC_INLINE V square_root(V a) {
 
 #endif
 
+APC_INLINE V load(const float* eight) {
+  V v;
+  __builtin_memcpy(&v, eight, sizeof v);
+  return v;
+}
+
+// The largest lane.
+APC_INLINE float largest(V a) {
+  a = larger(a, __builtin_shuffle(a, Mask{4, 5, 6, 7, 0, 1, 2, 3}));
+  a = larger(a, __builtin_shuffle(a, Mask{2, 3, 0, 1, 6, 7, 4, 5}));
+  a = larger(a, __builtin_shuffle(a, Mask{1, 0, 3, 2, 5, 4, 7, 6}));
+  return a[0];
+}
+
+// The lanes whose bit is set.
+APC_INLINE Mask lanes(int set) { return (Mask{1, 2, 4, 8, 16, 32, 64, 128} & set) != 0; }
+
 APC_INLINE V magnitude(V a) { return (V)((Mask)a & 0x7fffffff); }
 // Written so that a NaN counts as not above.
 APC_INLINE Mask not_above(V a, V b) { return ~(a > b); }

@@ -38,6 +38,25 @@ Box around(const Mat3& R, const Box* first, const Box* last) {
   return {{R, R * (0.5 * (low + high))}, 0.5 * (high - low), first->group, ~std::uint64_t{0}, -1};
 }
 
+// Appends the i-th bounds to a row of eights; aligned: a world-aligned box.
+void add_bounds(std::vector<eight::EightBounds>& eights, int i, const Box& aligned, double slop) {
+  const int lane = i % eight::kLanes;
+  if (lane == 0) {
+    const float inf = std::numeric_limits<float>::infinity();
+    eights.emplace_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      std::fill_n(eights.back().low[axis], eight::kLanes, inf);
+      std::fill_n(eights.back().high[axis], eight::kLanes, -inf);
+    }
+  }
+  const Vec3 low = aligned.T_world_box.p - aligned.half, high = aligned.T_world_box.p + aligned.half;
+  const double lows[3] = {low.x, low.y, low.z}, highs[3] = {high.x, high.y, high.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    eights.back().low[axis][lane] = static_cast<float>(lows[axis] - slop);
+    eights.back().high[axis][lane] = static_cast<float>(highs[axis] + slop);
+  }
+}
+
 double volume(const Box& box) { return box.half.x * box.half.y * box.half.z; }
 
 }  // namespace
@@ -57,6 +76,7 @@ World::World(std::vector<Box> boxes) : boxes_(std::move(boxes)) {
   }
   std::stable_sort(boxes_.begin(), boxes_.end(), [](const Box& a, const Box& b) { return a.group < b.group; });
   for (const Box& box : boxes_) single_boxes_.push_back(to_single(box));
+  box_bounds_.reserve(boxes_.size());  // at most one per box: pointers into it stay valid
   for (int first = 0, n = static_cast<int>(boxes_.size()); first < n;) {
     int last = first;
     while (last < n && boxes_[last].group == boxes_[first].group) ++last;
@@ -67,15 +87,24 @@ World::World(std::vector<Box> boxes) : boxes_(std::move(boxes)) {
 
 // The group's own box takes the best of its members' orientations.
 void World::add_group(int first, int last) {
-  Box best = around(Mat3{}, &boxes_[first], &boxes_[0] + last);
-  for (int i = first; i < last; ++i) {
-    const Box candidate = around(boxes_[i].T_world_box.R, &boxes_[first], &boxes_[0] + last);
+  const Box *begin = boxes_.data() + first, *end = boxes_.data() + last;
+  const std::size_t first_bounds = box_bounds_.size();
+  const double slop = 32.0 * eight::kUnitRoundoff * extent_;
+  for (const Box* box = begin; box != end; ++box)
+    add_bounds(box_bounds_, static_cast<int>(box - begin), around(Mat3{}, box, box + 1), slop);
+  Box best = around(Mat3{}, begin, end);
+  add_bounds(group_bounds_, static_cast<int>(groups_.size()), best, slop);
+  for (const Box* box = begin; box != end; ++box) {
+    const Box candidate = around(box->T_world_box.R, begin, end);
     if (volume(candidate) < volume(best)) best = candidate;
   }
-  for (int i = first; i < last; ++i) best.ignored &= boxes_[i].ignored;
-  const double slop = 32.0 * eight::kUnitRoundoff * extent_;
+  for (const Box* box = begin; box != end; ++box) best.ignored &= box->ignored;
   best.half = best.half + Vec3{slop, slop, slop};
-  groups_.push_back({to_single(best), first, last - first});
+  groups_.push_back({to_single(best), &single_boxes_[first], &box_bounds_[first_bounds], last - first});
+}
+
+eight::World World::single() const {
+  return {groups_.data(), group_bounds_.data(), static_cast<int>(groups_.size())};
 }
 
 // Difference from the centre (2 u of both lengths), product with the rotation (6 u), squares and their

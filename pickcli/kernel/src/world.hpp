@@ -24,12 +24,13 @@ class World {
  public:
   World() = default;
   explicit World(std::vector<Box> boxes);  // in any order
+  World(World&&) = default;  // not copied: the single-precision groups point into it
+  World& operator=(World&&) = default;
 
   const std::vector<Box>& boxes() const { return boxes_; }  // sorted by group
 
-  eight::World single() const {
-    return {groups_.data(), static_cast<int>(groups_.size()), single_boxes_.data()};
-  }
+  // The same in single precision, for the eight-fold test. Valid as long as this world.
+  eight::World single() const;
 
   // Bound in m on the error of a box distance in single precision, for points within reach of the origin.
   double rounding(double reach) const;
@@ -38,8 +39,10 @@ class World {
   void add_group(int first, int last);
 
   std::vector<Box> boxes_;
-  std::vector<eight::Group> groups_;
   std::vector<eight::Box> single_boxes_;
+  std::vector<eight::EightBounds> box_bounds_;    // every group begins a new one
+  std::vector<eight::Group> groups_;
+  std::vector<eight::EightBounds> group_bounds_;
   double extent_ = 0.0;  // farthest point of any box from the origin
 };
 
