@@ -22,6 +22,7 @@ from pickcli.motion.trajectory import Trajectory
 SPACING = 4e-3  # s between the points of the path that the tracker keeps
 WINDOW = 0.02  # s of the trajectory that one update may advance at most, on top of 2 dt
 ARRIVED = 5e-4  # joint units (0.5 mm at 1 m from a joint): this near to a rest, along the path, is there
+LEFT = 1e-3  # joint units: this far out of a rest, along the path, has left it
 FASTEST = 1.5  # progress per time that is believed when the next step is foreseen
 ROUNDING = 1e-9  # s
 
@@ -87,8 +88,12 @@ class Tracker:
         step foretells that the next would be farther past it. Nothing of a rest fires before arrival.
         """
         before = self._progress
+        here = self._weights * q
         rest = self._next_rest()
-        is_resting = self._is_in(rest) or self._arrives(rest, self._weights * q, dt)
+        if self._is_in(rest) and self._has_left(rest, here, dt):
+            self._piece, self._progress = rest + 1, self._times[rest + 1]
+            rest = self._next_rest()
+        is_resting = self._is_in(rest) or self._arrives(rest, here, dt)
         if is_resting:
             self._rest(rest, before, dt)
         rate = min((self._progress - before) / dt, FASTEST) if dt > 0.0 else 0.0
@@ -107,23 +112,38 @@ class Tracker:
     def _arrives(self, rest: int, q: Array, dt: float) -> bool:
         """Move the progress on by projection; True if the robot has come near enough to the rest."""
         end = min(bisect_left(self._times, self._progress + WINDOW + 2.0 * dt), rest)
-        start, first = self._piece, self._progress
-        left = 0.0
-        if end > start:
-            away = q - self._points[start:end]
-            steps = self._steps[start:end]
-            u = np.clip(np.einsum("ij,ij->i", away, steps) * self._inverse[start:end], 0.0, 1.0)
-            begun = (first - self._times[start]) / (self._times[start + 1] - self._times[start])
-            u[0] = max(u[0], begun)
-            away -= u[:, None] * steps
-            nearest = int(np.einsum("ij,ij->i", away, away).argmin())
-            share, self._piece = float(u[nearest]), start + nearest
-            self._progress = self._times[self._piece] + share * (
-                self._times[self._piece + 1] - self._times[self._piece]
-            )
-            here = self._travel[self._piece]
-            left = self._travel[rest] - (here + share * (self._travel[self._piece + 1] - here))
-        return left <= ARRIVED
+        times, travel, start = self._times, self._travel, self._piece
+        if end <= start:
+            return travel[rest] - travel[start] <= ARRIVED
+        begun = (self._progress - times[start]) / (times[start + 1] - times[start])
+        share, piece = self._nearest(start, end, begun, q)
+        self._piece = piece
+        self._progress = times[piece] + share * (times[piece + 1] - times[piece])
+        return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= ARRIVED
+
+    def _has_left(self, rest: int, q: Array, dt: float) -> bool:
+        """Whether the robot is on its way out of a rest that its own clock has not ended yet.
+
+        It came late, or was commanded on before: what is left of the rest is over.
+        """
+        if rest + 1 >= len(self._times) - 1:
+            return False
+        end = min(
+            bisect_left(self._times, self._times[rest + 1] + 2.0 * WINDOW + 2.0 * dt), len(self._times) - 1
+        )
+        share, piece = self._nearest(rest + 1, end, 0.0, q)
+        gone = self._travel[piece] + share * (self._travel[piece + 1] - self._travel[piece])
+        return gone - self._travel[rest + 1] > LEFT
+
+    def _nearest(self, start: int, end: int, begun: float, q: Array) -> tuple[float, int]:
+        """Share of, and index of, the piece of [start, end) nearest to q; on the first from ``begun`` on."""
+        away = q - self._points[start:end]
+        steps = self._steps[start:end]
+        u = np.clip(np.einsum("ij,ij->i", away, steps) * self._inverse[start:end], 0.0, 1.0)
+        u[0] = max(u[0], begun)
+        away -= u[:, None] * steps
+        nearest = int(np.einsum("ij,ij->i", away, away).argmin())
+        return float(u[nearest]), start + nearest
 
     def _rest(self, rest: int, before: float, dt: float) -> None:
         """Let the given time pass at a rest, from the moment the robot came to it."""
