@@ -60,7 +60,7 @@ class Tracker:
         self._steps = np.diff(self._points, axis=0)
         squared = np.einsum("ij,ij->i", self._steps, self._steps)
         self._inverse = 1.0 / np.maximum(squared, 1e-18)
-        self._travel = [0.0, *np.cumsum(np.sqrt(squared)).tolist()]
+        self._travel: list[float] = [0.0, *np.cumsum(np.sqrt(squared)).tolist()]
         # The end is a rest without an end of its own.
         self._rests = [*rests, len(self._times) - 1]
         self._progress, self._piece, self._n_fired = 0.0, 0, 0
@@ -128,9 +128,8 @@ class Tracker:
         """
         if rest + 1 >= len(self._times) - 1:
             return False
-        end = min(
-            bisect_left(self._times, self._times[rest + 1] + 2.0 * WINDOW + 2.0 * dt), len(self._times) - 1
-        )
+        end = bisect_left(self._travel, self._travel[rest + 1] + 3.0 * LEFT, lo=rest + 2)
+        end = min(end, len(self._times) - 1)
         share, piece = self._nearest(rest + 1, end, 0.0, q)
         gone = self._travel[piece] + share * (self._travel[piece + 1] - self._travel[piece])
         return gone - self._travel[rest + 1] > LEFT
