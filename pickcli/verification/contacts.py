@@ -10,7 +10,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.parts import Part
 
-MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT)
+MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT, SegmentKind.DEPART)
 
 
 def may_touch(plan: Plan, k: int) -> bool:

@@ -40,7 +40,7 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
             reasons += _straight(tips, where)
         if segment.kind is SegmentKind.CONTACT:
             reasons += _contact(plan, robot, segment, tips, where)
-        if segment.kind is SegmentKind.LIFT and segment.touching:
+        if segment.kind in (SegmentKind.LIFT, SegmentKind.DEPART) and segment.touching:
             reasons += _first_lift(tips, where)
     return tuple(reasons)
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.scene import Scene
-from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
@@ -40,7 +39,7 @@ def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[R
 def _inside(scene: Scene, item_id: str, T_world_item: Array) -> Iterator[Reason]:
     tote = scene.cell.tote
     T = inverse(tote.T_world_tote) @ T_world_item
-    reach = extent_along_axes(scene.find(item_id).item.shape, T[:3, :3])
+    reach = scene.find(item_id).item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
     half = np.array(tote.inner[:2]) / 2
     beyond = float(np.maximum(high[:2] - half, -half - low[:2]).max())
@@ -50,14 +49,3 @@ def _inside(scene: Scene, item_id: str, T_world_item: Array) -> Iterator[Reason]
         yield Reason(
             "released too high", item_id, f"{low[2]:.3f} m over the floor, the limit is {DROP_LIMIT}"
         )
-
-
-def extent_along_axes(shape: Shape, R: Array) -> Array:
-    """Half extents (3,) in m of a shape turned by R (3, 3), along the axes it is turned in."""
-    if shape.kind is ShapeKind.BOX:
-        return np.asarray(np.abs(R) @ (np.array(shape.size) / 2))
-    if shape.kind is ShapeKind.SPHERE:
-        return np.full(3, shape.size[0])
-    radius, length = shape.size
-    along = np.abs(R[:, 2])
-    return np.asarray(length / 2 * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)))
