@@ -94,8 +94,14 @@ class NoPlanError(ApcError):
         for reason in self.reasons:
             groups.setdefault(reason.what, []).append(reason)
         ranked = sorted(groups.items(), key=lambda kv: (-len(kv[1]), kv[0]))[:n_most]
-        parts = [f"{len(rs)}x {what} (e.g. {rs[0].where}: {rs[0].detail})" for what, rs in ranked]
-        return "; ".join(parts) if parts else "no candidate was even tried"
+        if not ranked:
+            return "no candidate was even tried"
+        return "; ".join(_told(reasons) for _, reasons in ranked)
+
+
+def _told(reasons: Sequence[Reason]) -> str:
+    """The first of several reasons of one kind, and how many there are."""
+    return str(reasons[0]) if len(reasons) == 1 else f"{len(reasons)} times {reasons[0].what}, e.g. {reasons[0]}"
 
 
 class TrialAbortedError(ApcError):

@@ -39,13 +39,13 @@ class Shape:
         return np.full(3, 2 * self.size[0])
 
     def reach(self, R: Array) -> Array:
-        """Half extents (3,) in m along the axes of the frame that R (3, 3) turns the shape into."""
+        """Half extents (..., 3) in m along the axes of the frame that R (..., 3, 3) turns the shape into."""
         if self.kind is ShapeKind.SPHERE:
-            return np.full(3, self.size[0])
+            return np.full(R.shape[:-1], self.size[0])
         if self.kind is ShapeKind.BOX:
             return np.asarray(np.abs(R) @ (np.array(self.size) / 2))
         radius, length = self.size
-        along = np.abs(R[:, 2])
+        along = np.abs(R[..., :, 2])
         return np.asarray(length / 2 * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)))
 
     @property

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.options import progress
 from pickcli.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -48,6 +49,16 @@ def load_planner(cell: Cell, roadmap: Path | None, trajectories: Path | None) ->
         None if roadmap is None else read_roadmap(roadmap, cell),
         None if trajectories is None else read_database(trajectories, cell),
     )
+
+
+def build_missing(cell: Cell) -> None:
+    """Build the cell's roadmap and database into the cache where they are missing, with progress."""
+    from contextlib import ExitStack
+
+    from pickcli.precompute.artifacts import ensure_artifacts
+
+    with ExitStack() as bars:
+        ensure_artifacts(cell, lambda what: bars.enter_context(progress(f"building the {what}")))
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState]:

@@ -11,12 +11,13 @@ import click
 
 from pickcli.cell.scene import PoseNoise
 from pickcli.commands.options import cell_option, emit_json, json_option, progress, seed_option
-from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.planner import artifact_options, build_missing, load_planner
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
     from pickcli.trial.result import TrialResult
 
+FILE_WIDTH = 160  # columns of the table where it does not go to a terminal
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 
@@ -69,6 +70,8 @@ def command(
     from pickcli.trial.arena import SimulatedArena, crew_of
     from pickcli.trial.make_scene import make_scene
 
+    if roadmap is None or trajectories is None:
+        build_missing(cell)
     planner = load_planner(cell, roadmap, trajectories)
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report)
@@ -98,7 +101,7 @@ def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
 
     table = Table()
     for title in ("bin", "item", "outcome"):
-        table.add_column(title)
+        table.add_column(title, no_wrap=True)
     for title in ("points", "planning ms", "motion s"):
         table.add_column(title, justify="right")
     table.add_column("reason", overflow="fold")
@@ -114,6 +117,8 @@ def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
             escape(row.reason),
         )
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=FILE_WIDTH)
     console.print(table)
     for line in (*summary(result), *(f"wrote {path}" for path in paths)):
         console.print(line, markup=False, highlight=False)

@@ -62,8 +62,15 @@ def sample_grasps(
             if reason is not None:
                 rejected.append(reason)
     if not found and not rejected:
-        rejected.append(Reason("no face takes the whole cup", item_id, f"cup radius {tool.cup_radius * 1e3:.0f} mm"))
+        rejected.append(_nothing_to_hold(item_id, item, tool))
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
+
+
+def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
+    if not faces(item, tool):
+        return Reason("no face takes the whole cup", item_id, f"its radius is {tool.cup_radius * 1e3:.0f} mm")
+    sealing = ", ".join(face.name for face in faces(item, tool))
+    return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
 
 
 def _reachable(face: Face, T_bin_item: Array, cell_bin: Bin, rng: np.random.Generator, n: int) -> list[Array]:

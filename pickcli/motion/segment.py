@@ -20,7 +20,7 @@ class SegmentKind(StrEnum):
     BRIDGE = "bridge"  # planned join of the retreat's end to the coarse motion
     TRANSFER = "transfer"  # coarse, item held
     PLACE = "place"  # straight down into the tote
-    DEPART = "depart"  # straight up out of the tote, empty again
+    DEPART = "depart"  # straight up, empty: out of the tote, or away from what the cup touches
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from pickcli.geometry import Array
 from pickcli.planning.context import Planner
 from pickcli.roadmap.connect import QueryOptions
 from pickcli.roadmap.cost import estimated_duration
+from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.query import query
 
 PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
@@ -30,7 +31,7 @@ class Coarse:
     waypoints: Array
     goal: int  # index into the goals that were given
     duration: float  # s, estimated
-    source: str  # who found it: "straight edge", "roadmap", "planner"
+    source: str  # who found it: "straight edge", "database", "roadmap", "planner"
 
 
 def plan_coarse(
@@ -71,6 +72,9 @@ def _searched(
     planner: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
 ) -> Coarse | Reason:
     """What roadmap and planner find."""
+    stored = _stored(planner, checker, q_start, goals)
+    if stored is not None:
+        return stored
     settings = planner.settings
     options = QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts)
     try:
@@ -80,3 +84,15 @@ def _searched(
         return Reason(reason.what, f"{where}, {reason.where}", reason.detail)
     duration = estimated_duration(planner.space, route.path.waypoints)
     return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
+
+
+def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
+    """The database's motion between two named configurations, if it is proven in the scene as it is."""
+    if planner.database is None:
+        return None
+    payload = PayloadClass.EMPTY if checker.held is None else PayloadClass.CUBE
+    for g, goal in enumerate(goals):
+        motion = planner.database.between(q_start, goal, payload)
+        if motion is not None and checker.path_is_free(motion.path.waypoints) == -1:
+            return Coarse(motion.path.waypoints, g, estimated_duration(planner.space, motion.path.waypoints), "database")
+    return None

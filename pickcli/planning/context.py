@@ -19,6 +19,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
+RESERVE = 0.001  # m that coarse motions are planned with on top of the clearance: blends round their corners
 
 
 @dataclass(eq=False)
@@ -47,9 +48,16 @@ class Planner:
         held: Held | None = None,
         without: frozenset[str] = NONE,
         touching: frozenset[str] = NONE,
+        reserve: float = 0.0,
     ) -> SceneChecker:
-        """A checker of the scene for one pivot state, held item and set of planned contacts."""
-        return SceneChecker(self.model, scene, pivot, held=held, without=without, touching=touching)
+        """A checker of the scene for one pivot state, held item and set of planned contacts.
+
+        reserve: m on top of the cell's clearance
+        """
+        margin = self.cell.clearance + reserve
+        return SceneChecker(
+            self.model, scene, pivot, held=held, without=without, touching=touching, margin=margin
+        )
 
 
 def derived_seed(seed: int, *names: str) -> int:

@@ -16,7 +16,7 @@ from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.assemble import PickMotion, assemble_pick
 from pickcli.planning.coarse import Coarse, plan_coarse
-from pickcli.planning.context import Planner, derived_rng, derived_seed
+from pickcli.planning.context import RESERVE, Planner, derived_rng, derived_seed
 from pickcli.planning.drop import Drop, Spot, plan_drop, spots
 from pickcli.planning.in_bin import BinQuery, InBin, plan_in_bin
 from pickcli.planning.settings import Neighbours
@@ -117,7 +117,7 @@ def _ways_in(
         group = [f for f in feasible if f.grasp.pivot is pivot]
         # While the cup turns on the way, the volume that it sweeps must be free.
         shape = pivot if pivot is start.pivot else PivotState.MOVING
-        checker = planner.checker(query.scene, shape)
+        checker = planner.checker(query.scene, shape, reserve=RESERVE)
         while group:
             goals = np.stack([f.preapproach.waypoints[0] for f in group])
             extra = [_in_bin_duration(planner, f) for f in group]
@@ -151,7 +151,7 @@ def _carried_out(
     drops = _drops(query, chosen, places, seed, reasons)
     if not drops:
         return None
-    carrying = planner.checker(query.scene, pivot, held=held, without=frozenset({target.id}))
+    carrying = planner.checker(query.scene, pivot, held=held, without=frozenset({target.id}), reserve=RESERVE)
     goals = np.stack([d.place.waypoints[0] for _, d in drops])
     extra = [2.0 * s.cost for s, _ in drops]
     name = derived_seed(seed, "transfer", target.id)

@@ -22,13 +22,15 @@ from pickcli.planning.context import Planner, derived_seed
 from pickcli.planning.pick import Start
 
 SAFE = "home"
+FIRST = 0.02  # m of the way up in which the cup may still touch what it touches
+RISES = (0.02, 0.04, 0.06, 0.09, 0.12)  # m, tried in this order
 
 
 def plan_recovery(planner: Planner, scene: Scene, start: Start, seed: int = 0) -> Plan:
     """Plan from rest at ``start``, with the empty tool, out of any bin and home.
 
-    What the tool touches where it stopped (an item that slipped, a wall within the clearance) may be
-    touched by the cup along the line out, and by nothing else. Raises NoPlanError.
+    What the cup touches where it stopped (an item that slipped, a wall within the clearance) it may touch
+    over the first 20 mm of the way up, and nothing else may. Raises NoPlanError.
     """
     label = f"recover to {SAFE}"
     out = _out_of_the_pod(planner, scene, start)
@@ -48,7 +50,7 @@ def plan_recovery(planner: Planner, scene: Scene, start: Start, seed: int = 0) -
 
 
 def _out_of_the_pod(planner: Planner, scene: Scene, start: Start) -> tuple[list[Piece], Array] | Reason:
-    """Lines up and out along the pod's axis; none where the tool is outside already."""
+    """Lines up and out along the pod's axis, by the least rise that is free; none where nothing is near."""
     tip = planner.arm.tip(start.q, start.pivot)
     depth = float((inverse(scene.T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
     touching = _near(planner, scene, start)
@@ -56,16 +58,36 @@ def _out_of_the_pod(planner: Planner, scene: Scene, start: Start) -> tuple[list[
         return touching
     if depth <= 0.0 and not touching:
         return [], start.q
-    checker = planner.checker(scene, start.pivot, touching=touching)
-    out = shifted(tip, -max(depth, 0.03) * scene.T_world_pod[:3, 0])
-    line = follow_line(planner.arm, checker, tip, out, start.pivot, start.q, "way out")
-    if isinstance(line, Reason):
-        return line
-    piece = Piece(
-        SegmentKind.RETREAT, line.waypoints, start.pivot, checker, touching=touching,
-        max_tool_speed=planner.settings.lift_speed,
-    )  # fmt: skip
-    return [piece], np.asarray(line.waypoints[-1])
+    reason = Reason("no way out", "where the robot stopped")
+    for rise in RISES:
+        out = _risen_and_out(planner, scene, start, tip, rise, max(depth, 0.0), touching)
+        if not isinstance(out, Reason):
+            return out
+        reason = out
+    return reason
+
+
+def _risen_and_out(
+    planner: Planner, scene: Scene, start: Start, tip: Array, rise: float, depth: float, touching: frozenset[str]
+) -> tuple[list[Piece], Array] | Reason:
+    """First away from what is touched, then up, then out."""
+    up, free = scene.T_world_pod[:3, 2], planner.checker(scene, start.pivot)
+    first = min(rise, FIRST)
+    freed, lifted = shifted(tip, first * up), shifted(tip, rise * up)
+    stages = [
+        (SegmentKind.DEPART, freed, planner.checker(scene, start.pivot, touching=touching), touching),
+        (SegmentKind.RETREAT, lifted, free, frozenset[str]()),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * scene.T_world_pod[:3, 0]), free, frozenset[str]()),
+    ]
+    pieces, q, here = [], start.q, tip
+    for kind, there, checker, allowed in stages:
+        line = follow_line(planner.arm, checker, here, there, start.pivot, q, "way out")
+        if isinstance(line, Reason):
+            return line
+        speed = planner.settings.lift_speed
+        pieces.append(Piece(kind, line.waypoints, start.pivot, checker, touching=allowed, max_tool_speed=speed))
+        q, here = np.asarray(line.waypoints[-1]), there
+    return pieces, q
 
 
 def _near(planner: Planner, scene: Scene, start: Start) -> frozenset[str] | Reason:

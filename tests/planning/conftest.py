@@ -1,0 +1,43 @@
+"""One warm planner, and a scene with one box in the middle of a bin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import pose
+from pickcli.planning.context import Planner
+
+SceneWith = Callable[..., Scene]
+
+
+@pytest.fixture(scope="session")
+def cell() -> Cell:
+    return load_cell("apc2016_delft")
+
+
+@pytest.fixture(scope="session")
+def planner(cell: Cell) -> Planner:
+    return Planner(cell)
+
+
+@pytest.fixture(scope="session")
+def scene_with(cell: Cell) -> SceneWith:
+    """scene_with(("crayola_24_ct", "bin_B", x, y), ...): items flat on the back part of the bins' floors."""
+
+    def make(*entries: tuple[str, str, float, float]) -> Scene:
+        placed = []
+        for name, bin_name, x, y in entries:
+            item, cell_bin = cell.item(name), cell.pod.bins[bin_name]
+            z = cell_bin.floor_back + float(item.shape.extents[2]) / 2 + 0.0005
+            T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([x, y, z])
+            placed.append(PlacedItem(name, item, bin_name, T))
+        noise = PoseNoise(0.002, float(np.radians(1.0)))
+        return Scene(cell, cell.T_world_pod, tuple(placed), noise)
+
+    return make

@@ -1,0 +1,125 @@
+"""plan_pick on the default cell: what comes out is whole, certified and repeatable; what cannot be is explained."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import Scene
+from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.motion.plan_file import motion_hash
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.context import Planner
+from pickcli.planning.move import plan_move
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.recover import plan_recovery
+from pickcli.planning.settings import Neighbours
+from pickcli.verification.verify import verify
+
+SceneWith = Callable[..., Scene]
+
+ORDER = [
+    SegmentKind.TRANSIT, SegmentKind.PREAPPROACH, SegmentKind.APPROACH, SegmentKind.CONTACT, SegmentKind.LIFT,
+    SegmentKind.RETREAT, SegmentKind.TRANSFER, SegmentKind.PLACE, SegmentKind.DEPART,
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def home(cell: Cell) -> Start:
+    named = cell.configurations["home"]
+    return Start(named.q, named.pivot)
+
+
+@pytest.mark.parametrize("bin_name", ["bin_A", "bin_E", "bin_L"])
+def test_a_free_item_is_picked_and_certified(
+    planner: Planner, scene_with: SceneWith, home: Start, bin_name: str
+) -> None:
+    scene = scene_with(("crayola_24_ct", bin_name, 0.25, 0.0))
+    plan = plan_pick(planner, scene, bin_name, "crayola_24_ct", home, seed=3)
+    kinds = [s.kind for s in plan.segments]
+    assert list(dict.fromkeys(kinds)) == ORDER
+    verdict = verify(plan, scene)
+    assert verdict.reasons == ()
+    assert verdict.certificate is not None and verdict.certificate.min_clearance > 0.0
+
+
+def test_same_query_same_motion_other_seed_may_differ(
+    planner: Planner, scene_with: SceneWith, home: Start
+) -> None:
+    scene = scene_with(("dove_beauty_bar", "bin_H", 0.2, 0.03))
+    first = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=1)
+    again = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=1)
+    assert motion_hash(first) == motion_hash(again)
+    np.testing.assert_array_equal(first.trajectory.positions, again.trajectory.positions)
+
+
+def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0))
+    first = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home)
+    assert first.grasp is not None
+    second = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home, exclude=[first.grasp])
+    assert second.grasp is not None
+    apart = np.linalg.norm(first.grasp.T_item_tip[:3, 3] - second.grasp.T_item_tip[:3, 3])
+    is_other = (first.grasp.face, first.grasp.kind) != (second.grasp.face, second.grasp.kind)
+    assert apart >= 0.012 or is_other
+
+
+def test_heavy_items_go_slower_than_the_cup_allows(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("dasani_water_bottle", "bin_K", 0.2, 0.0))
+    plan = plan_pick(planner, scene, "bin_K", "dasani_water_bottle", home)
+    tool = planner.cell.robot.tool
+    assert plan.grasp is not None
+    assert plan.speed_scale <= 0.5
+    assert plan.grasp.moment <= 0.8 * tool.max_moment + 1e-9
+    assert verify(plan, scene).reasons == ()
+
+
+def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(
+        ("crayola_24_ct", "bin_E", 0.33, 0.0), ("kleenex_paper_towels", "bin_E", 0.12, 0.0)
+    )  # fmt: skip
+    with pytest.raises(NoPlanError) as caught:
+        plan_pick(planner, scene, "bin_E", "crayola_24_ct", home)
+    assert "kleenex_paper_towels" in str(caught.value)
+    ignoring = Neighbours.IGNORE
+    assert plan_pick(planner, scene, "bin_E", "crayola_24_ct", home, neighbours=ignoring).grasp is not None
+
+
+def test_what_cannot_be_sucked_says_why(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("fitness_gear_3lb_dumbbell", "bin_B", 0.2, 0.0))
+    with pytest.raises(NoPlanError, match="pinching"):
+        plan_pick(planner, scene, "bin_B", "fitness_gear_3lb_dumbbell", home)
+
+
+def test_unknown_names_are_named(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
+    with pytest.raises(UnknownNameError, match="bin_Z"):
+        plan_pick(planner, scene, "bin_Z", "crayola_24_ct", home)
+    with pytest.raises(UnknownNameError, match="crayola_24_ct"):
+        plan_pick(planner, scene, "bin_B", "crayola_24", home)
+
+
+def test_a_move_arrives_and_a_blocked_goal_is_explained(
+    planner: Planner, scene_with: SceneWith, home: Start, cell: Cell
+) -> None:
+    scene = scene_with()
+    goal = cell.configurations["bin_K"].q
+    plan = plan_move(planner, scene, home, goal)
+    np.testing.assert_allclose(plan.trajectory.positions[-1], goal)
+    assert verify(plan, scene).reasons == ()
+    with pytest.raises(NoPlanError, match="goal"):
+        plan_move(planner, scene, home, cell.configurations["tote_10h"].q)
+
+
+def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plan = plan_pick(planner, scene, "bin_B", "crayola_24_ct", home)
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    stuck = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+    out = plan_recovery(planner, scene, stuck)
+    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
+    assert [s.kind for s in out.segments][0] is SegmentKind.DEPART
+    assert verify(out, scene).reasons == ()
