@@ -1,0 +1,44 @@
+"""Pictures and films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pedestal import BuildWorld
+
+from pickcli.errors import InputError
+from pickcli.simulation.camera import CELL_VIEW, Film, take_picture, write_png
+
+
+def test_a_picture_shows_something_and_is_the_same_twice(build_world: BuildWorld, tmp_path: Path) -> None:
+    from PIL import Image
+
+    world = build_world()
+    one, two = (take_picture(world.engine, CELL_VIEW, (160, 120)) for _ in range(2))
+    assert one.shape == (120, 160, 3)
+    assert np.array_equal(one, two)
+    assert len(np.unique(one.reshape(-1, 3), axis=0)) > 20
+    write_png(one, tmp_path / "picture.png")
+    assert np.array_equal(np.asarray(Image.open(tmp_path / "picture.png")), one)
+
+
+def test_a_film_has_a_frame_per_period(build_world: BuildWorld, tmp_path: Path) -> None:
+    from PIL import Image
+
+    world = build_world()
+    film = Film(rate=10.0, size=(80, 60))
+    world.act("cup_pivot", "straight")
+    world.wait(0.35, lambda w: film.look(w.engine, w.t))
+    film.write(tmp_path / "film.gif")
+    with Image.open(tmp_path / "film.gif") as image:
+        assert image.n_frames == 4
+        assert image.info["duration"] == 100
+
+
+def test_a_film_that_cannot_be_written_is_refused_before_it_is_shot(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="animated GIF"):
+        Film.named(tmp_path / "film.mp4")
+    with pytest.raises(InputError, match="nothing was filmed"):
+        Film().write(tmp_path / "film.gif")
