@@ -1,0 +1,102 @@
+"""``apc make-scene`` and ``apc execute``: what they write, print and refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene_file import read_scene, write_scene
+from pickcli.commands.execute import command as execute_command
+from pickcli.commands.make_scene import command as make_scene_command
+from pickcli.errors import InputError, RejectedError, TrialAbortedError
+from pickcli.motion.plan import Plan
+from pickcli.motion.plan_file import write_plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return load_cell("apc2016_delft")
+
+
+@pytest.fixture
+def order(tmp_path: Path) -> Path:
+    bins = {f"bin_{letter}": [] for letter in "ABCDEFGHIJKL"}
+    contents = {**bins, "bin_C": ["dove_beauty_bar", "crayola_24_ct"]}
+    work_order = [{"bin": "bin_C", "item": "dove_beauty_bar"}]
+    path = tmp_path / "order.json"
+    path.write_text(json.dumps({"bin_contents": contents, "tote_contents": [], "work_order": work_order}))
+    return path
+
+
+def rail_move(cell: Cell, distance: float = 0.1) -> Plan:
+    home = cell.configurations["home"].q
+    positions = np.array([home, home + distance * (np.arange(8) == 0)])
+    still = np.zeros_like(positions)
+    trajectory = Trajectory(cell.robot.joint_names, np.array([0.0, 0.8]), positions, still, still)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 0.8, PivotState.STRAIGHT, None)
+    return Plan("move", cell.fingerprint, "", 0, (segment,), trajectory, ())
+
+
+@pytest.fixture
+def files(cell: Cell, tmp_path: Path) -> tuple[Path, Path]:
+    """A plan and its scene."""
+    plan, scene = tmp_path / "plan.json", tmp_path / "scene.json"
+    write_plan(rail_move(cell), plan)
+    write_scene(Scene(cell, cell.T_world_pod, (), PoseNoise()), scene)
+    return plan, scene
+
+
+def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) -> None:
+    out, picture = tmp_path / "scene.json", tmp_path / "scene.png"
+    arguments = [str(order), "-o", str(out), "--seed", "3", "--picture", str(picture), "--json"]
+    result = CliRunner().invoke(make_scene_command, arguments, catch_exceptions=False)
+    told = json.loads(result.stdout)
+    assert sorted(told["bins"]["bin_C"]) == ["crayola_24_ct", "dove_beauty_bar"]
+    assert len(read_scene(out).items) == 2
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_make_scene_does_not_replace_files_unasked(order: Path, tmp_path: Path) -> None:
+    out = tmp_path / "scene.json"
+    out.write_text("mine")
+    with pytest.raises(InputError, match="--overwrite"):
+        CliRunner().invoke(
+            make_scene_command, [str(order), "-o", str(out)], catch_exceptions=False, standalone_mode=False
+        )
+    assert out.read_text() == "mine"
+
+
+def run_execute(plan: Path, scene: Path, *options: str) -> dict[str, object]:
+    arguments = [str(plan), "--scene", str(scene), "--json", *options]
+    result = CliRunner().invoke(execute_command, arguments, catch_exceptions=False, standalone_mode=False)
+    record = json.loads(result.stdout)
+    assert isinstance(record, dict)
+    return record
+
+
+def test_execute_runs_the_plan_and_films_it(files: tuple[Path, Path], tmp_path: Path) -> None:
+    film = tmp_path / "film.gif"
+    record = run_execute(*files, "--unverified", "--video", str(film))
+    assert record["stopped"] == "" and record["collisions"] == [] and record["limit_violations"] == []
+    assert film.read_bytes().startswith(b"GIF8")
+
+
+def test_execute_wants_a_certificate(files: tuple[Path, Path]) -> None:
+    with pytest.raises(RejectedError, match="apc verify"):
+        run_execute(*files)
+
+
+def test_broken_limits_are_told_and_abort(files: tuple[Path, Path], cell: Cell) -> None:
+    write_plan(rail_move(cell, distance=0.6), files[0])
+    with pytest.raises(TrialAbortedError, match="limit violations"):
+        run_execute(*files, "--unverified")
