@@ -158,4 +158,9 @@ def _lowered(grid: Grid, profile: Profile, ratios: Array, step: float, n_window:
 def _spread(values: Array, width: int) -> Array:
     """(K,) largest value within ``width`` cells centred on each."""
     padded = np.pad(values, (width // 2, width - 1 - width // 2))
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, width).max(axis=1))
+    done = 1
+    while done < width:  # maxima over twice as many cells each time
+        more = min(done, width - done)
+        padded = np.maximum(padded[:-more], padded[more:])
+        done += more
+    return np.asarray(padded)

@@ -94,7 +94,7 @@ def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajecto
 def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
     """Factor of time that the part driven by the law needs to keep the limits, at least 1."""
     t, q, v, a = _law_rows(trajectory, law)
-    at_points = float((np.abs(a) / limits.acceleration).max()) ** 0.5
+    at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
     if at_points > _HOPELESS:
         return at_points
     return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).stretch, 1.0)

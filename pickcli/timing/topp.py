@@ -86,31 +86,37 @@ def _highest(grid: Grid, slope: Array, width: Array) -> Array:
     top = grid.speed**2
     bent = np.flatnonzero(~grid.is_line)
     m, c = slope[bent], width[bent]
-    gap = m[:, :, None] - m[:, None, :]
-    both = c[:, :, None] + c[:, None, :]
-    pairs = np.where(gap > 0.0, both / np.where(gap > 0.0, gap, 1.0), np.inf)
-    top[bent] = np.minimum(top[bent], pairs.min(axis=(1, 2)))
+    # Strips j and k meet up to x = (c_j + c_k) / (m_j - m_k).
+    parting = ((m[:, :, None] - m[:, None, :]) / (c[:, :, None] + c[:, None, :])).max(axis=(1, 2))
+    top[bent] = np.minimum(top[bent], 1.0 / np.maximum(parting, _TINY))
     top[0] = top[-1] = 0.0
     return top
+
+
+# Both passes are chains of a few thousand numbers: plain floats beat small arrays there.
 
 
 def _backward(top: Array, slope: Array, width: Array, step: Array) -> Array:
     """(M,) upper ends of the controllable sets: from there the end can still be reached at rest."""
     reach = 1.0 + step[:, None] * slope
-    reach = np.where(reach > _TINY, reach, _TINY)
-    room = step[:, None] * width
-    x = top.copy()
+    per_reach = (1.0 / np.where(reach > _TINY, reach, _TINY)).tolist()
+    room = (step[:, None] * width).tolist()
+    x = top.tolist()
     for i in range(len(x) - 2, -1, -1):
-        x[i] = min(top[i], ((x[i + 1] + room[i]) / reach[i]).min())
-    return x
+        after = x[i + 1]
+        x[i] = min(x[i], min([(after + r) * p for r, p in zip(room[i], per_reach[i], strict=True)]))
+    return np.array(x)
 
 
 def _forward(controllable: Array, slope: Array, width: Array, step: Array) -> Array:
     """(M,) the fastest x: always the largest acceleration that stays controllable."""
-    x = controllable.copy()
+    room, tilt = (step[:, None] * width).tolist(), (step[:, None] * slope).tolist()
+    x = controllable.tolist()
     for i in range(len(x) - 1):
-        x[i + 1] = max(min(controllable[i + 1], x[i] + step[i] * (width[i] + slope[i] * x[i]).min()), 0.0)
-    return x
+        here = x[i]
+        gain = min([r + t * here for r, t in zip(room[i], tilt[i], strict=True)])
+        x[i + 1] = max(min(x[i + 1], here + gain), 0.0)
+    return np.array(x)
 
 
 def _profile(grid: Grid, x: Array, width: Array) -> Profile:
