@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 
-def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Rotation matrix (3, 3) of fixed-axis roll, pitch, yaw in rad (URDF's convention)."""
+def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) -> Array:
+    """Rotation matrix (3, 3) of fixed-axis roll, pitch, yaw in rad (URDF's convention); (3, 3, n) of n."""
     cr, sr, cp, sp, cy, sy = (
         np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw),
     )  # fmt: skip

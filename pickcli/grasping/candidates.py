@@ -75,16 +75,13 @@ def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
 
 def _reachable(face: Face, T_bin_item: Array, cell_bin: Bin, rng: np.random.Generator, n: int) -> list[Array]:
     """Up to n random places on a face for which a level lance clears the lips of the mouth."""
-    found = []
-    for T_item_tip in face.region.sample(rng, TRIES_PER_PLACE * n):
-        T = T_bin_item @ T_item_tip
-        # The pivoted cup points down or aside; its lance then lies above or beside the tip.
-        height = T[2, 3] - PIVOT_LENGTH * T[2, 2] if T[0, 2] < np.cos(MAX_FRONTAL_TILT) else T[2, 3]
-        if LANCE_CLEAR <= height <= cell_bin.mouth_height - LANCE_CLEAR:
-            found.append(T_item_tip)
-        if len(found) == n:
-            break
-    return found
+    samples = face.region.sample(rng, TRIES_PER_PLACE * n)
+    T = T_bin_item @ samples
+    # The pivoted cup points down or aside; its lance then lies above or beside the tip.
+    is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
+    height = T[:, 2, 3] - np.where(is_pivoted, PIVOT_LENGTH * T[:, 2, 2], 0.0)
+    is_clear = (height >= LANCE_CLEAR) & (height <= cell_bin.mouth_height - LANCE_CLEAR)
+    return list(samples[is_clear][:n])
 
 
 def _facing(face: str, item: Item, T_bin_item: Array) -> list[Array]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.geometry import Array, inverse, pose
+from pickcli.geometry import Array, inverse, pose, rotation_rpy
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,11 @@ class TaskSpaceRegion:
     def sample(self, rng: np.random.Generator, n: int) -> Array:
         """n tool poses (n, 4, 4) in the object frame, uniform in the six displacements."""
         low, high = self.bounds[:, 0], self.bounds[:, 1]
-        return np.stack([self.pose_at(low + (high - low) * rng.random(6)) for _ in range(n)])
+        d = low + (high - low) * rng.random((n, 6))
+        D = np.tile(np.eye(4), (n, 1, 1))
+        D[:, :3, :3] = np.moveaxis(rotation_rpy(*d[:, 3:].T), -1, 0)
+        D[:, :3, 3] = d[:, :3]
+        return np.asarray(self.T_object_region @ D @ self.T_region_tool)
 
     def centre(self) -> Array:
         """The tool pose (4, 4) in the middle of the bounds."""

@@ -14,6 +14,7 @@ import numpy as np
 from pickcli.cartesian.corridor import Corridor, LiftPoses, along, corridors
 from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.keyposes import PickPoses, pick_poses
+from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import Held, SceneChecker
@@ -88,6 +89,23 @@ class BinQuery:
             touching |= {near}
         return touching
 
+    @cached_property
+    def empty(self) -> dict[PivotState, SceneChecker]:
+        """Checkers of the empty tool by pivot state."""
+        return {
+            pivot: self.planner.checker(self.scene, pivot, without=self.ignored)
+            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+        }
+
+    @cached_property
+    def meeting(self) -> dict[PivotState, SceneChecker]:
+        """The same, where the cup may touch the target."""
+        target = frozenset({self.target.id})
+        return {
+            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=target)
+            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+        }
+
     def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
         """The target by itself, displaced along the bin's axes."""
         return Ghost(
@@ -112,10 +130,7 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
     solutions = planner.arm.solve(poses.contact, grasp.pivot, _seeds(query, rng))
     if len(solutions) == 0:
         return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(poses.contact))]
-    empty = planner.checker(query.scene, grasp.pivot, without=query.ignored)
-    meeting = planner.checker(
-        query.scene, grasp.pivot, without=query.ignored, touching=frozenset({query.target.id})
-    )
+    empty, meeting = query.empty[grasp.pivot], query.meeting[grasp.pivot]
     reasons: list[Reason] = []
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
         if not meeting.is_free(q_contact):

@@ -29,7 +29,7 @@ class PickSettings:
     start_dwell: float = 0.0
     load_ratio: float = 0.8  # of the cup's limits that planned motion may use
     max_candidates: int = 48  # grasps tried per query
-    wanted: int = 4  # feasible grasps among which the best whole motion is chosen
+    wanted: int = 3  # feasible grasps among which the best whole motion is chosen
     solutions_per_grasp: int = 4  # inverse-kinematics branches followed per grasp
     shortcuts: int = 60
     rrt_iterations: int = 4000
