@@ -20,10 +20,11 @@ ABOVE_PILE = 0.025  # m between the item and what lies below it when it is relea
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
-PER_ORIENTATION = 3
+LANCE_TURN_COST = 0.03  # m of drop that a turn of 1 rad is worth
+PER_ORIENTATION = 2
 MAX_DROP = 0.28  # m from the item's lowest point to the tote's floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
-LEVEL_LANCE = np.radians(50.0)  # how far a level lance may turn away from pointing across the tote
+LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from pointing across the tote
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,29 +44,32 @@ class Drop:
     depart: Line  # up again, empty
 
 
-def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 24) -> tuple[Spot, ...] | Reason:
+def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 30) -> tuple[Spot, ...] | Reason:
     """Places in the tote where the item fits between the walls, lowest pile first.
 
     Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
     cannot reach next to it either.
     """
     found: list[Spot] = []
-    for R in _orientations(pivot):
-        found += sorted(_grid(scene, held, pivot, R), key=lambda s: s.cost)[:PER_ORIENTATION]
+    for price, R in _orientations(pivot):
+        grid = sorted(_grid(scene, held, pivot, R, price), key=lambda s: s.cost)
+        found += grid[:PER_ORIENTATION]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
         return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
     return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
 
 
-def _orientations(pivot: PivotState) -> list[Array]:
-    """Tool orientations with the cup pointing straight down."""
+def _orientations(pivot: PivotState) -> list[tuple[float, Array]]:
+    """Tool orientations with the cup pointing straight down, and what each costs: a level lance that
+    points across the tote, as the arm comes, is the easiest to reach."""
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
     turns = [a for a in YAWS if pivot is PivotState.STRAIGHT or abs(a) <= LEVEL_LANCE]
-    return [rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down for a in turns]
+    price = 0.0 if pivot is PivotState.STRAIGHT else LANCE_TURN_COST
+    return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
-def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array) -> list[Spot]:
+def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float) -> list[Spot]:
     """A grid of release poses for one tool orientation."""
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
@@ -89,7 +93,7 @@ def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array) -> list[Spot]:
                 continue
             release = pose([centre[0] - T[0, 3], centre[1] - T[1, 3], tip], R=R)
             rise = max(LEAST_RISE, rim + ABOVE_RIM - lowest)
-            cost = (lowest - pile) + 2.0 * (pile - floor) + 0.3 * rise
+            cost = (lowest - pile) + 2.0 * (pile - floor) + 0.3 * rise + price
             out.append(Spot(shifted(release, np.array([0, 0, rise])), release, float(cost)))
     return out
 

@@ -172,16 +172,14 @@ def _drops(
     found: list[tuple[Spot, Drop]] = []
     carrying = planner.checker(query.scene, pivot, held=chosen.held, without=frozenset({query.target.id}))
     for spot in places:
-        seeds = np.vstack([chosen.retreat.waypoints[-1][None], *[q[None] for q in named], planner.arm.random_seeds(rng, 3)])
-        for q in planner.arm.solve(spot.above, pivot, seeds)[:3]:
-            if not carrying.is_free(q):
-                continue
+        seeds = np.vstack([chosen.retreat.waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
+        solutions = planner.arm.solve(spot.above, pivot, seeds)
+        for q in solutions[carrying.are_free(solutions)]:
             drop = plan_drop(planner, query.scene, chosen.held, pivot, query.target.id, spot, q)
-            if isinstance(drop, Reason):
-                reasons.append(drop)
-                continue
-            found.append((spot, drop))
-            break
+            if not isinstance(drop, Reason):
+                found.append((spot, drop))
+                break
+            reasons.append(drop)
         if len(found) >= n_most:
             return found
     if not found:
