@@ -92,7 +92,11 @@ def _summary(order: str, seed: int, result: TrialResult) -> dict[str, Any]:
         "max_score": result.score.maximum,
         "collisions": result.n_collisions,
         "limit_violations": result.n_limit_violations,
-        "missed": {t.target.item: f"{t.outcome}: {t.reason}"[:160] for t in result.targets if t.outcome is not Outcome.IN_TOTE},
+        "missed": {
+            t.target.item: f"{t.outcome}: {t.reason}"[:160]
+            for t in result.targets
+            if t.outcome is not Outcome.IN_TOTE
+        },
     }
 
 
@@ -100,7 +104,13 @@ def _spread(values: list[float]) -> dict[str, float]:
     if not values:
         return {"n": 0}
     median, p95, p99 = np.percentile(values, [50, 95, 99])
-    return {"n": len(values), "median": float(median), "p95": float(p95), "p99": float(p99), "max": max(values)}
+    return {
+        "n": len(values),
+        "median": float(median),
+        "p95": float(p95),
+        "p99": float(p99),
+        "max": max(values),
+    }
 
 
 def main() -> None:

@@ -101,7 +101,9 @@ class NoPlanError(ApcError):
 
 def _told(reasons: Sequence[Reason]) -> str:
     """The first of several reasons of one kind, and how many there are."""
-    return str(reasons[0]) if len(reasons) == 1 else f"{len(reasons)} times {reasons[0].what}, e.g. {reasons[0]}"
+    return (
+        str(reasons[0]) if len(reasons) == 1 else f"{len(reasons)} times {reasons[0].what}, e.g. {reasons[0]}"
+    )
 
 
 class TrialAbortedError(ApcError):

@@ -38,7 +38,7 @@ def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:
 
 def pose(
     xyz: Sequence[float] | Array = (0.0, 0.0, 0.0),
-    rpy: Sequence[float] | None = None,
+    rpy: Sequence[float] | Array | None = None,
     R: Array | None = None,
 ) -> Array:
     """Pose (4, 4) from a position in m and either rpy in rad or a rotation matrix (3, 3)."""

@@ -59,7 +59,13 @@ def along(corridor: Corridor, T_world_bin: Array, T_world_item: Array, contact: 
 
 
 def corridors(
-    cell_bin: Bin, T_bin_item: Array, shape: Shape, leaving: Ghost, carrying: Ghost, first: float, n_most: int = 4
+    cell_bin: Bin,
+    T_bin_item: Array,
+    shape: Shape,
+    leaving: Ghost,
+    carrying: Ghost,
+    first: float,
+    n_most: int = 4,
 ) -> tuple[Corridor, ...] | Reason:
     """Proven corridors, the shortest first; or why there is none.
 
@@ -103,7 +109,9 @@ def _explained(c: Corridor, carrying: Ghost) -> Reason:
     places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat for s in (0.2, 0.4, 0.6, 0.8)}
     contacts = {where: carrying.clearance(d) for where, d in places.items()}
     where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
-    return Reason("no way out", "lift", f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}")
+    return Reason(
+        "no way out", "lift", f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}"
+    )
 
 
 def _turned(yaw: float, pitch: float) -> Array:
@@ -128,7 +136,9 @@ def _is_tighter(halves: list[float], room: float) -> bool:
     return halves[len(halves) // 2] - min(halves) > 0.003 and room - 2 * halves[len(halves) // 2] < TIGHT
 
 
-def _options(cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float], first: float) -> list[Corridor] | Reason:
+def _options(
+    cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float], first: float
+) -> list[Corridor] | Reason:
     """Corridors that fit through the mouth, shortest way first."""
     spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:

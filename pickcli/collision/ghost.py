@@ -20,9 +20,10 @@ FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line 
 
 
 class Ghost:
-    """The item at a pose, displaced by d (5,): m along the axes of a frame, rad about its z axis, then about its y.
+    """The item at a pose, displaced by d (5,): m along the axes of a frame, rad about its z, then its y axis.
 
-    It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m, uncertainty of the item's own pose.
+    It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m,
+    uncertainty of the item's own pose.
     without: ids of items that are not there (the item itself among them). touching: names it may touch.
     """
 
@@ -43,12 +44,19 @@ class Ghost:
         chain = Chain(kinds, frames, axes, np.arange(5, dtype=np.int32))
         turned = cover.moved(_rotation(R_world_axes.T @ T_world_item[:3, :3]))
         self._kernel = Checker(
-            chain, turned.centers, turned.radii, np.full(len(turned.radii), 4, np.int32), np.zeros((0, 2), np.int32)
+            chain,
+            turned.centers,
+            turned.radii,
+            np.full(len(turned.radii), 4, np.int32),
+            np.zeros((0, 2), np.int32),
         )
         ignored = np.zeros(len(world.names), np.uint64)
         ignored[world.indices(touching - without)] = np.uint64(1 << 4)
         self._kernel.set_world(
-            world.T_world_box[self._kept], world.half_extents[self._kept], world.groups[self._kept], ignored[self._kept]
+            world.T_world_box[self._kept],
+            world.half_extents[self._kept],
+            world.groups[self._kept],
+            ignored[self._kept],
         )
 
     def is_free(self, d: Array) -> bool:

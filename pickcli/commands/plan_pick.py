@@ -21,7 +21,13 @@ from pickcli.commands.planner import artifact_options, load_planner, parse_confi
 @scene_option
 @click.option("--bin", "bin_name", required=True, help="Bin to pick from, e.g. bin_C.")
 @click.option("--item", required=True, help="Item name, or instance id of the scene (name#2).")
-@click.option("--from", "start", default="home", show_default=True, help="Named configuration, or q as numbers with commas.")
+@click.option(
+    "--from",
+    "start",
+    default="home",
+    show_default=True,
+    help="Named configuration, or q as numbers with commas.",
+)
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"]), default="avoid", show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
 @artifact_options

@@ -77,7 +77,9 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState]:
         raise UnknownNameError("configuration", text, list(cell.configurations)) from None
     names = cell.robot.joint_names
     if len(q) != len(names) or not np.all(np.isfinite(q)):
-        raise InputError(f"configuration {text!r}: expected {len(names)} finite numbers ({' '.join(names)}), got {len(q)}")
+        raise InputError(
+            f"configuration {text!r}: expected {len(names)} finite numbers ({' '.join(names)}), got {len(q)}"
+        )
     limits = cell.robot.limits
     for name, value, low, high in zip(names, q, limits.lower, limits.upper, strict=True):
         if not low <= value <= high:
@@ -94,7 +96,9 @@ def report_plan(plan: Plan, path: Path) -> dict[str, Any]:
         "segments": ", ".join(f"{s.kind} {s.t_end - s.t_start:.2f} s" for s in plan.segments),
         "grasp": None if grasp is None else f"{grasp.kind} on face {grasp.face}",
         "speed_scale": plan.speed_scale,
-        "events": ", ".join(f"{e.device} {e.action} at {e.t_trigger:.3f} s" for e in plan.events if e.t_trigger is not None),
+        "events": ", ".join(
+            f"{e.device} {e.action} at {e.t_trigger:.3f} s" for e in plan.events if e.t_trigger is not None
+        ),
         "certified": plan.certificate is not None,
         "statistics": {key: round(value, 2) for key, value in plan.statistics.items()},
         "plan": str(path),

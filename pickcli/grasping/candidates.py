@@ -134,9 +134,7 @@ def _placements(
     for x_target, turn in targets:
         T = turned(T_item_tip, _turn_towards(R, x_target))
         score = ratio + tilt / np.pi + 0.3 * turn / np.pi + (0.15 if kind == "side" else 0.0)
-        grasps.append(
-            Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear)
-        )
+        grasps.append(Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear))
     return grasps, None
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import NoPlanError, Reason
@@ -35,7 +36,13 @@ class Coarse:
 
 
 def plan_coarse(
-    planner: Planner, checker: SceneChecker, q_start: Array, goals: Array, extra: Sequence[float], seed: int, where: str
+    planner: Planner,
+    checker: SceneChecker,
+    q_start: Array,
+    goals: Array,
+    extra: Sequence[float],
+    seed: int,
+    where: str,
 ) -> Coarse | Reason:
     """The fastest motion found from q_start (n,) to any of the goals (G, n), or why there is none.
 
@@ -53,13 +60,16 @@ def plan_coarse(
     if isinstance(searched, Reason):
         return straight or searched
     found = Coarse(searched.waypoints, int(order[searched.goal]), searched.duration, searched.source)
-    if straight is not None and straight.duration + extra[straight.goal] <= found.duration + extra[found.goal]:
+    if (
+        straight is not None
+        and straight.duration + extra[straight.goal] <= found.duration + extra[found.goal]
+    ):
         return straight
     return found
 
 
 def _straight(
-    checker: SceneChecker, q_start: Array, goals: Array, least: Sequence[float], order: Sequence[int]
+    checker: SceneChecker, q_start: Array, goals: Array, least: Sequence[float], order: NDArray[np.intp]
 ) -> Coarse | None:
     """The fastest goal that a straight edge reaches."""
     for g in order:
@@ -78,7 +88,9 @@ def _searched(
     settings = planner.settings
     options = QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts)
     try:
-        route = query(planner.roadmap, checker, planner.space, q_start, goals, seed=seed, options=options, label=where)
+        route = query(
+            planner.roadmap, checker, planner.space, q_start, goals, seed=seed, options=options, label=where
+        )
     except NoPlanError as error:
         reason = error.reasons[0]
         return Reason(reason.what, f"{where}, {reason.where}", reason.detail)
@@ -94,5 +106,7 @@ def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Arra
     for g, goal in enumerate(goals):
         motion = planner.database.between(q_start, goal, payload)
         if motion is not None and checker.path_is_free(motion.path.waypoints) == -1:
-            return Coarse(motion.path.waypoints, g, estimated_duration(planner.space, motion.path.waypoints), "database")
+            return Coarse(
+                motion.path.waypoints, g, estimated_duration(planner.space, motion.path.waypoints), "database"
+            )
     return None

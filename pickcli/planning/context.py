@@ -24,7 +24,7 @@ RESERVE = 0.001  # m that coarse motions are planned with on top of the clearanc
 
 @dataclass(eq=False)
 class Planner:
-    """A warm planner. ``stored`` roadmap and ``database`` may be absent: then every coarse query is planned."""
+    """A warm planner. ``stored`` and ``database`` may be absent: then every coarse query is planned."""
 
     cell: Cell
     stored: Roadmap | None = None

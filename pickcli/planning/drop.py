@@ -123,4 +123,3 @@ def plan_drop(
 def released_pose(spot: Spot, held: Held) -> Array:
     """Pose (4, 4) in the world of the item at the moment of release."""
     return np.asarray(spot.release @ held.T_tip_item)
-

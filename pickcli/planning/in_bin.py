@@ -109,8 +109,8 @@ class BinQuery:
     def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
         """The target by itself, displaced along the bin's axes."""
         return Ghost(
-            self.planner.model, self.scene, self.target.item, self.target.T_world_item, self.T_world_bin[:3, :3],
-            self.uncertainty, self.ignored | {self.target.id}, touching,
+            self.planner.model, self.scene, self.target.item, self.target.T_world_item,
+            self.T_world_bin[:3, :3], self.uncertainty, self.ignored | {self.target.id}, touching,
         )  # fmt: skip
 
     @cached_property
@@ -118,7 +118,9 @@ class BinQuery:
         """The ways out for the target by itself."""
         shape = self.target.item.shape.inflated(self.uncertainty)
         first = self.planner.settings.lift_contact
-        return corridors(self.cell_bin, self.T_bin_item, shape, self.ghost(self.touching), self.ghost(), first)
+        return corridors(
+            self.cell_bin, self.T_bin_item, shape, self.ghost(self.touching), self.ghost(), first
+        )
 
 
 def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBin | list[Reason]:

@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import Grasp, Plan
-from pickcli.planning.assemble import PickMotion, assemble_pick
+from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import RESERVE, Planner, derived_rng, derived_seed
 from pickcli.planning.drop import Drop, Spot, plan_drop, spots
 from pickcli.planning.in_bin import BinQuery, InBin, plan_in_bin
+from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
 from pickcli.roadmap.cost import estimated_duration
 
@@ -76,7 +77,9 @@ def plan_pick(
     raise NoPlanError(label, reasons)
 
 
-def _feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tuple[list[InBin], list[Reason]]:
+def _feasible_grasps(
+    query: BinQuery, seed: int, exclude: Sequence[Grasp]
+) -> tuple[list[InBin], list[Reason]]:
     """Grasps whose lines inside the bin are all proven, at most ``wanted`` of them, best first."""
     planner, target = query.planner, query.target
     rng = derived_rng(seed, "grasps", target.id)

@@ -16,10 +16,11 @@ from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.assemble import COARSE_BLEND, Piece, assemble_pieces
+from pickcli.planning.assemble import assemble_pieces
 from pickcli.planning.coarse import plan_coarse
 from pickcli.planning.context import Planner, derived_seed
 from pickcli.planning.pick import Start
+from pickcli.planning.pieces import COARSE_BLEND, Piece
 
 SAFE = "home"
 FIRST = 0.02  # m of the way up in which the cup may still touch what it touches
@@ -68,7 +69,13 @@ def _out_of_the_pod(planner: Planner, scene: Scene, start: Start) -> tuple[list[
 
 
 def _risen_and_out(
-    planner: Planner, scene: Scene, start: Start, tip: Array, rise: float, depth: float, touching: frozenset[str]
+    planner: Planner,
+    scene: Scene,
+    start: Start,
+    tip: Array,
+    rise: float,
+    depth: float,
+    touching: frozenset[str],
 ) -> tuple[list[Piece], Array] | Reason:
     """First away from what is touched, then up, then out."""
     up, free = scene.T_world_pod[:3, 2], planner.checker(scene, start.pivot)
@@ -85,7 +92,9 @@ def _risen_and_out(
         if isinstance(line, Reason):
             return line
         speed = planner.settings.lift_speed
-        pieces.append(Piece(kind, line.waypoints, start.pivot, checker, touching=allowed, max_tool_speed=speed))
+        pieces.append(
+            Piece(kind, line.waypoints, start.pivot, checker, touching=allowed, max_tool_speed=speed)
+        )
         q, here = np.asarray(line.waypoints[-1]), there
     return pieces, q
 

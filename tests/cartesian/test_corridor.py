@@ -17,8 +17,8 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, pose, transform_points
 
 BIN = Bin(
-    "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297, 0.21, 0.255, 0.236,
-    ("slope", "flat"),
+    "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297,
+    0.21, 0.255, 0.236, ("slope", "flat"),
 )  # fmt: skip
 FIRST = 0.05
 
@@ -50,11 +50,21 @@ def corners(T: Array, extents: tuple[float, ...]) -> Array:
     return transform_points(T, signs * np.array(extents) / 2)
 
 
-@given(st.floats(0.08, 0.35), st.floats(-0.08, 0.08), st.floats(0.02, 0.12), st.floats(-3.1, 3.1), st.floats(-0.08, 0.08))
-def test_the_item_passes_the_mouth_and_ends_outside(x: float, y: float, size: float, yaw: float, pitch: float) -> None:
+@given(
+    st.floats(0.08, 0.35),
+    st.floats(-0.08, 0.08),
+    st.floats(0.02, 0.12),
+    st.floats(-3.1, 3.1),
+    st.floats(-0.08, 0.08),
+)
+def test_the_item_passes_the_mouth_and_ends_outside(
+    x: float, y: float, size: float, yaw: float, pitch: float
+) -> None:
     extents = (size, size * 0.7, size * 0.9)
     T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
-    found = corridors(BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST)
+    found = corridors(
+        BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST
+    )
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
     for corridor in found:
@@ -78,7 +88,9 @@ def test_an_item_that_only_fits_when_turned_is_turned() -> None:
 
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
-    reason = corridors(BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST)
+    reason = corridors(
+        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST
+    )
     assert isinstance(reason, Reason)
     assert "100 x 230 mm" in reason.detail
 

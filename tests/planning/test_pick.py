@@ -1,4 +1,4 @@
-"""plan_pick on the default cell: what comes out is whole, certified and repeatable; what cannot be is explained."""
+"""plan_pick on the default cell: what comes out is whole, certified, repeatable; what cannot be says why."""
 
 from __future__ import annotations
 
@@ -67,7 +67,9 @@ def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: Scene
     assert apart >= 0.012 or is_other
 
 
-def test_heavy_items_go_slower_than_the_cup_allows(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_heavy_items_go_slower_than_the_cup_allows(
+    planner: Planner, scene_with: SceneWith, home: Start
+) -> None:
     scene = scene_with(("dasani_water_bottle", "bin_K", 0.2, 0.0))
     plan = plan_pick(planner, scene, "bin_K", "dasani_water_bottle", home)
     tool = planner.cell.robot.tool
@@ -121,5 +123,5 @@ def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith
     stuck = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
     out = plan_recovery(planner, scene, stuck)
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
-    assert [s.kind for s in out.segments][0] is SegmentKind.DEPART
+    assert out.segments[0].kind is SegmentKind.DEPART
     assert verify(out, scene).reasons == ()

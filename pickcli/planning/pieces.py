@@ -1,0 +1,113 @@
+"""The pieces of a motion before they have a time: each one's path, how fast it may go, what proves it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cartesian.follow import Line
+from pickcli.cell.robot import PivotState
+from pickcli.collision.checker import SceneChecker
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.coarse import Coarse
+from pickcli.planning.drop import Drop
+from pickcli.planning.in_bin import BinQuery, InBin
+
+FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
+COARSE_BLEND = 0.05
+STANDING = 1e-6  # joint units of path below which a piece does not move at all
+
+
+@dataclass(frozen=True, eq=False)
+class PickMotion:
+    """The geometry of a whole pick."""
+
+    in_bin: InBin
+    transit: Coarse
+    transit_pivot: PivotState  # MOVING where the cup turns on the way
+    transfer: Coarse
+    drop: Drop
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One segment before it has a time.
+
+    waypoints: (N, n). held: id of the item in the cup. touching: names that cup and held item may touch.
+    max_tool_speed: m/s. blend: joint units, how far corners may be rounded. scale: of all limits.
+    """
+
+    kind: SegmentKind
+    waypoints: Array
+    pivot: PivotState
+    checker: SceneChecker
+    held: str | None = None
+    touching: frozenset[str] = frozenset()
+    max_tool_speed: float | None = None
+    blend: float = FINE
+    scale: float = 1.0
+
+
+def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
+    """From where the robot is to the cup pressed on the item."""
+    planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
+    pivot, kind = in_bin.grasp.pivot, SegmentKind
+    empty, meeting = query.empty[pivot], query.meeting[pivot]
+    transit = planner.checker(query.scene, motion.transit_pivot)
+    # The cup touches the target; once it holds it, the target still touches what it rests on.
+    touching = frozenset({query.target.id}) | in_bin.touching
+    contact_speed = planner.cell.robot.tool.contact_speed
+
+    def line(kind: SegmentKind, path: Line, speed: float) -> Piece:
+        return Piece(kind, path.waypoints, pivot, empty, max_tool_speed=speed)
+
+    contact = line(kind.CONTACT, in_bin.contact, contact_speed)
+    return [
+        Piece(kind.TRANSIT, motion.transit.waypoints, motion.transit_pivot, transit, blend=COARSE_BLEND),
+        line(kind.PREAPPROACH, in_bin.preapproach, settings.preapproach_speed),
+        line(kind.APPROACH, in_bin.approach, settings.approach_speed),
+        replace(contact, checker=meeting, touching=touching),
+    ]
+
+
+def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
+    """With the item out of the bin and down into the tote."""
+    planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
+    pivot, target, kind = in_bin.grasp.pivot, query.target.id, SegmentKind
+    gone, held = in_bin.ignored | {target}, in_bin.held
+    leaving = planner.checker(query.scene, pivot, held=held, without=gone, touching=in_bin.touching)
+    carrying = planner.checker(query.scene, pivot, held=held, without=gone)
+    outside = planner.checker(query.scene, pivot, held=held, without=frozenset({target}))
+
+    def line(kind: SegmentKind, path: Line, speed: float, checker: SceneChecker) -> Piece:
+        return Piece(kind, path.waypoints, pivot, checker, held=target, max_tool_speed=speed)
+
+    freed = line(kind.LIFT, in_bin.freed, settings.lift_speed, leaving)
+    return [
+        replace(freed, touching=in_bin.touching),
+        line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
+        line(kind.RETREAT, in_bin.retreat, settings.retreat_speed, carrying),
+        Piece(kind.TRANSFER, motion.transfer.waypoints, pivot, outside, held=target, blend=COARSE_BLEND),
+        line(kind.PLACE, motion.drop.place, settings.place_speed, outside),
+    ]
+
+
+def way_up(query: BinQuery, motion: PickMotion) -> list[Piece]:
+    """Empty again, straight up from the release."""
+    pivot, planner = motion.in_bin.grasp.pivot, query.planner
+    checker = planner.checker(query.scene, pivot, without=frozenset({query.target.id}))
+    speed = planner.settings.place_speed
+    depart = motion.drop.depart.waypoints
+    return [Piece(SegmentKind.DEPART, depart, pivot, checker, max_tool_speed=speed)]
+
+
+def moving(pieces: Sequence[Piece], speed_scale: float) -> list[Piece]:
+    """The pieces that move at all, at the cell's speed."""
+    return [
+        replace(piece, scale=speed_scale * piece.scale)
+        for piece in pieces
+        if float(np.abs(np.diff(piece.waypoints, axis=0)).sum()) > STANDING
+    ]

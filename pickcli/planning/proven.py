@@ -1,0 +1,124 @@
+"""Runs that are timed and proven: one stitched motion between two stops, slow enough for what it carries."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.grasping.holding import Load
+from pickcli.motion.plan import Grasp
+from pickcli.planning.context import Planner
+from pickcli.planning.payload import carried_load, path_load
+from pickcli.planning.pieces import Piece
+from pickcli.timing.chords import trajectory_chords
+from pickcli.timing.run import RunPart, TimedRun, time_run
+
+SLOWER = 0.9  # speed is lowered by at least this factor at a time until the cup holds
+SLOWEST = 0.1
+NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exact to 1e-8 of it
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """A run with an item: how much slower it goes than the limits allow, and what the cup feels."""
+
+    run: TimedRun
+    scale: float
+    load: Load
+
+
+def proven_run(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
+    """One run over the pieces whose timed motion is proven free."""
+    failed: Reason | None = None
+    for are_blends_proven in (False, True):
+        run = _timed(planner, pieces, 1.0, are_blends_proven)
+        if isinstance(run, Reason):
+            return run
+        failed = prove(run, pieces)
+        if failed is None:
+            return run
+    assert failed is not None
+    return failed
+
+
+def carried_run(planner: Planner, pieces: Sequence[Piece], grasp: Grasp, item: Item) -> Carried | Reason:
+    """The same with an item, slowed down until the cup holds under gravity and acceleration."""
+    tool, most = planner.cell.robot.tool, planner.settings.load_ratio
+    where = f"{grasp.kind} grasp on face {grasp.face}"
+    waypoints = np.vstack([piece.waypoints for piece in pieces])
+    still = path_load(planner.arm, grasp.pivot, waypoints, grasp, item.mass)
+    if still.ratio(tool) > most:
+        return Reason(
+            "does not hold", where, f"{still} at rest on the way, {still.ratio(tool):.2f} of the limit"
+        )
+    scale, are_blends_proven = item.speed_scale, False
+    while True:
+        run = _timed(planner, pieces, scale, are_blends_proven)
+        if isinstance(run, Reason):
+            return run
+        load = carried_load(planner.arm, grasp.pivot, run.trajectory, grasp, item.mass)
+        ratio = load.ratio(tool)
+        if ratio <= most:
+            failed = prove(run, pieces)
+            if failed is None:
+                return Carried(run, scale, load)
+            if are_blends_proven:
+                return failed
+            are_blends_proven = True
+        elif scale <= SLOWEST:
+            return Reason(
+                "does not hold", where, f"{load} at {scale:.0%} of the speed, {ratio:.2f} of the limit"
+            )
+        else:
+            # What motion adds to the load at rest goes with the acceleration, and that with the scale.
+            gain = (most - still.ratio(tool)) / (ratio - still.ratio(tool))
+            scale = max(SLOWEST, scale * min(SLOWER, gain))
+
+
+def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
+    """Prove the timed motion itself free, quintic by quintic, by the checker of the piece it lies in.
+
+    What reaches into two pieces is proven by both. None when all is free.
+    """
+    chords, slack = trajectory_chords(run.trajectory)
+    times = run.trajectory.times
+    for piece, t_start, t_end in zip(pieces, run.part_times[:-1], run.part_times[1:], strict=True):
+        first = max(0, int(np.searchsorted(times, t_start, side="right")) - 1)
+        last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
+        if last <= first:
+            continue
+        i = piece.checker.path_is_free(chords[first : last + 1], slack[first:last])
+        if i >= 0:
+            reason = piece.checker.explain_edge(chords[first + i], chords[first + i + 1])
+            where = f"{piece.kind} at {times[first + i]:.3f} s"
+            return Reason("the timed motion is not proven free", where, str(reason))
+    return None
+
+
+def _timed(
+    planner: Planner, pieces: Sequence[Piece], slower: float, are_blends_proven: bool
+) -> TimedRun | Reason:
+    """One run, with corners as round as asked for, or only as round as is proven free.
+
+    The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
+    """
+    parts = [RunPart(p.kind, p.waypoints, p.scale * slower, p.max_tool_speed, p.blend) for p in pieces]
+
+    def is_free(part: int, chords: Array, slack: Array) -> int:
+        return pieces[part].checker.path_is_free(chords, slack)
+
+    def tool_speed(Q: Array, dQ: Array) -> Array:
+        pivot = pieces[-1].pivot
+        ahead, behind = (planner.arm.tips(Q + h * dQ, pivot)[:, :3, 3] for h in (NUDGE, -NUDGE))
+        return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))
+
+    blends = is_free if are_blends_proven else None
+    try:
+        return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed)
+    except NoPlanError as error:
+        return error.reasons[0]
