@@ -14,6 +14,7 @@ from pickcli.kernel import Chain, Checker
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_frames_are_those_of_the_reference(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -23,6 +24,7 @@ def test_frames_are_those_of_the_reference(seed: int) -> None:
     np.testing.assert_array_equal(arm.chain().fk(Q[0]), arm.chain().fk_batch(Q)[0])
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_jacobian_is_the_derivative_of_the_tip(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -90,7 +92,7 @@ def test_a_skewed_pose_is_refused() -> None:
         Chain(np.array([0]), T, np.ones((1, 3)), np.array([0]))
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_wrong_shapes_are_named(seed: int) -> None:
     arm = random_arm(np.random.default_rng(seed))

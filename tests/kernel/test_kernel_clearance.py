@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from cases import random_arm, random_configuration, random_world
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import clearances, pair_clearances
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_clearance_is_that_of_the_reference(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -29,6 +30,7 @@ def test_clearance_is_that_of_the_reference(seed: int) -> None:
             assert abs(pairs[pair[0], pair[1], pair[2]][i] - distance) < 1e-12
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_free_configurations_agree_but_for_rounding(seed: int) -> None:
     """Single precision may only err towards not free, and by no more than the stated rounding."""
@@ -44,6 +46,7 @@ def test_free_configurations_agree_but_for_rounding(seed: int) -> None:
         assert checker.is_free(q) == (clearance > 0) or abs(clearance) < 2 * checker.rounding
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_many_are_free_where_each_is(seed: int) -> None:
     rng = np.random.default_rng(seed)

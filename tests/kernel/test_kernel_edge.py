@@ -26,7 +26,7 @@ def case(seed: int) -> tuple[np.random.Generator, Arm, World, Checker]:
     return rng, arm, world, arm.checker(world)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(SEEDS)
 def test_free_edges_have_no_sample_within_the_margin(seed: int) -> None:
     """Asked at the sampled clearance itself, the kernel must say no; a little below it, yes."""
@@ -89,6 +89,7 @@ def slider_before_a_wall() -> Checker:
     return arm.checker(wall)
 
 
+@settings(deadline=None)
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(0.0, 0.3), st.floats(0.0, 0.3))
 def test_a_sliding_ball_is_judged_exactly(q0: float, q1: float, margin: float, slack: float) -> None:
     """Both ends of the edge count, and slack adds exactly what it moves."""
@@ -118,6 +119,7 @@ def test_only_joints_between_two_frames_move_them_apart() -> None:
     assert checker.check_edge(np.array([0.0, 0.0]), np.array([0.0, np.pi]), 0.101).frame == 1
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_a_path_is_free_when_all_its_edges_are(seed: int) -> None:
     rng, arm, _, checker = case(seed)
@@ -129,6 +131,7 @@ def test_a_path_is_free_when_all_its_edges_are(seed: int) -> None:
     assert (checker.path_is_free(Q[:1], 0.01) == -1) == checker.is_free(Q[0], 0.01)
 
 
+@settings(deadline=None)
 @given(SEEDS)
 def test_whole_turns_change_nothing(seed: int) -> None:
     """Continuous joints may stand many turns away from zero."""

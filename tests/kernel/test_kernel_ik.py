@@ -40,7 +40,7 @@ def assert_same_pose(T: Array, expected: Array, position: float = 1e-5, rotation
     assert rotation_angle(T[:3, :3].T @ expected[:3, :3]) <= rotation + 1e-9
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(SEEDS)
 def test_solutions_reach_the_target_within_limits_and_differ(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -81,6 +81,7 @@ def test_a_heavy_joint_moves_less() -> None:
     assert abs(heavy[0] - HOME[0]) < 0.1 * abs(light[0] - HOME[0])
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, np.pi), st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1))
 def test_any_turn_up_to_a_half_one_is_found(angle: float, axis: tuple[float, float, float]) -> None:
     """The rotation error is well-behaved at both ends of its range."""

@@ -50,8 +50,4 @@ class Checker {
   World world_;
 };
 
-// Which of the two builds of the hot test runs: AVX2 where the processor has it.
-const char* simd_name();
-void set_simd(const char* name);  // "avx2" or "baseline"; throws std::invalid_argument
-
 }  // namespace apc

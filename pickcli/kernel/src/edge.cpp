@@ -1,59 +1,15 @@
 // Proof of edges by adaptive bisection, eight intervals at a time.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <memory>
-#include <stdexcept>
 
+#include "agenda.hpp"
 #include "checker.hpp"
+#include "dispatch.hpp"
 
 namespace apc {
 namespace {
 
 using eight::kLanes;
-
-eight::Test g_test = nullptr;
-
-bool has_avx2() {
-#ifdef APC_HAS_AVX2_BUILD
-  return __builtin_cpu_supports("avx2");
-#else
-  return false;
-#endif
-}
-
-eight::Test test_named(const char* name) {
-  if (std::strcmp(name, "baseline") == 0) return eight::baseline::test;
-#ifdef APC_HAS_AVX2_BUILD
-  if (std::strcmp(name, "avx2") == 0 && has_avx2()) return eight::avx2::test;
-#endif
-  throw std::invalid_argument(std::string("simd \"") + name + "\" is not available here: use \"baseline\"" +
-                              (has_avx2() ? " or \"avx2\"" : ""));
-}
-
-eight::Test chosen_test() {
-  if (!g_test) g_test = test_named(has_avx2() ? "avx2" : "baseline");
-  return g_test;
-}
-
-// Aligned memory for the hot test, kept from call to call by each thread.
-void* scratch(std::size_t n_bytes) {
-  struct Free {
-    void operator()(void* p) const { std::free(p); }
-  };
-  thread_local std::unique_ptr<void, Free> memory;
-  thread_local std::size_t size = 0;
-  if (size < n_bytes) {
-    size = (n_bytes + 63) / 64 * 64;
-    memory.reset(std::aligned_alloc(64, size));
-    if (!memory) {
-      size = 0;
-      throw std::bad_alloc();
-    }
-  }
-  return memory.get();
-}
 
 // Margins with what single precision may be off, for configurations whose prismatic joints stay within
 // +-travel (summed).
@@ -71,46 +27,6 @@ double travel_of(const Robot& robot, const double* q) {
     if (joint.type == JointType::prismatic) travel += std::abs(q[joint.q_index]);
   return travel;
 }
-
-struct Interval {
-  double middle, half;
-  eight::Frames world, self;  // not yet proven for it: frames against the world, against inner frames
-};
-
-// Intervals still to be proven, widest first: a hit anywhere on the edge is found early.
-class Agenda {
- public:
-  Agenda() : intervals_(memory()) {
-    intervals_.clear();
-    intervals_.push_back({0.5, 0.5, ~eight::Frames{0}, ~eight::Frames{0}});
-  }
-
-  // The next eight intervals. Lanes that would idle are filled by halving: they cost the same.
-  void take(Interval* out) {
-    while (pending() < kLanes) halve(intervals_[first_++]);
-    std::copy_n(intervals_.begin() + static_cast<std::ptrdiff_t>(first_), kLanes, out);
-    first_ += kLanes;
-    if (first_ > 4096) intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(first_)), first_ = 0;
-  }
-
-  void halve(Interval whole) {
-    const double half = 0.5 * whole.half;
-    intervals_.push_back({whole.middle - half, half, whole.world, whole.self});
-    intervals_.push_back({whole.middle + half, half, whole.world, whole.self});
-  }
-
-  int pending() const { return static_cast<int>(intervals_.size() - first_); }
-
- private:
-  // Kept from edge to edge by each thread.
-  static std::vector<Interval>& memory() {
-    thread_local std::vector<Interval> intervals;
-    return intervals;
-  }
-
-  std::vector<Interval>& intervals_;
-  std::size_t first_ = 0;
-};
 
 // One edge q0 + t (q1 - q0) as batches for the hot test.
 class Edge {
@@ -165,10 +81,7 @@ class Edge {
     }
     for (int j = 0; j < n_; ++j)
       for (int i = 0; i < kLanes; ++i) batch_.q[j][i] = q0_[j] + middle[i] * dq_[j];
-    const eight::Robot& robot = checker_.robot().single();
-    eight::Verdict verdict;
-    chosen_test()(robot, checker_.world().single(), batch_, scratch(eight::scratch_bytes(robot)), verdict);
-    return verdict;
+    return run_eight(checker_.robot().single(), checker_.world().single(), batch_);
   }
 
   const Checker& checker_;
@@ -180,10 +93,6 @@ class Edge {
 
 }  // namespace
 
-const char* simd_name() { return chosen_test() == eight::baseline::test ? "baseline" : "avx2"; }
-
-void set_simd(const char* name) { g_test = test_named(name); }
-
 EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin, const double* slack,
                                double resolution) const {
   return Edge(*this, q0, q1, margin, slack, resolution).check();
@@ -191,7 +100,6 @@ EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin
 
 void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {
   const int n = this->n();
-  const eight::Robot& robot = robot_.single();
   eight::Batch batch;
   batch.is_edge = false;
   for (int first = 0; first < n_rows;) {
@@ -205,8 +113,7 @@ void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) co
       batch.half_width[i] = 0.0f;
     }
     set_margins(batch, robot_, world_, margin, travel);
-    eight::Verdict verdict;
-    chosen_test()(robot, world_.single(), batch, scratch(eight::scratch_bytes(robot)), verdict);
+    const eight::Verdict verdict = run_eight(robot_.single(), world_.single(), batch);
     for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.world[i] | verdict.self[i]);
     first += n_lanes;
   }

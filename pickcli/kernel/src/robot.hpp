@@ -23,6 +23,8 @@ class Robot {
  public:
   Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
         const std::vector<std::pair<int, int>>& self_pairs);
+  Robot(Robot&&) = default;  // not copied: single() points into it
+  Robot& operator=(Robot&&) = default;
 
   // Replaces the held item; no spheres: nothing is held.
   void set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames);

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace apc {
+
+void bind_chain(nanobind::module_& m);
+void bind_checker(nanobind::module_& m);
+
+}  // namespace apc
