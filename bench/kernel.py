@@ -179,7 +179,8 @@ def microseconds(check: Callable[[], int], n_calls: int, n_runs: int = 7) -> flo
 
 def urdf() -> str:
     """The robot for pybullet, whose importer knows capsules (length: of the segment)."""
-    links, joints = ['<link name="base"/>'], []
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links, joints = [f'<link name="base">{mass}</link>'], []
     for k, capsules in enumerate(LINKS):
         shapes = ""
         for c in capsules:
@@ -188,7 +189,7 @@ def urdf() -> str:
             origin = f'<origin xyz="{T[0, 3]} {T[1, 3]} {T[2, 3]}" rpy="0 {pitch} {yaw}"/>'
             shape = f'<capsule radius="{c.radius}" length="{c.length}"/>'
             shapes += f"<collision>{origin}<geometry>{shape}</geometry></collision>"
-        links.append(f'<link name="link{k}">{shapes}</link>')
+        links.append(f'<link name="link{k}">{mass}{shapes}</link>')
         parent = "base" if k == 0 else f"link{k - 1}"
         kind, (x, y, z), (ax, ay, az) = ("prismatic" if TYPES[k] else "revolute"), ORIGINS[k], AXES[k]
         joints.append(
