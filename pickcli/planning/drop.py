@@ -15,7 +15,8 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.context import Planner
 
-WALL = 0.012  # m between the held item's box and the tote's walls
+WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
+LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
@@ -74,9 +75,10 @@ def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float) -
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
-    room = np.array(tote.inner[:2]) / 2 - WALL - reach[:2]
-    if room.min() < 0.0:
+    spare = np.array(tote.inner[:2]) / 2 - reach[:2]
+    if spare.min() < LEAST_WALL:
         return []
+    room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
     floor = tote.T_world_tote[2, 3]
     rim = floor + tote.inner[2]
     out = []
