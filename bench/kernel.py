@@ -270,6 +270,32 @@ def fcl_check(chain: Chain, paths: list[Array]) -> Callable[[], int]:
     return check
 
 
+def measure_ik(chain: Chain) -> dict[str, float]:
+    """Inverse kinematics: per random seed and solution, and a straight line of 60 steps."""
+    rng = np.random.default_rng(0)
+    T_last_tip, ones = pose([0, 0, 0.54]), np.ones(8)
+    targets = [chain.fk(rng.uniform(LOWER, UPPER))[-1] @ T_last_tip for _ in range(200)]
+    seeds = rng.uniform(LOWER, UPPER, (200, 20, 8))
+    home = np.array([0.158, 0, -0.30, 0, -1.90, 0, 0.03, 0])
+    line = np.stack([chain.fk(home)[-1] @ pose([0, 0, 0.54 + 0.005 * i]) for i in range(60)])
+
+    def solve() -> int:
+        pairs = zip(targets, seeds, strict=True)
+        return sum(len(chain.ik(T, T_last_tip, s, LOWER, UPPER, ones)) for T, s in pairs)
+
+    def follow() -> int:
+        return len(chain.follow(line, T_last_tip, home, LOWER, UPPER, ones, np.full(8, 0.05))[0])
+
+    n_solved = solve()
+    per_seed = microseconds(solve, seeds.shape[0] * seeds.shape[1], 3)
+    return {
+        "ik_solved_share": n_solved / (seeds.shape[0] * seeds.shape[1]),
+        "ik_us_per_seed": per_seed,
+        "follow_60_steps_us": microseconds(follow, 1),
+        "follow_done_share": follow() / len(line),
+    }
+
+
 def measure() -> dict[str, Any]:
     """Microseconds per edge of 32 configurations, and how they compare."""
     chain, checker = make_kernel()
@@ -289,6 +315,7 @@ def measure() -> dict[str, Any]:
         set_simd("baseline")
         out["kernel_baseline_us"] = microseconds(kernel, len(edges), 51)
         set_simd("avx2")
+    out |= measure_ik(chain)
     few = states(edges[:20])
     for name, check in (("pybullet", pybullet_check(few)), ("python_fcl", fcl_check(chain, few))):
         out[f"{name}_free_share"] = check() / (len(few) * N_STATES)

@@ -39,10 +39,12 @@ APC_INLINE Point map(const Place& T, const Ball& s) {
 struct Bounds {
   Point low, high;
 
-  // Which of eight groups it meets, a bit each.
-  APC_INLINE int meets(const EightBounds& groups) const {
-    return bits(~((high.x < load(groups.low[0])) | (high.y < load(groups.low[1])) | (high.z < load(groups.low[2])) |
-                  (low.x > load(groups.high[0])) | (low.y > load(groups.high[1])) | (low.z > load(groups.high[2]))));
+  // Which of eight boxes it meets, a bit each.
+  APC_INLINE int meets(const EightBounds& boxes) const {
+    const Mask apart = above(load(boxes.low[0]), high.x) | above(load(boxes.low[1]), high.y) |
+                       above(load(boxes.low[2]), high.z) | above(low.x, load(boxes.high[0])) |
+                       above(low.y, load(boxes.high[1])) | above(low.z, load(boxes.high[2]));
+    return bits(~apart);
   }
 };
 

@@ -80,7 +80,7 @@ class EightTest {
     if (!batch_.is_edge) return {base, base};
     const V moved = moved_[inner_body];
     const V still = base + slack_[inner_body], whole = still + moved;
-    return {moved < batch_.resolution ? whole : still, whole};
+    return {select(above(V{} + batch_.resolution, moved), whole, still), whole};
   }
 
   // The lanes at stake in which a squared distance does not exceed a threshold.
@@ -101,7 +101,7 @@ class EightTest {
       return true;
     }
     // What is unproven anyway is only searched for a hit at its midpoint.
-    limit.far = lanes(open) ? limit.near : limit.far;
+    limit.far = select(lanes(open), limit.near, limit.far);
     return false;
   }
 
@@ -142,10 +142,10 @@ class EightTest {
   bool is_near(V d2, V radius, Threshold& limit) {
     const int near = within(d2, radius + limit.far);
     if (!near) return false;
-    const int hasty = near & bits(limit.far - limit.near > radius);
+    const int hasty = near & bits(above(limit.far - limit.near, radius));
     if (!hasty) return true;
     open_ |= hasty;
-    limit.far = lanes(hasty) ? limit.near : limit.far;
+    limit.far = select(lanes(hasty), limit.near, limit.far);
     return within(d2, radius + limit.far) != 0;
   }
 
@@ -153,7 +153,7 @@ class EightTest {
   Bounds bounds(const Point& center, V radius) const {
     const Mask live = lanes(live_);
     const V nowhere = V{} - __builtin_inff();
-    const auto most = [&](V a) { return V{} + largest(live ? a + radius : nowhere); };
+    const auto most = [&](V a) { return V{} + largest(select(live, a + radius, nowhere)); };
     return {{-most(-center.x), -most(-center.y), -most(-center.z)}, {most(center.x), most(center.y), most(center.z)}};
   }
 

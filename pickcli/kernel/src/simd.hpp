@@ -15,9 +15,12 @@ using Longs = long long __attribute__((vector_size(64)));
 
 #define APC_INLINE inline __attribute__((always_inline))
 
+// What the compiler makes badly, or not the same, of vector operators: written out per instruction set.
 #if defined(__AVX2__)
 
 APC_INLINE int bits(Mask m) { return _mm256_movemask_ps((__m256)m); }
+APC_INLINE Mask above(V a, V b) { return (Mask)_mm256_cmp_ps((__m256)a, (__m256)b, _CMP_GT_OQ); }
+APC_INLINE Mask equal(Mask a, Mask b) { return (Mask)_mm256_cmpeq_epi32((__m256i)a, (__m256i)b); }
 APC_INLINE V larger(V a, V b) { return (V)_mm256_max_ps((__m256)a, (__m256)b); }
 APC_INLINE V square_root(V a) { return (V)_mm256_sqrt_ps((__m256)a); }
 
@@ -25,21 +28,36 @@ APC_INLINE V square_root(V a) { return (V)_mm256_sqrt_ps((__m256)a); }
 
 union Halves {
   V v;
-  __m128 half[2];
+  Mask m;
+  __m128 low_high[2];
+  __m128i integers[2];
 };
 APC_INLINE int bits(Mask m) {
-  const Halves h{(V)m};
-  return _mm_movemask_ps(h.half[0]) | _mm_movemask_ps(h.half[1]) << 4;
+  Halves h;
+  h.m = m;
+  return _mm_movemask_ps(h.low_high[0]) | _mm_movemask_ps(h.low_high[1]) << 4;
+}
+APC_INLINE Mask above(V a, V b) {
+  Halves x{a};
+  const Halves y{b};
+  for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_cmpgt_ps(x.low_high[i], y.low_high[i]);
+  return x.m;
+}
+APC_INLINE Mask equal(Mask a, Mask b) {
+  Halves x{(V)a};
+  const Halves y{(V)b};
+  for (int i = 0; i < 2; ++i) x.integers[i] = _mm_cmpeq_epi32(x.integers[i], y.integers[i]);
+  return x.m;
 }
 APC_INLINE V larger(V a, V b) {
   Halves x{a};
   const Halves y{b};
-  for (int i = 0; i < 2; ++i) x.half[i] = _mm_max_ps(x.half[i], y.half[i]);
+  for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_max_ps(x.low_high[i], y.low_high[i]);
   return x.v;
 }
 APC_INLINE V square_root(V a) {
   Halves x{a};
-  for (int i = 0; i < 2; ++i) x.half[i] = _mm_sqrt_ps(x.half[i]);
+  for (int i = 0; i < 2; ++i) x.low_high[i] = _mm_sqrt_ps(x.low_high[i]);
   return x.v;
 }
 
@@ -50,6 +68,8 @@ APC_INLINE int bits(Mask m) {
   for (int i = 0; i < 8; ++i) out |= (m[i] & 1) << i;
   return out;
 }
+APC_INLINE Mask above(V a, V b) { return a > b; }
+APC_INLINE Mask equal(Mask a, Mask b) { return a == b; }
 APC_INLINE V larger(V a, V b) { return a > b ? a : b; }
 APC_INLINE V square_root(V a) {
   for (int i = 0; i < 8; ++i) a[i] = __builtin_sqrtf(a[i]);
@@ -57,6 +77,8 @@ APC_INLINE V square_root(V a) {
 }
 
 #endif
+
+APC_INLINE V select(Mask m, V a, V b) { return (V)(((Mask)a & m) | ((Mask)b & ~m)); }
 
 APC_INLINE V load(const float* eight) {
   V v;
@@ -73,11 +95,14 @@ APC_INLINE float largest(V a) {
 }
 
 // The lanes whose bit is set.
-APC_INLINE Mask lanes(int set) { return (Mask{1, 2, 4, 8, 16, 32, 64, 128} & set) != 0; }
+APC_INLINE Mask lanes(int set) {
+  constexpr Mask bit{1, 2, 4, 8, 16, 32, 64, 128};
+  return equal(bit & set, bit);
+}
 
 APC_INLINE V magnitude(V a) { return (V)((Mask)a & 0x7fffffff); }
 // Written so that a NaN counts as not above.
-APC_INLINE Mask not_above(V a, V b) { return ~(a > b); }
+APC_INLINE Mask not_above(V a, V b) { return ~above(a, b); }
 
 // Sine and cosine of angles given in double: the multiple of pi/2 is taken off in double, the rest by the
 // minimax polynomials of Cephes (S. Moshier) on [-pi/4, pi/4], each off by less than 2 units of 2^-24.
@@ -90,9 +115,9 @@ APC_INLINE void sine_cosine(const Doubles& angle, V& sine, V& cosine) {
   const V s = y + y * z * (-1.6666654611e-1f + z * (8.3321608736e-3f + z * -1.9515295891e-4f));
   const V c = 1.0f - 0.5f * z +
               z * z * (4.166664568298827e-2f + z * (-1.388731625493765e-3f + z * 2.443315711809948e-5f));
-  const Mask is_odd = (quadrant & 1) != 0;
-  sine = (V)((Mask)(is_odd ? c : s) ^ ((quadrant & 2) << 30));
-  cosine = (V)((Mask)(is_odd ? s : c) ^ (((quadrant + 1) & 2) << 30));
+  const Mask is_odd = -(quadrant & 1);
+  sine = (V)((Mask)select(is_odd, c, s) ^ ((quadrant & 2) << 30));
+  cosine = (V)((Mask)select(is_odd, s, c) ^ (((quadrant + 1) & 2) << 30));
 }
 
 }  // namespace
