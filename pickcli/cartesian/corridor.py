@@ -28,14 +28,14 @@ BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Displacements (5,) of the item: end of the first stretch, of the lift, of the retreat.
+    """Displacements (5,) of the item: end of the first stretch, of the lift, of each push of the retreat.
 
     m along the bin's axes, and rad of turns about the bin's z axis and then y, about the item's centre.
     """
 
     freed: Array
     lift: Array
-    retreat: Array
+    retreat: tuple[Array, ...]  # at least one
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class LiftPoses:
 
     freed: Array  # end of the first stretch, in which item and support may touch
     lift: Array
-    retreat: Array
+    retreat: tuple[Array, ...]
 
 
 def along(corridor: Corridor, T_world_bin: Array, T_world_item: Array, contact: Array) -> LiftPoses:
@@ -55,7 +55,8 @@ def along(corridor: Corridor, T_world_bin: Array, T_world_item: Array, contact: 
         turn = R @ _turned(d[3], d[4]) @ R.T
         return pose(centre + R @ d[:3] + turn @ (contact[:3, 3] - centre), R=turn @ contact[:3, :3])
 
-    return LiftPoses(moved(corridor.freed), moved(corridor.lift), moved(corridor.retreat))
+    retreat = tuple(moved(d) for d in corridor.retreat)
+    return LiftPoses(moved(corridor.freed), moved(corridor.lift), retreat)
 
 
 def corridors(
@@ -98,7 +99,7 @@ def corridors(
 
 def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
     return (
-        carrying.path_is_free(np.stack([c.freed, c.lift, c.retreat])) == -1
+        carrying.path_is_free(np.stack([c.freed, c.lift, *c.retreat])) == -1
         and leaving.path_is_free(np.stack([np.zeros(5), c.freed])) == -1
     )
 
@@ -106,7 +107,7 @@ def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
 def _explained(c: Corridor, carrying: Ghost) -> Reason:
     """What is in the way of the shortest corridor, and where it is worst."""
     places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
-    places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat for s in (0.2, 0.4, 0.6, 0.8)}
+    places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat[-1] for s in (0.2, 0.4, 0.6, 0.8)}
     contacts = {where: carrying.clearance(d) for where, d in places.items()}
     where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
     return Reason(
@@ -175,4 +176,4 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
     freed[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
     freed[3:] = lift[3:] * (part / aside if aside > 0.0 else freed[2] / lift[2])
     out = np.array([-(front + lift[0] + RETREAT_DISTANCE), 0.0, 0.0, 0.0, 0.0])
-    return Corridor(freed, lift, lift + np.minimum(out, 0.0))
+    return Corridor(freed, lift, (lift + np.minimum(out, 0.0),))

@@ -18,10 +18,10 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.events import schedule
-from pickcli.planning.in_bin import BinQuery
 from pickcli.planning.pieces import COARSE_BLEND, PickMotion, Piece, moving, way_in, way_out, way_up
 from pickcli.planning.proven import carried_run, proven_run
 from pickcli.timing.run import TimedRun

@@ -7,23 +7,17 @@ linear segment; the first thing that fails discards the candidate.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from pickcli.cartesian.corridor import Corridor, LiftPoses, along, corridors
+from pickcli.cartesian.corridor import LiftPoses, along
 from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.keyposes import PickPoses, pick_poses
-from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.station import Bin
 from pickcli.collision.checker import Held, SceneChecker
-from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp
-from pickcli.planning.context import Planner
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.bin_query import BinQuery
 
 PRESS = 0.001  # m that the bellows are pressed at least
 
@@ -39,88 +33,9 @@ class InBin:
     contact: Line
     freed: Line  # first stretch of the lift
     lift: Line
-    retreat: Line
+    retreat: tuple[Line, ...]
     touching: frozenset[str]  # what the held item may touch during ``freed``
     ignored: frozenset[str]  # neighbours that are not considered (--neighbours ignore)
-
-
-@dataclass(frozen=True, eq=False)
-class BinQuery:
-    """One pick as seen inside its bin."""
-
-    planner: Planner
-    scene: Scene
-    cell_bin: Bin
-    target: PlacedItem
-    neighbours: Neighbours
-
-    @cached_property
-    def T_world_bin(self) -> Array:
-        """Pose of the bin frame where the pod really stands."""
-        return np.asarray(self.scene.T_world_pod @ self.cell_bin.T_pod_bin)
-
-    @cached_property
-    def T_bin_item(self) -> Array:
-        """Pose of the target in the bin frame."""
-        return np.asarray(inverse(self.T_world_bin) @ self.target.T_world_item)
-
-    @cached_property
-    def ignored(self) -> frozenset[str]:
-        """Neighbours that are left out of the collision model."""
-        if self.neighbours is Neighbours.AVOID:
-            return frozenset()
-        here = self.scene.in_location(self.cell_bin.name)
-        return frozenset(i.id for i in here if i.id != self.target.id)
-
-    @cached_property
-    def uncertainty(self) -> float:
-        """How far any point of the target may be from where its pose says, m."""
-        return self.scene.noise.bound(self.target.item)
-
-    @cached_property
-    def touching(self) -> frozenset[str]:
-        """Everything within the clearance of the target at rest: its support, walls and neighbours."""
-        touching: frozenset[str] = frozenset()
-        at_rest = np.zeros(5)
-        while not (ghost := self.ghost(touching)).is_free(at_rest):
-            near = ghost.clearance(at_rest).b
-            if near in touching:
-                break
-            touching |= {near}
-        return touching
-
-    @cached_property
-    def empty(self) -> dict[PivotState, SceneChecker]:
-        """Checkers of the empty tool by pivot state."""
-        return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored)
-            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
-        }
-
-    @cached_property
-    def meeting(self) -> dict[PivotState, SceneChecker]:
-        """The same, where the cup may touch the target."""
-        target = frozenset({self.target.id})
-        return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=target)
-            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
-        }
-
-    def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
-        """The target by itself, displaced along the bin's axes."""
-        return Ghost(
-            self.planner.model, self.scene, self.target.item, self.target.T_world_item,
-            self.T_world_bin[:3, :3], self.uncertainty, self.ignored | {self.target.id}, touching,
-        )  # fmt: skip
-
-    @cached_property
-    def corridors(self) -> tuple[Corridor, ...] | Reason:
-        """The ways out for the target by itself."""
-        shape = self.target.item.shape.inflated(self.uncertainty)
-        first = self.planner.settings.lift_contact
-        return corridors(
-            self.cell_bin, self.T_bin_item, shape, self.ghost(self.touching), self.ghost(), first
-        )
 
 
 def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBin | list[Reason]:
@@ -199,7 +114,7 @@ def _backwards(line: Line) -> Line:
 
 def _way_out(
     query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array, where: str
-) -> tuple[Held, tuple[Line, Line, Line]] | list[Reason]:
+) -> tuple[Held, tuple[Line, Line, tuple[Line, ...]]] | list[Reason]:
     """Lift and retreat with the item held, along the first corridor that the arm can follow."""
     planner = query.planner
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
@@ -223,7 +138,7 @@ def _way_out(
 def _lines_out(
     query: BinQuery, grasp: Grasp, contact: Array, option: LiftPoses, q_contact: Array,
     leaving: SceneChecker, carrying: SceneChecker, where: str,
-) -> tuple[Line, Line, Line] | Reason:  # fmt: skip
+) -> tuple[Line, Line, tuple[Line, ...]] | Reason:  # fmt: skip
     arm, pivot = query.planner.arm, grasp.pivot
     freed = follow_line(arm, leaving, contact, option.freed, pivot, q_contact, f"{where}, lift")
     if isinstance(freed, Reason):
@@ -236,10 +151,14 @@ def _lines_out(
     if isinstance(lift, Reason):
         return lift
     q = lift.waypoints[-1]
-    retreat = follow_line(arm, carrying, option.lift, option.retreat, pivot, q, f"{where}, retreat")
-    if isinstance(retreat, Reason):
-        return retreat
-    return freed, lift, retreat
+    retreat, here = [], option.lift
+    for there in option.retreat:
+        push = follow_line(arm, carrying, here, there, pivot, q, f"{where}, retreat")
+        if isinstance(push, Reason):
+            return push
+        retreat.append(push)
+        q, here = push.waypoints[-1], there
+    return freed, lift, tuple(retreat)
 
 
 def _place(T: Array) -> str:

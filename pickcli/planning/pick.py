@@ -15,10 +15,11 @@ from pickcli.geometry import Array
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.assemble import assemble_pick
+from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import RESERVE, Planner, derived_rng, derived_seed
 from pickcli.planning.drop import Drop, Spot, plan_drop, spots
-from pickcli.planning.in_bin import BinQuery, InBin, plan_in_bin
+from pickcli.planning.in_bin import InBin, plan_in_bin
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
 from pickcli.roadmap.cost import estimated_duration
@@ -137,7 +138,7 @@ def _ways_in(
 
 def _in_bin_duration(planner: Planner, f: InBin) -> float:
     """Estimated seconds from the pre-approach to the end of the retreat."""
-    lines = (f.preapproach, f.approach, f.contact, f.freed, f.lift, f.retreat)
+    lines = (f.preapproach, f.approach, f.contact, f.freed, f.lift, *f.retreat)
     return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
 
 
@@ -158,7 +159,9 @@ def _carried_out(
     goals = np.stack([d.place.waypoints[0] for _, d in drops])
     extra = [2.0 * s.cost for s, _ in drops]
     name = derived_seed(seed, "transfer", target.id)
-    transfer = plan_coarse(planner, carrying, chosen.retreat.waypoints[-1], goals, extra, name, "transfer")
+    transfer = plan_coarse(
+        planner, carrying, chosen.retreat[-1].waypoints[-1], goals, extra, name, "transfer"
+    )
     if isinstance(transfer, Reason):
         reasons.append(transfer)
         return None
@@ -175,7 +178,7 @@ def _drops(
     found: list[tuple[Spot, Drop]] = []
     carrying = planner.checker(query.scene, pivot, held=chosen.held, without=frozenset({query.target.id}))
     for spot in places:
-        seeds = np.vstack([chosen.retreat.waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
+        seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
         solutions = planner.arm.solve(spot.above, pivot, seeds)
         for q in solutions[carrying.are_free(solutions)]:
             drop = plan_drop(planner, query.scene, chosen.held, pivot, query.target.id, spot, q)

@@ -12,9 +12,10 @@ from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse
 from pickcli.planning.drop import Drop
-from pickcli.planning.in_bin import BinQuery, InBin
+from pickcli.planning.in_bin import InBin
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
@@ -89,7 +90,7 @@ def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
     return [
         replace(freed, touching=in_bin.touching),
         line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
-        line(kind.RETREAT, in_bin.retreat, settings.retreat_speed, carrying),
+        *(line(kind.RETREAT, push, settings.retreat_speed, carrying) for push in in_bin.retreat),
         Piece(kind.TRANSFER, motion.transfer.waypoints, pivot, outside, held=target, blend=COARSE_BLEND),
         line(kind.PLACE, motion.drop.place, settings.place_speed, outside),
     ]

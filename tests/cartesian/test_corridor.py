@@ -74,7 +74,7 @@ def test_the_item_passes_the_mouth_and_ends_outside(
         assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9
         assert at_lift[:, 2].max() <= BIN.mouth_height - LEAST_LIP_DISTANCE + 1e-9
         assert np.abs(at_lift[:, 1]).max() <= BIN.mouth_width / 2 - LEAST_LIP_DISTANCE + 1e-9
-        out = corners(inverse(BIN.T_pod_bin) @ poses.retreat @ inverse(contact) @ T_item, extents)
+        out = corners(inverse(BIN.T_pod_bin) @ poses.retreat[-1] @ inverse(contact) @ T_item, extents)
         assert out[:, 0].max() <= -RETREAT_DISTANCE + 1e-9
         assert np.linalg.norm(corridor.freed[:3]) <= FIRST + 1e-9
 
