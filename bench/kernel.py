@@ -2,8 +2,8 @@
 
     python bench/kernel.py [--json FILE]
 
-The scene has the size of the default cell: a Motoman SIA20F on a rail as capsules (61 spheres for the kernel,
-capsules for the others), and 78 boxes in 6 groups (a shelf of 12 bins row by row, a tote, the surroundings).
+The scene has the size of the default cell: a Motoman SIA20F on a rail as capsules (55 spheres for the kernel,
+capsules for the others), and 77 boxes in 6 groups (a shelf of 12 bins row by row, a tote, the surroundings).
 All three check the world and the same pairs of links. pybullet and python-fcl test the 32 states one by one
 and prove nothing between them. Best of several runs, as other load only ever adds time.
 """
