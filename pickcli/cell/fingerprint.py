@@ -65,7 +65,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
             "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.pivot_joint],
             "pivot": {state.value: numbers(angle) for state, angle in tool.pivot_positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
-            "cup": numbers([tool.cup_radius, tool.cup_stroke]),
+            "cup": numbers([tool.cup_radius, tool.cup_stroke, tool.cup_tilt]),
         },
     }
 

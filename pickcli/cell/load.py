@@ -119,6 +119,7 @@ def _tool(tool: ToolModel) -> Tool:
         T_cup_tip=pose((0.0, 0.0, tool.cup_length)),
         cup_radius=tool.cup_radius,
         cup_stroke=tool.cup_stroke,
+        cup_tilt=tool.cup_tilt,
         max_pull=tool.max_pull,
         max_shear=tool.max_shear,
         max_moment=tool.max_moment,

@@ -65,6 +65,7 @@ class Tool:
     T_cup_tip: Array  # (4, 4) pose of the tool frame in the cup link
     cup_radius: float  # m
     cup_stroke: float  # m, how far the bellows compress
+    cup_tilt: float  # rad, how far from square on a face the lip still seals
     max_pull: float  # N
     max_shear: float  # N
     max_moment: float  # Nm

@@ -16,7 +16,7 @@ from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.holding import static_load
-from pickcli.grasping.surfaces import Face, faces, turned
+from pickcli.grasping.surfaces import Face, faces, tilted, turned
 from pickcli.motion.plan import Grasp
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
@@ -53,7 +53,7 @@ def sample_grasps(
     found: list[Grasp] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
-        poses = [face.region.centre(), *_reachable(face, T_bin_item, cell_bin, rng, n_per_face)]
+        poses = [face.region.centre(), *_reachable(face, T_bin_item, tool, cell_bin, rng, n_per_face)]
         if face.name in ("mantle", "sphere"):  # curved: aim the middle of the region at the tool's ways in
             poses += _facing(face.name, item, T_bin_item)
         for T_item_tip in poses:
@@ -73,14 +73,17 @@ def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
     return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
 
 
-def _reachable(face: Face, T_bin_item: Array, cell_bin: Bin, rng: np.random.Generator, n: int) -> list[Array]:
+def _reachable(
+    face: Face, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator, n: int
+) -> list[Array]:
     """Up to n random places on a face for which a level lance clears the lips of the mouth."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
     T = T_bin_item @ samples
-    # The pivoted cup points down or aside; its lance then lies above or beside the tip.
+    # The pivoted cup points down or aside; its lance then lies above or beside the tip, and may be tilted.
     is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
-    height = T[:, 2, 3] - np.where(is_pivoted, PIVOT_LENGTH * T[:, 2, 2], 0.0)
-    is_clear = (height >= LANCE_CLEAR) & (height <= cell_bin.mouth_height - LANCE_CLEAR)
+    gained = PIVOT_LENGTH * -T[:, 2, 2] + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
+    height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
+    is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= cell_bin.mouth_height - LANCE_CLEAR)
     return list(samples[is_clear][:n])
 
 
@@ -133,9 +136,22 @@ def _placements(
     grasps = []
     for x_target, turn in targets:
         T = turned(T_item_tip, _turn_towards(R, x_target))
+        if kind == "top-down":
+            T = tilted(T, _tilt_over_the_lip(T_bin_item @ T, tool.cup_tilt))
         score = ratio + tilt / np.pi + 0.3 * turn / np.pi + (0.15 if kind == "side" else 0.0)
         grasps.append(Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear))
     return grasps, None
+
+
+def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:
+    """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip."""
+    for tilt in np.linspace(0.0, most, 5):
+        T = tilted(T_bin_tip, float(tilt))
+        at_tip = T[:3, 3] - PIVOT_LENGTH * T[:3, 2]
+        rise = T[2, 0] / max(-T[0, 0], 1e-3)  # per m towards the mouth, along the tool's +x
+        if at_tip[2] + rise * at_tip[0] >= LANCE_CLEAR:
+            return float(tilt)
+    return 0.0
 
 
 def _turn_towards(R: Array, x_target: Array) -> float:

@@ -102,3 +102,22 @@ def turned(T_item_tip: Array, angle: float) -> Array:
     T = T_item_tip.copy()
     T[:3, :3] = T_item_tip[:3, :3] @ rotation_axis_angle((0.0, 0.0, 1.0), angle)
     return T
+
+
+def tilted(T_item_tip: Array, angle: float) -> Array:
+    """The same cup placement tilted about the tool's y axis, so that its x axis rises by ``angle`` rad."""
+    T = T_item_tip.copy()
+    T[:3, :3] = T_item_tip[:3, :3] @ rotation_axis_angle((0.0, 1.0, 0.0), angle)
+    return T
+
+
+def tilt_on(item: Item, face: str, T_item_tip: Array) -> float:
+    """Angle in rad between the cup's axis and the normal of the face that it sits on."""
+    outward = T_item_tip[:3, 3].copy()
+    if face == "mantle":
+        outward[2] = 0.0
+    elif face != "sphere":
+        outward = np.zeros(3)
+        outward["xyz".index(face[1])] = 1.0 if face[0] == "+" else -1.0
+    cosine = -float(T_item_tip[:3, 2] @ outward) / float(np.linalg.norm(outward))
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -75,10 +75,10 @@ class BinQuery:
 
     @cached_property
     def meeting(self) -> dict[PivotState, SceneChecker]:
-        """The same, where the cup may touch the target."""
-        target = frozenset({self.target.id})
+        """The same, where the cup may touch the target, and come near the floor that a thin one lies on."""
+        near = frozenset({self.target.id}) | (self.touching & frozenset(self.cell_bin.floor))
         return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=target)
+            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=near)
             for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
         }
 

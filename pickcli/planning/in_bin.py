@@ -16,6 +16,7 @@ from pickcli.cartesian.keyposes import PickPoses, pick_poses
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.surfaces import tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
 
@@ -72,7 +73,9 @@ def _poses(query: BinQuery, grasp: Grasp) -> PickPoses:
     noise = query.scene.noise
     aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
-    overtravel = min(noise.position + noise.angle * aside + PRESS, 0.75 * tool.cup_stroke)
+    # The side of a tilted cup that is farther away must meet it as well.
+    lag = tool.cup_radius * float(np.sin(tilt_on(query.target.item, grasp.face, grasp.T_item_tip)))
+    overtravel = min(noise.position + noise.angle * aside + PRESS + lag, 0.75 * tool.cup_stroke)
     return pick_poses(
         query.T_world_bin, query.target.T_world_item, grasp.T_item_tip,
         query.planner.settings.approach_offset, overtravel,

@@ -19,7 +19,7 @@ from pickcli.verification.arm import link_poses, tip_poses
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
 TURNED = np.radians(1.0)
-ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal
+ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
 GRAVITY = 9.81  # m/s^2
 STEP = 1e-3  # s
 
@@ -48,7 +48,7 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
     off, normal, room = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
         yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
-    if axis @ -normal < np.cos(ON_NORMAL):
+    if axis @ -normal < np.cos(ON_NORMAL + tool.cup_tilt):
         yield Reason(
             "cup not square on the face", grasp.item, f"{np.degrees(np.arccos(axis @ -normal)):.1f} deg"
         )

@@ -222,7 +222,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "grasp of another item": (with_grasp(item="folgers"), "unknown item", "folgers"),
     "cup aside of the grasp": (moved_grasp((0.004, 0, 0)), "misses the item", "aside"),
     "cup before the item": (moved_grasp((0, 0, 0.02)), "grasp off the surface", CRAYOLA),
-    "cup tilted on the face": (moved_grasp((0, 0, 0), (0.1, 0, 0)), "cup not square", CRAYOLA),
+    "cup tilted on the face": (moved_grasp((0, 0, 0), (0.2, 0, 0)), "cup not square", CRAYOLA),
     "cup over the edge": (moved_grasp((0, 0.03, 0)), "cup beyond the edge", CRAYOLA),
     "grasp for the other pivot": (with_grasp(pivot=DOWN), "wrong pivot", "contact"),
     "joints in another order": (
