@@ -1,0 +1,50 @@
+"""Wall time of one-shot commands, the best of several runs.
+
+python -m bench.startup
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from bench.trials import TASKS
+from pickcli.cell.load import load_cell
+from pickcli.cell.scene_file import write_scene
+from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.trial.make_scene import make_scene
+from pickcli.trial.order import read_order
+
+APC = [str(Path(sys.executable).with_name("apc"))]
+
+
+def measure(n_runs: int = 5) -> dict[str, float]:
+    """Seconds of ``apc --help`` and ``apc plan-pick``."""
+    cell = load_cell("apc2016_delft")
+    ensure_artifacts(cell)
+    order = read_order(TASKS / "jsk_pick_sample.json", cell)
+    with tempfile.TemporaryDirectory() as folder:
+        scene, plan = Path(folder) / "scene.json", Path(folder) / "plan.json"
+        write_scene(make_scene(order.bin_contents, cell, 1, order.year), scene)
+        pick = [*APC, "plan-pick", "--scene", str(scene), "--bin", "bin_F", "--item", "scotch_duct_tape"]
+        return {
+            "help_s": _best([*APC, "--help"], n_runs),
+            "plan_pick_s": _best([*pick, "-o", str(plan), "--overwrite"], n_runs),
+        }
+
+
+def _best(command: list[str], n_runs: int) -> float:
+    seconds = []
+    for _ in range(n_runs):
+        began = time.perf_counter()
+        subprocess.run(command, check=True, capture_output=True)
+        seconds.append(time.perf_counter() - began)
+    return min(seconds)
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(), indent=2))
