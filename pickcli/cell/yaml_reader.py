@@ -87,7 +87,9 @@ def read_yaml(path: Path) -> Source:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        raise InputError(f"{path}:{line}:{column}: not YAML: {error.problem or error.context}") from None
+        kind = "JSON" if path.suffix == ".json" else "YAML"
+        what = f"not {kind}: {error.problem or error.context}; is a bracket open, or the file cut off?"
+        raise InputError(f"{path}:{line}:{column}: {what}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {error}") from None
     source.check()
@@ -98,7 +100,8 @@ def read_text(path: Path, max_bytes: int) -> str:
     """The text of a regular file of at most ``max_bytes``. Raises InputError."""
     try:
         if not path.is_file():
-            raise InputError(f"{path}: no such file; check the name")
+            what = "is not a regular file; name one" if path.exists() else "no such file; check the name"
+            raise InputError(f"{path}: {what}")
         size = path.stat().st_size
         if size > max_bytes:
             raise InputError(f"{path}: {size} bytes, at most {max_bytes} are read; is it the right file?")

@@ -84,7 +84,7 @@ def read_plan(path: Path) -> Plan:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); plan one with apc plan-pick") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file; a plan is JSON") from error
+        raise InputError(f"{path}: not a text file; a plan is JSON, plan one with apc plan-pick") from error
     plan = parse_plan(text, str(path))
     _check_certificate(plan, str(path))
     return plan
@@ -103,7 +103,8 @@ def _check_certificate(plan: Plan, where: str) -> None:
         if certified != found:
             raise DamagedError(
                 f"{where}: certificate.{name}: edited after it was certified "
-                f"(certified {certified[:12]}, found {found[:12]}); verify it again or plan anew"
+                f"(certified {certified[:12]}, found {found[:12]}); plan it anew, or set its certificate to "
+                "null and verify it"
             )
 
 

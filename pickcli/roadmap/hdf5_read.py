@@ -92,7 +92,8 @@ def read_attributes(file: Any) -> dict[str, str]:
 def _check_readable(path: Path) -> None:
     try:
         if not path.is_file():
-            raise InputError(f"{path}: no such file; build it first, or name another")
+            what = "is not a regular file" if path.exists() else "no such file"
+            raise InputError(f"{path}: {what}; build it first, or name another")
         if path.stat().st_size > MAX_FILE:
             raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
         with open(path, "rb"):

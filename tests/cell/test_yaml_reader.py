@@ -140,6 +140,6 @@ def test_unreadable_files_are_named(tmp_path: Path, refused: Refused) -> None:
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"a: \xff\n")
     assert "no such file" in refused(lambda: read_yaml(tmp_path / "none.yaml"))
-    assert "no such file" in refused(lambda: read_yaml(tmp_path))
+    assert "not a regular file" in refused(lambda: read_yaml(tmp_path))
     assert "at most" in refused(lambda: read_yaml(big))
     assert "byte 3 is not UTF-8" in refused(lambda: read_yaml(binary))

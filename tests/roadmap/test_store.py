@@ -109,7 +109,7 @@ def test_joints_and_limits_must_be_those_of_the_cell(path: Path) -> None:
 def test_missing_files_and_wrong_kinds_are_input_errors(path: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_roadmap(tmp_path / "nothing.h5")
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="not a regular file"):
         read_roadmap(tmp_path)
     with pytest.raises(InputError, match="expected a trajectory database, found roadmap"):
         read_database(path)
