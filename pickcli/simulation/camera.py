@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.atomic import write_bytes
 from pickcli.cell.scene import Scene
 from pickcli.errors import InputError
 from pickcli.simulation.engine import Engine
@@ -33,10 +35,12 @@ def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720))
 
 
 def write_png(picture: NDArray[np.uint8], path: Path) -> None:
-    """Write one picture."""
+    """Write one picture, whole or not at all. Raises InputError where that is impossible."""
     from PIL import Image
 
-    Image.fromarray(picture).save(path, format="PNG")
+    content = BytesIO()
+    Image.fromarray(picture).save(content, format="PNG")
+    write_bytes(path, content.getvalue())
 
 
 def picture_of(scene: Scene, view: View = POD_VIEW) -> NDArray[np.uint8]:
@@ -81,7 +85,7 @@ class Film:
             self._next = t + self._period
 
     def write(self, path: Path) -> None:
-        """Write what was seen so far. Raises InputError when nothing was seen."""
+        """Write what was seen so far, whole or not at all. Raises InputError when nothing was seen."""
         from PIL import Image
 
         if path.suffix.lower() != ".gif":
@@ -92,4 +96,8 @@ class Film:
             raise InputError(f"{path}: nothing was filmed, so there is nothing to write")
         frames = [Image.fromarray(frame).quantize(128) for frame in self._frames]
         duration = round(self._period * 1000)
-        frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0)
+        content = BytesIO()
+        frames[0].save(
+            content, format="GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0
+        )
+        write_bytes(path, content.getvalue())
