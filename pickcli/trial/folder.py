@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,19 @@ def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
         raise InputError(f"{folder}: is a file; name a folder with -o")
     if folder.exists() and any(folder.iterdir()) and not overwrite:
         raise InputError(f"{folder}: exists already; name another folder with -o or add --overwrite")
+    _refuse_unwritable(folder)
+
+
+def _refuse_unwritable(folder: Path) -> None:
+    """Try to make a file in what exists already of the folder's path: permissions alone do not tell."""
+    there = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{folder}: nothing can be written in {there} ({error.strerror}); name another folder with -o"
+        ) from None
 
 
 def write_folder(
