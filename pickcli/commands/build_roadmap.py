@@ -8,13 +8,13 @@ import click
 
 from pickcli.commands.options import (
     cell_option,
-    emit_json,
     json_option,
     output_option,
-    progress,
-    refuse_existing,
+    refuse_output,
     seed_option,
 )
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
 from pickcli.roadmap.planners import PlannerName
 
 PLANNERS = click.Choice([planner.value for planner in PlannerName])
@@ -29,14 +29,15 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
               help="Most iterations of the planner for one edge.")  # fmt: skip
 @seed_option
 @json_option
-@output_option(what="roadmap")
+@output_option("roadmap")
 def command(
     cell_name: str, planner: str, neighbours: int, iterations: int, seed: int, as_json: bool, output: Path,
     overwrite: bool,
 ) -> None:  # fmt: skip
-    """Build the roadmap of a cell's named configurations (KTH, section IV).
+    """Offline: KTH's roadmap of the named configurations.
 
-    Every edge is proven free. Configurations that are not free and pairs without a path are reported.
+    Section IV of their paper. Every edge is proven free. Configurations that are not free and pairs without
+    a path are reported.
 
     \b
     Example:
@@ -47,7 +48,7 @@ def command(
     from pickcli.precompute.build_roadmap import RoadmapSettings
     from pickcli.roadmap.store import read_roadmap
 
-    refuse_existing(output, overwrite)
+    refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
     with progress("building the roadmap") as report:

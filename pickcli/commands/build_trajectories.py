@@ -8,13 +8,13 @@ import click
 
 from pickcli.commands.options import (
     cell_option,
-    emit_json,
     json_option,
     output_option,
-    progress,
-    refuse_existing,
+    refuse_output,
     seed_option,
 )
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
 from pickcli.roadmap.planners import PlannerName
 
 PLANNERS = click.Choice([planner.value for planner in PlannerName])
@@ -31,14 +31,15 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
               help="Most iterations of the planner for one try.")  # fmt: skip
 @seed_option
 @json_option
-@output_option(what="trajectory database")
+@output_option("trajectory database")
 def command(
     cell_name: str, planner: str, tries: int, iterations: int, seed: int, as_json: bool, output: Path,
     overwrite: bool,
 ) -> None:  # fmt: skip
-    """Build the database of timed coarse motions between named configurations (Delft, section 1).
+    """Offline: Delft's database of coarse motions.
 
-    Every motion is proven free, corners included, and within its limits; pairs without one are reported.
+    Timed motions between named configurations (section 1 of their paper). Every motion is proven free,
+    corners included, and within its limits; pairs without one are reported.
 
     \b
     Example:
@@ -49,7 +50,7 @@ def command(
     from pickcli.precompute.coarse_motion import TrajectorySettings
     from pickcli.roadmap.store import read_database
 
-    refuse_existing(output, overwrite)
+    refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, max_iterations=iterations, seed=seed)
     with progress("building the trajectories") as report:

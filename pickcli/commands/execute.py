@@ -3,150 +3,179 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.options import emit_json, json_option, progress, refuse_existing, scene_option
+from pickcli.commands.options import (
+    json_option,
+    overwrite_option,
+    refuse_output,
+    scene_option,
+    seed_option,
+)
+from pickcli.commands.planner import (
+    CONFIGURATION,
+    artifact_options,
+    certified,
+    load_planner,
+    parse_configuration,
+)
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
+    from pickcli.cell.robot import PivotState
     from pickcli.cell.scene import Scene
+    from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
+    from pickcli.planning.context import Planner
     from pickcli.simulation.camera import Film
     from pickcli.simulation.execution import Execution
+    from pickcli.simulation.world import World
 
 
 @click.command("execute")
 @click.argument("plan_path", metavar="PLAN.json", type=click.Path(path_type=Path))
 @scene_option
-@click.option("--video", type=click.Path(path_type=Path), help="Film it: an animated GIF (needs pillow).")
-@click.option("--overwrite", is_flag=True, help="Replace an existing film.")
-@click.option("--unverified", is_flag=True, help="Execute a plan that carries no certificate.")
+@click.option("--planned-in", type=click.Path(path_type=Path), metavar="FILE",
+              help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
+@click.option("--start", metavar=CONFIGURATION,
+              help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
+@click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
+@click.option("--unverified", is_flag=True, help="Run the plan as it is, without certificate, in any scene.")
+@click.option("--video", type=click.Path(path_type=Path), metavar="FILE.gif", help="Film it.")
+@overwrite_option
+@artifact_options
+@seed_option
 @json_option
 def command(
-    plan_path: Path, scene_path: Path, video: Path | None, overwrite: bool, unverified: bool, as_json: bool
-) -> None:
-    """Run PLAN.json in pybullet, from its first point, in a scene as it is given.
+    plan_path: Path, scene_path: Path, planned_in: Path | None, start: str | None, bridge: bool,
+    unverified: bool, video: Path | None, overwrite: bool, roadmap: Path | None, trajectories: Path | None,
+    seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Run a plan in pybullet.
 
-    Exit code 6 when something collided, a limit was broken or an item was lost.
+    A plan without certificate is verified first. It does not start when the robot stands more than 0.01 rad
+    or m from the plan's first point; --bridge plans the way there, verifies it and carries it out before.
+    Exit code 6 when something collided, a limit was broken or an event was missed. An item that was not
+    picked or was lost is a result: exit code 0.
 
     \b
     Example:
       apc execute plan.json --scene scene.json --video pick.gif
+      apc execute plan.json --scene scene.json --start tote --bridge
     """
     from pickcli.cell.scene_file import read_scene
+    from pickcli.commands.execution_report import execution_summary, execution_text, trouble
+    from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
 
-    plan, scene = read_plan(plan_path), read_scene(scene_path)
-    _require_certificate(plan, plan_path, unverified)
-    film = None
     if video is not None:
-        refuse_existing(video, overwrite)
-        from pickcli.simulation.camera import Film
-
-        film = Film.named(video)
-    record = _run(plan, scene, film)
+        refuse_output(video, overwrite)
+    plan, scene = read_plan(plan_path), read_scene(scene_path)
+    believed = scene if planned_in is None else read_scene(planned_in)
+    if not unverified:
+        plan = _trusted(plan, plan_path, believed)
+    q, pivot = _stand(plan, scene, start)
+    plans = [plan]
+    if bridge and _is_away(plan, q):
+        planner = load_planner(scene.cell, roadmap, trajectories)
+        plans.insert(0, _bridge(planner, believed, plan, q, pivot, seed))
+    film = _film(video)
+    world, runs = _run(plans, scene, q, pivot, film)
     if film is not None and video is not None:
         film.write(video)
     if as_json:
-        emit_json(_summary(plan, record))
+        emit_json(execution_summary(plans, runs, world))
     else:
-        click.echo(_text(plan, record))
-    if not record.is_clean:
-        from pickcli.errors import TrialAbortedError
+        click.echo(execution_text(plans, runs, world))
+        if video is not None:
+            click.echo(f"  wrote {video}")
+    world.close()
+    if why := trouble(runs):
+        raise TrialAbortedError(why)
 
-        raise TrialAbortedError(record.trouble)
 
+def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
+    """The plan, certified for this scene. Raises RejectedError, or StaleError for another scene or cell."""
+    from pickcli.cell.scene_file import scene_hash
+    from pickcli.errors import StaleError
 
-def _require_certificate(plan: Plan, path: Path, unverified: bool) -> None:
-    """Raise RejectedError for a plan that nobody verified, or that changed since."""
-    from pickcli.errors import RejectedError
-    from pickcli.motion.plan_file import motion_hash
-
-    if unverified:
-        return
     if plan.certificate is None:
-        raise RejectedError(
-            f"{path}: carries no certificate; run apc verify --write on it, or pass --unverified"
+        plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified")
+        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
+    here = scene_hash(believed)
+    if plan.scene_hash != here:
+        raise StaleError(
+            f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
+            "it was made in with --planned-in"
         )
-    if plan.certificate.motion_hash != motion_hash(plan):
-        raise RejectedError(
-            f"{path}: its certificate is of another motion; run apc verify --write on it again"
-        )
+    return plan
 
 
-def _run(plan: Plan, scene: Scene, film: Film | None) -> Execution:
+def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, PivotState]:
+    """Where the robot stands, and its cup; what is not said is as the plan begins."""
     from pickcli.cell.robot import PivotState
-    from pickcli.simulation.execute import execute
-    from pickcli.simulation.world import World
 
     first = plan.segments[0].pivot
-    pivot = PivotState.STRAIGHT if first is PivotState.MOVING else first
-    world = World(scene, plan.trajectory.positions[0], pivot)
+    cup = PivotState.STRAIGHT if first is PivotState.MOVING else first
+    if start is None:
+        return plan.trajectory.positions[0], cup
+    q, pivot = parse_configuration(scene.cell, start)
+    return q, pivot if pivot in scene.cell.robot.tool.pivot_positions else cup
+
+
+def _is_away(plan: Plan, q: Array) -> bool:
+    from pickcli.simulation.execute import START_TOLERANCE
+
+    return bool(abs(q - plan.trajectory.positions[0]).max() > START_TOLERANCE)
+
+
+def _bridge(
+    planner: Planner, believed: Scene, plan: Plan, q: Array, pivot: PivotState, seed: int
+) -> Plan:  # fmt: skip
+    """A certified move from where the robot stands to the plan's first point."""
+    from pickcli.planning.move import plan_move
+    from pickcli.planning.pick import Start
+
+    goal = plan.trajectory.positions[0]
+    bridge = plan_move(planner, believed, Start(q, pivot), goal, seed, label="bridge to the first point")
+    return certified(bridge, believed, "try another --seed")
+
+
+def _film(video: Path | None) -> Film | None:
+    if video is None:
+        return None
+    from pickcli.simulation.camera import Film
+
+    return Film.named(video)
+
+
+def _run(
+    plans: list[Plan], scene: Scene, q: Array, pivot: PivotState, film: Film | None
+) -> tuple[World, list[Execution]]:
+    """Carry out the plans one after the other, until one has trouble. The world is left as it is then."""
+    from pickcli.simulation.execute import StartError, execute
+    from pickcli.simulation.world import World
 
     def look(world: World) -> None:
         if film is not None:
             film.look(world.engine, world.t)
 
+    world, runs = World(scene, q, pivot), []
     with progress("executing") as report:
-        record = execute(
-            plan,
-            world,
-            on_progress=lambda t, total, what: report(round(10 * t), round(10 * total), what),
-            on_step=look if film is not None else None,
-        )
-    world.close()
-    return record
-
-
-def _summary(plan: Plan, record: Execution) -> dict[str, Any]:
-    """The record as JSON values."""
-    return {
-        "query": plan.query,
-        "stopped": record.stopped,
-        "simulated_s": record.duration,
-        "has_item": record.has_item,
-        "held": record.held,
-        "max_lag_mm": 1e3 * record.max_lag,
-        "max_load": record.max_load,
-        "events": [
-            {
-                "device": fired.event.device,
-                "action": fired.event.action,
-                "t": fired.t - record.t_start,
-                "distance_mm": 1e3 * fired.distance,
-                "reading": fired.reading,
-            }
-            for fired in record.events
-        ],
-        "missed_events": [f"{event.device} {event.action}" for event in record.missed],
-        "collisions": [
-            {"a": c.a, "b": c.b, "t": c.t_start - record.t_start, "depth_mm": 1e3 * c.depth, "at": c.position}
-            for c in record.collisions
-        ],
-        "limit_violations": [str(violation) for violation in record.limit_violations],
-        "falls": [{"item": f.item, "height": f.height, "is_wanted": f.is_wanted} for f in record.falls],
-    }
-
-
-def _text(plan: Plan, record: Execution) -> str:
-    """The record in a few lines."""
-    lines = [
-        f"{plan.query}: {record.stopped or 'done'}, {record.duration:.2f} s simulated",
-        f"  tool at most {1e3 * record.max_lag:.1f} mm behind its command; "
-        f"cup loaded to {record.max_load:.0%} of its limits",
-    ]
-    for fired in record.events:
-        reading = "" if fired.reading is None else f": {'held' if fired.reading else 'nothing held'}"
-        lines.append(
-            f"  {fired.t - record.t_start:7.3f} s  {fired.event.device} {fired.event.action}{reading} "
-            f"({1e3 * fired.distance:.2f} mm from its trigger)"
-        )
-    lines += [f"  missed: {event.device} {event.action}" for event in record.missed]
-    lines += [
-        f"  collision: {c.a} and {c.b}, {1e3 * c.depth:.1f} mm deep at "
-        f"({', '.join(f'{x:.3f}' for x in c.position)}), {c.t_start - record.t_start:.3f} s"
-        for c in record.collisions
-    ]
-    lines += [f"  limit: {violation}" for violation in record.limit_violations]
-    return "\n".join(lines)
+        for plan in plans:
+            try:
+                run = execute(
+                    plan,
+                    world,
+                    on_progress=lambda t, total, what: report(round(10 * t), round(10 * total), what),
+                    on_step=look if film is not None else None,
+                )
+            except StartError as error:
+                raise StartError(error.joint, error.offset, "add --bridge, which does that") from None
+            runs.append(run)
+            if not run.is_clean:
+                break
+    return world, runs

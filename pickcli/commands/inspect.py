@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from pickcli.commands.options import emit_json, json_option
+from pickcli.commands.options import json_option
+from pickcli.commands.report import emit_json, key_lines
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 HEAD = 4096  # bytes in which a JSON file of ours names its format
@@ -18,27 +19,27 @@ HEAD = 4096  # bytes in which a JSON file of ours names its format
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
 @json_option
 def command(path: Path, as_json: bool) -> None:
-    """Show what is in a roadmap, trajectory database, plan, scene or cell.
+    """Show what is in a roadmap, database, plan, scene or cell.
 
     FILE may also be a cell's folder or name.
 
     \b
     Example:
-      apc inspect roadmap.h5
+      apc inspect scene.json
       apc inspect apc2016_delft --json
     """
     summary = _summary(path)
     if as_json:
         emit_json(summary)
     else:
-        click.echo("\n".join(_lines(summary)))
+        click.echo("\n".join(key_lines(summary)))
 
 
 def _summary(path: Path) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
 
-    if path.is_dir() or path.name == "cell.yaml" or not path.exists():
+    if path.is_dir() or path.suffix == ".yaml" or not path.exists():
         return _cell(path)
     try:
         with path.open("rb") as file:
@@ -51,18 +52,24 @@ def _summary(path: Path) -> dict[str, Any]:
         return _plan(path)
     if b'"apc scene"' in head:
         return _scene(path)
-    raise InputError(f"{path}: neither a roadmap, trajectory database, plan, scene nor cell of ours")
+    raise InputError(
+        f"{path}: neither a roadmap, trajectory database, plan, scene nor cell of ours; name another file"
+    )
 
 
 def _cell(path: Path) -> dict[str, Any]:
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.load import cell_names, load_cell
     from pickcli.errors import InputError, UnknownNameError
 
     try:
         cell = load_cell(path)
-    except UnknownNameError as error:
-        raise InputError(f"{path}: there is no such file, and no cell of that name ({error})") from None
+    except UnknownNameError:
+        what = "a folder without cell.yaml" if path.is_dir() else "no such file, and no cell of that name"
+        raise InputError(f"{path}: {what}; cells: {', '.join(cell_names())}") from None
     robot = cell.robot
+    by_kind: dict[str, list[str]] = {}
+    for configuration in cell.configurations.values():
+        by_kind.setdefault(configuration.kind, []).append(configuration.name)
     return {
         "format": "apc cell",
         "name": cell.name,
@@ -79,7 +86,7 @@ def _cell(path: Path) -> dict[str, Any]:
             "obstacles": len(cell.obstacles.bodies),
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
-        "configurations": dict(Counter(c.kind for c in cell.configurations.values())),
+        "configurations": by_kind,
         "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
         "items": len(cell.items),
         "speed_scale": cell.speed_scale,
@@ -91,6 +98,7 @@ def _scene(path: Path) -> dict[str, Any]:
     from pickcli.cell.scene_file import read_scene, scene_hash
 
     scene = read_scene(path)
+    places = Counter(placed.location for placed in scene.items)
     return {
         "format": "apc scene",
         "version": 1,
@@ -99,8 +107,8 @@ def _scene(path: Path) -> dict[str, Any]:
         "cell_fingerprint": scene.cell.fingerprint,
         "seed": scene.seed,
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
-        "items": len(scene.items),
-        "locations": dict(sorted(Counter(placed.location for placed in scene.items).items())),
+        "n_items": len(scene.items),
+        "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
     }
 
 
@@ -139,22 +147,4 @@ def _stored(path: Path) -> dict[str, Any]:
     """Roadmap or database: what the file says of itself, and totals."""
     from pickcli.roadmap.store import describe
 
-    found = describe(path)
-    return {**found, "bytes": path.stat().st_size}
-
-
-def _lines(summary: dict[str, Any]) -> list[str]:
-    """``key: value`` lines; lists and tables one entry per line below their key."""
-    lines = []
-    for key, value in summary.items():
-        entries: list[str] = []
-        if isinstance(value, dict):
-            entries = [f"{k}: {v}" for k, v in value.items()]
-        elif isinstance(value, list) and sum(len(str(v)) for v in value) > 60:
-            entries = [str(v) for v in value]
-        if isinstance(value, list) and not entries:
-            value = " ".join(str(v) for v in value)
-        first, *rest = entries or [str(value)]
-        lines.append(f"{key:>18}: {first}")
-        lines += [f"{'':>18}  {entry}" for entry in rest]
-    return lines
+    return {**describe(path), "bytes": path.stat().st_size}

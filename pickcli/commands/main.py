@@ -61,7 +61,7 @@ def apc() -> None:
 
 
 def main() -> None:
-    """Entry point: maps every outcome to its exit code (docs/exit-codes.md)."""
+    """Entry point: maps every outcome to its exit code (docs/commands.md)."""
     try:
         code = apc.main(standalone_mode=False)
     except click.UsageError as error:

@@ -8,18 +8,18 @@ import click
 
 from pickcli.commands.options import (
     cell_option,
-    emit_json,
     json_option,
     output_option,
-    progress,
-    refuse_existing,
+    refuse_output,
     seed_option,
 )
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
 
 
 @click.command("make-scene")
 @click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
-@output_option(what="scene")
+@output_option("scene")
 @click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
 @cell_option
 @seed_option
@@ -33,9 +33,9 @@ def command(
     seed: int,
     as_json: bool,
 ) -> None:
-    """Place the bin items of ORDER.json in their bins, with real sizes and masses, at rest.
+    """Place the items of an order in their bins, at rest.
 
-    What lies in the tote at the start of a stow order is not placed.
+    With their real sizes and masses. What lies in the tote at the start of a stow order is not placed.
 
     \b
     Example:
@@ -48,7 +48,7 @@ def command(
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)
     for path in filter(None, (output, picture)):
-        refuse_existing(path, overwrite)
+        refuse_output(path, overwrite)
 
     from pickcli.trial.make_scene import make_scene
 

@@ -1,10 +1,8 @@
-"""Options that several commands share, and the two ways they report."""
+"""Options that several commands share, and what they refuse before any work."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,7 +18,7 @@ DEFAULT_CELL = "apc2016_delft"
 def cell_option(function: F) -> F:
     """--cell NAME|PATH."""
     return click.option(
-        "--cell", "cell_name", default=DEFAULT_CELL, show_default=True,
+        "--cell", "cell_name", metavar="NAME|DIR", default=DEFAULT_CELL, show_default=True,
         help="Name under data/cells, or the path of a cell's folder.",
     )(function)  # fmt: skip
 
@@ -28,7 +26,7 @@ def cell_option(function: F) -> F:
 def seed_option(function: F) -> F:
     """--seed N."""
     return click.option(
-        "--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True,
+        "--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, metavar="N",
         help="Every random choice follows from it: same seed, same bytes.",
     )(function)  # fmt: skip
 
@@ -38,54 +36,52 @@ def json_option(function: F) -> F:
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON object to stdout.")(function)
 
 
-def output_option(required: bool = True, what: str = "file") -> Callable[[F], F]:
-    """-o PATH with --overwrite."""
+def output_option(what: str) -> Callable[[F], F]:
+    """-o FILE with --overwrite."""
 
     def decorate(function: F) -> F:
-        function = click.option("--overwrite", is_flag=True, help="Replace an existing output.")(function)
+        function = overwrite_option(function)
         return click.option(
-            "-o", "--output", type=click.Path(path_type=Path), required=required,
+            "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
             help=f"Where to write the {what}.",
         )(function)  # fmt: skip
 
     return decorate
 
 
+def overwrite_option(function: F) -> F:
+    """--overwrite."""
+    return click.option("--overwrite", is_flag=True, help="Replace what exists already.")(function)
+
+
 def scene_option(function: F) -> F:
     """--scene FILE."""
     return click.option(
-        "--scene", "scene_path", type=click.Path(path_type=Path), required=True,
+        "--scene", "scene_path", type=click.Path(path_type=Path), metavar="FILE", required=True,
         help="Scene file (see apc make-scene).",
     )(function)  # fmt: skip
 
 
-def refuse_existing(path: Path, overwrite: bool) -> None:
-    """Raise InputError when ``path`` exists and may not be replaced, or its folder does not exist."""
+def refuse_output(path: Path, overwrite: bool) -> None:
+    """Raise InputError, before any work, where the output could not be written in the end."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; name a file in it")
     if path.exists() and not overwrite:
         raise InputError(f"{path}: exists already; choose another name or add --overwrite")
-    if not path.parent.exists():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
+    if not path.parent.is_dir():
+        is_there = "is not a folder" if path.parent.exists() else "does not exist"
+        raise InputError(f"{path}: the folder {path.parent} {is_there}; make it first, or name another")
+    refuse_unwritable(path.parent, path)
 
 
-def emit_json(value: Any) -> None:
-    """One JSON object on stdout, keys in the order given."""
-    click.echo(json.dumps(value, indent=2, allow_nan=False))
+def refuse_unwritable(folder: Path, output: Path) -> None:
+    """Raise InputError if no file can be made in a folder. Tries it: permissions alone do not tell."""
+    import tempfile
 
-
-@contextmanager
-def progress(label: str) -> Iterator[Callable[[int, int, str], None]]:
-    """A bar with the time left on stderr; yields ``report(done, total, what)`` for library callbacks."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-        TextColumn("left"), TimeRemainingColumn(), TextColumn("{task.fields[what]}"),
-    )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=None, what="")
-
-        def report(done: int, total: int, what: str = "") -> None:
-            bar.update(task, completed=done, total=total, what=what)
-
-        yield report
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"{output}: nothing can be written in {folder} ({error.strerror}); name another place with -o"
+        ) from None

@@ -6,49 +6,59 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.options import (
-    emit_json,
-    json_option,
-    output_option,
-    refuse_existing,
-    scene_option,
-    seed_option,
+from pickcli.commands.options import json_option, output_option, refuse_output, scene_option, seed_option
+from pickcli.commands.planner import (
+    CONFIGURATION,
+    CONFIGURATION_HELP,
+    artifact_options,
+    certified,
+    load_planner,
+    parse_configuration,
+    verify_option,
 )
-from pickcli.commands.planner import artifact_options, load_planner, parse_configuration, report_plan
+from pickcli.commands.report import emit_json, plan_summary, plan_text
 
 
 @click.command("plan-move")
 @scene_option
-@click.option("--from", "start", required=True, help="Named configuration, or q as numbers with commas.")
-@click.option("--to", "goal", required=True, help="Named configuration, or q as numbers with commas.")
+@click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
+@click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
+@verify_option
 @artifact_options
 @seed_option
 @json_option
-@output_option(what="plan")
+@output_option("plan")
 def command(
-    scene_path: Path, start: str, goal: str, roadmap: Path | None, trajectories: Path | None,
-    seed: int, as_json: bool, output: Path, overwrite: bool,
+    scene_path: Path, start: str, goal: str, no_verify: bool, roadmap: Path | None,
+    trajectories: Path | None, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
-    """Plan a move with the empty tool (KTH, section IV: the primitive ``move``).
+    """Plan a move between two configurations.
+
+    The primitive ``move`` of KTH (section IV): with the empty tool, the cup as it is at the start. The plan
+    is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when there is no
+    plan; nothing is written then.
 
     \b
     Example:
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
     """
+    from pickcli.cell.robot import PivotState
     from pickcli.cell.scene_file import read_scene
     from pickcli.motion.plan_file import write_plan
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
-    refuse_existing(output, overwrite)
+    refuse_output(output, overwrite)
     scene = read_scene(scene_path)
-    planner = load_planner(scene.cell, roadmap, trajectories)
     q, pivot = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
-    plan = plan_move(planner, scene, Start(q, pivot), q_goal, seed, label=f"move from {start} to {goal}")
+    planner = load_planner(scene.cell, roadmap, trajectories)
+    begin = Start(q, pivot or PivotState.STRAIGHT)
+    plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
+    if not no_verify:
+        plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
     write_plan(plan, output)
-    summary = report_plan(plan, output)
     if as_json:
-        emit_json(summary)
+        emit_json(plan_summary(plan, output))
     else:
-        click.echo("\n".join(f"{key:>22}: {value}" for key, value in summary.items()))
+        click.echo(plan_text(plan, output))

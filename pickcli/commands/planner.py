@@ -1,39 +1,56 @@
-"""What the planning commands share: artifacts, configurations from the command line, the summary."""
+"""What the planning commands share: artifacts, configurations from the command line, the certificate."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.options import progress
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.commands.progress import progress
+from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.cell.model import Cell
     from pickcli.cell.robot import PivotState
+    from pickcli.cell.scene import Scene
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.context import Planner
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+CONFIGURATION = "NAME|q"
+CONFIGURATION_HELP = (
+    "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
+)
+
 
 def artifact_options(function: F) -> F:
     """--roadmap and --trajectories; by default the cell's folder in the user's cache, if built."""
     for name, what in (("trajectories", "trajectory database"), ("roadmap", "roadmap")):
         function = click.option(
-            f"--{name}", type=click.Path(path_type=Path),
+            f"--{name}", type=click.Path(path_type=Path), metavar="FILE",
             help=f"The {what} to use instead of the cell's own in the cache.",
         )(function)  # fmt: skip
     return function
 
 
-def load_planner(cell: Cell, roadmap: Path | None, trajectories: Path | None) -> Planner:
+def verify_option(function: F) -> F:
+    """--no-verify."""
+    return click.option(
+        "--no-verify", is_flag=True, help="Write the plan without asking the verifier: no certificate."
+    )(function)
+
+
+def load_planner(
+    cell: Cell, roadmap: Path | None, trajectories: Path | None, build_missing: bool = False
+) -> Planner:
     """A planner with the named artifacts, or those in the cache where they are built.
 
+    build_missing: build those in the cache that are needed and not there; else plan without, and say so
     Raises InputError for a named file that is missing, StaleError or DamagedError for one that must not
     be used.
     """
@@ -41,18 +58,26 @@ def load_planner(cell: Cell, roadmap: Path | None, trajectories: Path | None) ->
     from pickcli.precompute.artifacts import default_paths
     from pickcli.roadmap.store import read_database, read_roadmap
 
+    stored = None if roadmap is None else read_roadmap(roadmap, cell)
+    database = None if trajectories is None else read_database(trajectories, cell)
+    if build_missing and (stored is None or database is None):
+        _build_missing(cell)
     default = default_paths(cell)
-    roadmap = roadmap or (default.roadmap if default.roadmap.exists() else None)
-    trajectories = trajectories or (default.trajectories if default.trajectories.exists() else None)
-    return Planner(
-        cell,
-        None if roadmap is None else read_roadmap(roadmap, cell),
-        None if trajectories is None else read_database(trajectories, cell),
-    )
+    if stored is None and default.roadmap.exists():
+        stored = read_roadmap(default.roadmap, cell)
+    if database is None and default.trajectories.exists():
+        database = read_database(default.trajectories, cell)
+    if stored is None and database is None:
+        click.echo(
+            "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
+            "is planned from nothing (apc run-trial builds both)",
+            err=True,
+        )
+    return Planner(cell, stored, database)
 
 
-def build_missing(cell: Cell) -> None:
-    """Build the cell's roadmap and database into the cache where they are missing, with progress."""
+def _build_missing(cell: Cell) -> None:
+    """Build what is missing in the cell's cache, with progress."""
     from contextlib import ExitStack
 
     from pickcli.precompute.artifacts import ensure_artifacts
@@ -61,45 +86,39 @@ def build_missing(cell: Cell) -> None:
         ensure_artifacts(cell, lambda what: bars.enter_context(progress(f"building the {what}")))
 
 
-def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState]:
-    """A named configuration, or n numbers with commas (straight cup). Raises InputError."""
-    import numpy as np
+def certified(plan: Plan, scene: Scene, advice: str) -> Plan:
+    """The plan with the verifier's certificate. Raises RejectedError with every reason and the advice."""
+    from pickcli.verification.verify import certify
 
-    from pickcli.cell.robot import PivotState
+    began = time.perf_counter()
+    try:
+        plan = certify(plan, scene)
+    except RejectedError as error:
+        raise RejectedError(f"{error}; {advice}") from None
+    plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
+    return plan
+
+
+def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState | None]:
+    """A named configuration with its cup, or n numbers with commas (any cup: None). Raises InputError."""
+    import numpy as np
 
     if text in cell.configurations:
         named = cell.configurations[text]
         return named.q, named.pivot
-    parts = text.split(",")
     try:
-        q = np.array([float(part) for part in parts])
+        q = np.array([float(part) for part in text.split(",")])
     except ValueError:
         raise UnknownNameError("configuration", text, list(cell.configurations)) from None
     names = cell.robot.joint_names
-    if len(q) != len(names) or not np.all(np.isfinite(q)):
+    if len(q) != len(names):
         raise InputError(
-            f"configuration {text!r}: expected {len(names)} finite numbers ({' '.join(names)}), got {len(q)}"
+            f"configuration {text!r}: expected {len(names)} numbers ({' '.join(names)}), got {len(q)}"
         )
     limits = cell.robot.limits
     for name, value, low, high in zip(names, q, limits.lower, limits.upper, strict=True):
-        if not low <= value <= high:
-            raise InputError(f"configuration {text!r}: joint {name} = {value:g} is outside {low:g}..{high:g}")
-    return q, PivotState.STRAIGHT
-
-
-def report_plan(plan: Plan, path: Path) -> dict[str, Any]:
-    """The summary that the planning commands print."""
-    grasp = plan.grasp
-    return {
-        "query": plan.query,
-        "duration_s": round(plan.trajectory.duration, 3),
-        "segments": ", ".join(f"{s.kind} {s.t_end - s.t_start:.2f} s" for s in plan.segments),
-        "grasp": None if grasp is None else f"{grasp.kind} on face {grasp.face}",
-        "speed_scale": plan.speed_scale,
-        "events": ", ".join(
-            f"{e.device} {e.action} at {e.t_trigger:.3f} s" for e in plan.events if e.t_trigger is not None
-        ),
-        "certified": plan.certificate is not None,
-        "statistics": {key: round(value, 2) for key, value in plan.statistics.items()},
-        "plan": str(path),
-    }
+        if not low <= value <= high:  # nan is in no range
+            raise InputError(
+                f"configuration {text!r}: {name} is {value:g}, expected {low:g} to {high:g}; correct it"
+            )
+    return q, None

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.cell.scene import PoseNoise
-from pickcli.commands.options import cell_option, emit_json, json_option, progress, seed_option
-from pickcli.commands.planner import artifact_options, build_missing, load_planner
+from pickcli.commands.options import cell_option, json_option, overwrite_option, seed_option
+from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -37,9 +39,10 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 @click.command("run-trial")
 @click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Folder to write  [default: runs/ORDER-SEED]"
-)
-@click.option("--overwrite", is_flag=True, help="Replace the files of an existing folder.")
+    "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
+    help="Folder to write.  [default: runs/ORDER-SEED]",
+)  # fmt: skip
+@overwrite_option
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @cell_option
@@ -50,7 +53,10 @@ def command(
     order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, cell_name: str,
     roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
-    """Play a whole pick order in simulation by the rules of its year, and keep score.
+    """Play a whole order by the rules and keep score.
+
+    A pick order, in simulation, by the rules of its year. Exit code 6 when the trial had to be aborted,
+    something collided or a limit was broken; an item that was missed is a result.
 
     \b
     Example:
@@ -70,9 +76,7 @@ def command(
     from pickcli.trial.arena import SimulatedArena, crew_of
     from pickcli.trial.make_scene import make_scene
 
-    if roadmap is None or trajectories is None:
-        build_missing(cell)
-    planner = load_planner(cell, roadmap, trajectories)
+    planner = load_planner(cell, roadmap, trajectories, build_missing=True)
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report)
     arena = SimulatedArena(scene)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.options import emit_json, json_option, scene_option
+from pickcli.commands.options import json_option, scene_option
+from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
 def command(plan_path: Path, scene_path: Path, write: bool, as_json: bool) -> None:
-    """Check PLAN in its scene with exact shapes, other kinematics and proven bounds.
+    """Let the independent verifier check a plan.
+
+    Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 

@@ -37,10 +37,11 @@ Progress = Callable[[float, float, str], None]
 class StartError(InputError):
     """The robot is not where the plan begins. ``offset``: worst joint, m or rad."""
 
-    def __init__(self, joint: str, offset: float) -> None:
+    def __init__(self, joint: str, offset: float, advice: str = "") -> None:
         super().__init__(
             f"refusing to start: {joint} is {offset:.4f} from the plan's first point (at most "
             f"{START_TOLERANCE}); plan a move from the measured configuration to it first"
+            f"{advice and f' ({advice})'}"
         )
         self.joint, self.offset = joint, offset
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise, Scene
-from pickcli.cell.scene_file import read_scene, write_scene
+from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.make_scene import command as make_scene_command
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
@@ -87,12 +88,14 @@ def run_execute(plan: Path, scene: Path, *options: str) -> dict[str, object]:
 def test_execute_runs_the_plan_and_films_it(files: tuple[Path, Path], tmp_path: Path) -> None:
     film = tmp_path / "film.gif"
     record = run_execute(*files, "--unverified", "--video", str(film))
-    assert record["stopped"] == "" and record["collisions"] == [] and record["limit_violations"] == []
+    assert record["collisions"] == 0 and record["limit_violations"] == 0 and record["bridge"] is None
     assert film.read_bytes().startswith(b"GIF8")
 
 
-def test_execute_wants_a_certificate(files: tuple[Path, Path]) -> None:
-    with pytest.raises(RejectedError, match="apc verify"):
+def test_what_the_verifier_rejects_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:
+    plan = replace(rail_move(cell, distance=0.6), scene_hash=scene_hash(read_scene(files[1])))
+    write_plan(plan, files[0])
+    with pytest.raises(RejectedError, match="velocity"):
         run_execute(*files)
 
 

@@ -1,0 +1,99 @@
+"""How commands answer on stdout: one JSON object for programs, short text for people."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from pickcli.motion.plan import Plan
+
+KEY_WIDTH = 18  # characters of the widest key
+LINE_WIDTH = 90  # characters of words side by side
+
+
+def emit_json(value: Any) -> None:
+    """One JSON object on stdout, keys in the order given."""
+    click.echo(json.dumps(value, indent=2, allow_nan=False))
+
+
+def key_lines(summary: dict[str, Any]) -> list[str]:
+    """``key: value`` lines; what is long or nested goes on below its key."""
+    return [line for key, value in summary.items() for line in _below(f"{key:>{KEY_WIDTH}}", _entries(value))]
+
+
+def _below(key: str, entries: list[str]) -> list[str]:
+    first, *rest = entries
+    return [f"{key}: {first}", *(f"{'':>{len(key)}}  {entry}" for entry in rest)]
+
+
+def _entries(value: Any) -> list[str]:
+    """The lines of one value, at least one."""
+    if value is None:
+        return ["none"]
+    if isinstance(value, bool):
+        return ["yes" if value else "no"]
+    if isinstance(value, float):
+        return [f"{value:.6g}"]
+    if isinstance(value, dict):
+        return [line for key, v in value.items() for line in _below(key, _entries(v))] or ["none"]
+    if isinstance(value, list):
+        return _listed([" ".join(_entries(v)) for v in value]) or ["none"]
+    return [str(value)]
+
+
+def _listed(texts: list[str]) -> list[str]:
+    """Words side by side, phrases one below the other."""
+    if any(" " in text for text in texts):
+        return texts
+    return textwrap.wrap(" ".join(texts), LINE_WIDTH, break_long_words=False, break_on_hyphens=False)
+
+
+def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
+    """What the planning commands say of a plan that they wrote."""
+    grasp, certificate = plan.grasp, plan.certificate
+    return {
+        "plan": str(path),
+        "query": plan.query,
+        "duration_s": plan.trajectory.duration,
+        "speed_scale": plan.speed_scale,
+        "certified": certificate is not None,
+        "min_clearance_mm": None if certificate is None else 1e3 * certificate.min_clearance,
+        "grasp": None
+        if grasp is None
+        else {"item": grasp.item, "kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.pivot)},
+        "segments": [
+            {"kind": str(s.kind), "t_start": s.t_start, "t_end": s.t_end, "held": s.held}
+            for s in plan.segments
+        ],
+        "events": [{"device": e.device, "action": e.action, "t": e.t_trigger} for e in plan.events],
+        "statistics": plan.statistics,
+    }
+
+
+def plan_text(plan: Plan, path: Path) -> str:
+    """The same for people: what was found, when what happens, and where it is."""
+    grasp, certificate = plan.grasp, plan.certificate
+    trust = (
+        "not certified: nothing executes it before apc verify --write accepts it"
+        if certificate is None
+        else f"certified, at least {1e3 * certificate.min_clearance:.1f} mm clear of all but planned contacts"
+    )
+    slow = "" if plan.speed_scale == 1.0 else f", carried at {plan.speed_scale:.2f} of full speed"
+    how = [] if grasp is None else [f"  {grasp.kind} grasp on face {grasp.face} of {grasp.item}"]
+    times = ", ".join(f"{name.removesuffix('_ms')} {ms:.0f} ms" for name, ms in plan.statistics.items())
+    return "\n".join(
+        [f"{plan.query}: {plan.trajectory.duration:.2f} s{slow}", *how, f"  {trust}", *_timetable(plan),
+         f"  took: {times}", f"  wrote {path}"]
+    )  # fmt: skip
+
+
+def _timetable(plan: Plan) -> list[str]:
+    """Segments and events in the order of time."""
+    rows = [(s.t_start, f"{s.kind}, {s.t_end - s.t_start:.2f} s") for s in plan.segments]
+    rows += [(e.t_trigger, f"  {e.device} {e.action}") for e in plan.events if e.t_trigger is not None]
+    return [f"  {t:7.3f} s  {what}" for t, what in sorted(rows, key=lambda row: row[0])]
