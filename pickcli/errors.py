@@ -33,13 +33,14 @@ class InputError(ApcError):
 
 
 class UnknownNameError(InputError):
-    """A name nobody knows. ``known`` lists what could have been meant."""
+    """A name nobody knows. ``known`` lists what could have been meant; a ``hint`` says it better."""
 
-    def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "") -> None:
+    def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "") -> None:
         import difflib
 
         close = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(sorted(known)[:12])}"
+        listed = ", ".join(sorted(known)[:12]) + (", ..." if len(known) > 12 else "")
+        hint = hint or (f"did you mean {close[0]!r}?" if close else f"known: {listed or 'none'}")
         super().__init__(f"{where + ': ' if where else ''}unknown {kind} {name!r}; {hint}")
         self.kind, self.name, self.known = kind, name, tuple(known)
 

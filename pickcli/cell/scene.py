@@ -58,7 +58,9 @@ class Scene:
         for placed in here:
             if placed.item.name == id_or_name:
                 return placed
-        raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene")
+        elsewhere = sorted({i.location for i in self.items if id_or_name in (i.id, i.item.name)})
+        hint = f"it is in {' and '.join(elsewhere)}" if elsewhere else ""
+        raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene", hint)
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
         """All items of a bin or of the tote."""
