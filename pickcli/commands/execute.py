@@ -11,7 +11,6 @@ from pickcli.commands.options import (
     json_option,
     overwrite_option,
     refuse_output,
-    scene_option,
     seed_option,
 )
 from pickcli.commands.planner import (
@@ -23,6 +22,7 @@ from pickcli.commands.planner import (
 )
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
+from pickcli.commands.scene_options import open_scene, scene_options
 
 if TYPE_CHECKING:
     from pickcli.cell.robot import PivotState
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @click.command("execute")
 @click.argument("plan_path", metavar="PLAN.json", type=click.Path(path_type=Path))
-@scene_option
+@scene_options
 @click.option("--planned-in", type=click.Path(path_type=Path), metavar="FILE",
               help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
@@ -50,9 +50,9 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    plan_path: Path, scene_path: Path, planned_in: Path | None, start: str | None, bridge: bool,
-    unverified: bool, video: Path | None, overwrite: bool, roadmap: Path | None, trajectories: Path | None,
-    seed: int, as_json: bool,
+    plan_path: Path, scene_path: Path, cell_name: str | None, planned_in: Path | None, start: str | None,
+    bridge: bool, unverified: bool, video: Path | None, overwrite: bool, roadmap: Path | None,
+    trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
@@ -66,15 +66,14 @@ def command(
       apc execute plan.json --scene scene.json --video pick.gif
       apc execute plan.json --scene scene.json --start tote --bridge
     """
-    from pickcli.cell.scene_file import read_scene
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
 
     if video is not None:
         refuse_output(video, overwrite)
-    plan, scene = read_plan(plan_path), read_scene(scene_path)
-    believed = scene if planned_in is None else read_scene(planned_in)
+    plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
+    believed = scene if planned_in is None else open_scene(planned_in, cell_name)
     if not unverified:
         plan = _trusted(plan, plan_path, believed)
     q, pivot = _stand(plan, scene, start)

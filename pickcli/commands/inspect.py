@@ -10,6 +10,7 @@ import click
 
 from pickcli.commands.options import json_option
 from pickcli.commands.report import emit_json, key_lines
+from pickcli.commands.scene_options import open_scene
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 HEAD = 4096  # bytes in which a JSON file of ours names its format
@@ -17,8 +18,10 @@ HEAD = 4096  # bytes in which a JSON file of ours names its format
 
 @click.command("inspect")
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--cell", "cell_name", metavar="NAME|DIR",
+              help="The cell of a scene.  [default: the one under data/cells that it names]")  # fmt: skip
 @json_option
-def command(path: Path, as_json: bool) -> None:
+def command(path: Path, cell_name: str | None, as_json: bool) -> None:
     """Show what is in a roadmap, database, plan, scene or cell.
 
     FILE may also be a cell's folder or name.
@@ -28,14 +31,14 @@ def command(path: Path, as_json: bool) -> None:
       apc inspect scene.json
       apc inspect apc2016_delft --json
     """
-    summary = _summary(path)
+    summary = _summary(path, cell_name)
     if as_json:
         emit_json(summary)
     else:
         click.echo("\n".join(key_lines(summary)))
 
 
-def _summary(path: Path) -> dict[str, Any]:
+def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
 
@@ -51,7 +54,7 @@ def _summary(path: Path) -> dict[str, Any]:
     if b'"apc plan"' in head:
         return _plan(path)
     if b'"apc scene"' in head:
-        return _scene(path)
+        return _scene(path, cell_name)
     raise InputError(
         f"{path}: neither a roadmap, trajectory database, plan, scene nor cell of ours; name another file"
     )
@@ -94,10 +97,10 @@ def _cell(path: Path) -> dict[str, Any]:
     }
 
 
-def _scene(path: Path) -> dict[str, Any]:
-    from pickcli.cell.scene_file import read_scene, scene_hash
+def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
+    from pickcli.cell.scene_file import scene_hash
 
-    scene = read_scene(path)
+    scene = open_scene(path, cell_name)
     places = Counter(placed.location for placed in scene.items)
     return {
         "format": "apc scene",

@@ -54,14 +54,6 @@ def overwrite_option(function: F) -> F:
     return click.option("--overwrite", is_flag=True, help="Replace what exists already.")(function)
 
 
-def scene_option(function: F) -> F:
-    """--scene FILE."""
-    return click.option(
-        "--scene", "scene_path", type=click.Path(path_type=Path), metavar="FILE", required=True,
-        help="Scene file (see apc make-scene).",
-    )(function)  # fmt: skip
-
-
 def refuse_output(path: Path, overwrite: bool) -> None:
     """Raise InputError, before any work, where the output could not be written in the end."""
     if path.is_dir():
@@ -69,8 +61,8 @@ def refuse_output(path: Path, overwrite: bool) -> None:
     if path.exists() and not overwrite:
         raise InputError(f"{path}: exists already; choose another name or add --overwrite")
     if not path.parent.is_dir():
-        is_there = "is not a folder" if path.parent.exists() else "does not exist"
-        raise InputError(f"{path}: the folder {path.parent} {is_there}; make it first, or name another")
+        what = "is a file; move that" if path.parent.exists() else "does not exist; make it first"
+        raise InputError(f"{path}: the folder {path.parent} {what}, or name another")
     refuse_unwritable(path.parent, path)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.options import json_option, output_option, refuse_output, scene_option, seed_option
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
     CONFIGURATION_HELP,
@@ -17,10 +17,11 @@ from pickcli.commands.planner import (
     verify_option,
 )
 from pickcli.commands.report import emit_json, plan_summary, plan_text
+from pickcli.commands.scene_options import open_scene, scene_options
 
 
 @click.command("plan-move")
-@scene_option
+@scene_options
 @click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
 @click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
 @verify_option
@@ -29,7 +30,7 @@ from pickcli.commands.report import emit_json, plan_summary, plan_text
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, start: str, goal: str, no_verify: bool, roadmap: Path | None,
+    scene_path: Path, cell_name: str | None, start: str, goal: str, no_verify: bool, roadmap: Path | None,
     trajectories: Path | None, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan a move between two configurations.
@@ -43,13 +44,12 @@ def command(
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
     """
     from pickcli.cell.robot import PivotState
-    from pickcli.cell.scene_file import read_scene
     from pickcli.motion.plan_file import write_plan
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
     refuse_output(output, overwrite)
-    scene = read_scene(scene_path)
+    scene = open_scene(scene_path, cell_name)
     q, pivot = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
     planner = load_planner(scene.cell, roadmap, trajectories)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.options import json_option, output_option, refuse_output, scene_option, seed_option
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
     CONFIGURATION_HELP,
@@ -17,10 +17,11 @@ from pickcli.commands.planner import (
     verify_option,
 )
 from pickcli.commands.report import emit_json, plan_summary, plan_text
+from pickcli.commands.scene_options import open_scene, scene_options
 
 
 @click.command("plan-pick")
-@scene_option
+@scene_options
 @click.option("--bin", "bin_name", metavar="BIN", required=True, help="Bin to pick from, e.g. bin_C.")
 @click.option("--item", metavar="NAME", required=True, help="Item, or instance id of the scene (name#2).")
 @click.option(
@@ -34,8 +35,9 @@ from pickcli.commands.report import emit_json, plan_summary, plan_text
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, bin_name: str, item: str, start: str, neighbours: str, no_verify: bool,
-    roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool, output: Path, overwrite: bool,
+    scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, neighbours: str,
+    no_verify: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool, output: Path,
+    overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan one pick, from leaving for the bin to the item in the tote.
 
@@ -47,13 +49,12 @@ def command(
       apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
     """
     from pickcli.cell.robot import PivotState
-    from pickcli.cell.scene_file import read_scene
     from pickcli.motion.plan_file import write_plan
     from pickcli.planning.pick import Start, plan_pick
     from pickcli.planning.settings import Neighbours
 
     refuse_output(output, overwrite)
-    scene = read_scene(scene_path)
+    scene = open_scene(scene_path, cell_name)
     q, pivot = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)

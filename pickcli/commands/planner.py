@@ -106,10 +106,12 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState | None
     if text in cell.configurations:
         named = cell.configurations[text]
         return named.q, named.pivot
+    if "," not in text:
+        raise UnknownNameError("configuration", text, list(cell.configurations))
     try:
         q = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        raise UnknownNameError("configuration", text, list(cell.configurations)) from None
+    except ValueError as error:
+        raise InputError(f"configuration {text!r}: {error}; write numbers with commas") from None
     names = cell.robot.joint_names
     if len(q) != len(names):
         raise InputError(

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.options import json_option, scene_option
+from pickcli.commands.options import json_option
 from pickcli.commands.report import emit_json
+from pickcli.commands.scene_options import open_scene, scene_options
 
 if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
 
 @click.command("verify")
 @click.argument("plan_path", metavar="PLAN", type=click.Path(path_type=Path))
-@scene_option
+@scene_options
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
-def command(plan_path: Path, scene_path: Path, write: bool, as_json: bool) -> None:
+def command(plan_path: Path, scene_path: Path, cell_name: str | None, write: bool, as_json: bool) -> None:
     """Let the independent verifier check a plan.
 
     Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for.
@@ -31,13 +32,16 @@ def command(plan_path: Path, scene_path: Path, write: bool, as_json: bool) -> No
     Example:
       apc verify plan.json --scene scene.json --write
     """
-    from pickcli.cell.scene_file import read_scene
-    from pickcli.errors import RejectedError
+    from pickcli.errors import RejectedError, StaleError
     from pickcli.motion.plan_file import read_plan, write_plan
     from pickcli.verification.verify import verify
 
     plan = read_plan(plan_path)
-    verdict = verify(plan, read_scene(scene_path))
+    scene = open_scene(scene_path, cell_name)
+    try:
+        verdict = verify(plan, scene)
+    except StaleError as error:
+        raise StaleError(f"{plan_path} in {scene_path}: {error}") from None
     if verdict.certificate is not None and write:
         write_plan(replace(plan, certificate=verdict.certificate), plan_path)
     if as_json:
