@@ -19,7 +19,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
-RESERVE = 0.001  # m that coarse motions are planned with on top of the clearance: blends round their corners
+RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
 
 
 @dataclass(eq=False)

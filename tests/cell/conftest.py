@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from cell_copies import CellCopy
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.load import load_cell
@@ -18,35 +18,6 @@ from pickcli.errors import InputError
 @pytest.fixture(scope="session")
 def cell() -> Cell:
     return load_cell("apc2016_delft")
-
-
-@dataclass
-class Editable:
-    """A file to edit; ``replace`` returns the line (from 1) of what it changed."""
-
-    path: Path
-
-    def replace(self, old: str, new: str) -> int:
-        text = self.path.read_text()
-        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times"
-        self.path.write_text(text.replace(old, new))
-        return text[: text.index(old)].count("\n") + 1
-
-
-@dataclass
-class CellCopy:
-    folder: Path
-
-    @property
-    def yaml(self) -> Editable:
-        return Editable(self.folder / "cell.yaml")
-
-    @property
-    def urdf(self) -> Editable:
-        return Editable(self.folder / "robot.urdf")
-
-    def load(self) -> Cell:
-        return load_cell(self.folder)
 
 
 @pytest.fixture

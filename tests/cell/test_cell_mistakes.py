@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import CellCopy
+from cell_copies import CellCopy
 
 from pickcli.cell.load import load_cell
 from pickcli.errors import UnknownNameError
@@ -21,8 +21,8 @@ HOME = "kind: home, pivot: straight, q: [0.1580, "
 
 MISTAKES = {
     "unknown key": (
-        "clearance: 0.005",
-        "clearence: 0.005",
+        "clearance: 0.003",
+        "clearence: 0.003",
         "clearence: unknown key; did you mean 'clearance'?",
     ),
     "unknown inner key": ("cup_stroke:", "stroke:", "tool.stroke: unknown key"),

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 
 import pytest
-from conftest import CellCopy
+from cell_copies import CellCopy
 
 from pickcli.cell.model import Cell
 
 YAML_MATTERS = {
-    "clearance": ("clearance: 0.005", "clearance: 0.006"),
+    "clearance": ("clearance: 0.003", "clearance: 0.006"),
     "speed": ("speed_scale: 1.0", "speed_scale: 0.9"),
     "velocity": ("max_velocity: 1.0,", "max_velocity: 1.1,"),
     "jerk": ("max_jerk: 40.0", "max_jerk: 50.0"),

@@ -82,7 +82,7 @@ def test_items_block_and_can_be_left_out(
 def test_noise_inflates_items(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
-    """An item 12 mm in front of the cup is clear, unless it may be 10 mm nearer (5 mm must be kept)."""
+    """An item 12 mm in front of the cup is clear, unless it may be 10 mm nearer (3 mm must be kept)."""
     T = T_home_tip @ pose((0, 0, 0.05 + 0.012))
     assert make_checker(make_scene((CUBE, T))).is_free(home)
     assert not make_checker(make_scene((CUBE, T), noise=PoseNoise(0.010, 0.0))).is_free(home)

@@ -30,10 +30,10 @@ def test_too_close_is_told_apart(
     cell: Cell, make_scene: MakeScene, make_checker: MakeChecker, home: Array
 ) -> None:
     tip = Arm(cell.robot).tip(home, PivotState.STRAIGHT)
-    scene = make_scene((box_item((0.1, 0.1, 0.1)), tip @ pose((0, 0, 0.05 + 0.004))))
+    scene = make_scene((box_item((0.1, 0.1, 0.1)), tip @ pose((0, 0, 0.05 + 0.003))))
     reason = make_checker(scene).explain(home)
     assert reason.what == "too close"
-    assert re.fullmatch(r"cup against item item0, [0-4]\.\d mm apart \(5 mm are needed\)", reason.detail)
+    assert re.fullmatch(r"cup against item item0, [0-2]\.\d mm apart \(3 mm are needed\)", reason.detail)
 
 
 def test_edge_tells_the_deepest_place(cell: Cell, make_checker: MakeChecker) -> None:
