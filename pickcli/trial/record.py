@@ -29,7 +29,7 @@ CLAIM = (
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )
-_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig", "toppra")
+_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
 
 
 def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
