@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.cell.scene import PoseNoise
 from pickcli.commands.options import cell_option, json_option, overwrite_option, seed_option
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.progress import progress
@@ -17,6 +16,7 @@ from pickcli.commands.report import emit_json
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.cell.scene import PoseNoise
     from pickcli.trial.result import TrialResult
 
 FILE_WIDTH = 160  # columns of the table where it does not go to a terminal
@@ -25,6 +25,8 @@ MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
     """MM,DEG to metres and radians. Raises BadParameter."""
+    from pickcli.cell.scene import PoseNoise
+
     try:
         millimetres, degrees = (float(part) for part in value.split(","))
     except ValueError:

@@ -1,0 +1,56 @@
+"""``apc`` as its user meets it: argv in; exit code, stdout and stderr out."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+from pickcli.commands import main as cli
+
+ITEM = "dove_beauty_bar"
+
+
+@dataclass(frozen=True)
+class Made:
+    """Files that the commands made, to be copied before they are changed."""
+
+    order: Path
+    scene: Path
+    plan: Path
+    move: Path
+
+    def changed(self, name: str, into: Path, change: Any) -> Path:
+        """A copy of one of the files with ``change`` done to its JSON."""
+        data = json.loads(getattr(self, name).read_text())
+        change(data)
+        path = into / f"changed_{name}.json"
+        path.write_text(json.dumps(data))
+        return path
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What one call of ``apc`` left: exit code and both streams."""
+
+    code: int
+    out: str
+    err: str
+
+
+def apc(*argv: object) -> Answer:
+    """Run ``apc`` with these arguments, in this process. A bug's traceback comes out as the exception."""
+    out, err = io.StringIO(), io.StringIO()
+    streams = contextlib.redirect_stdout(out), contextlib.redirect_stderr(err)
+    with streams[0], streams[1], mock.patch.object(sys, "argv", ["apc", *map(str, argv)]):
+        try:
+            cli.main()
+        except SystemExit as stopped:
+            assert isinstance(stopped.code, int)
+            return Answer(stopped.code, out.getvalue(), err.getvalue())
+    raise AssertionError("main() ends by SystemExit")
