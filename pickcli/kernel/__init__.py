@@ -1,9 +1,17 @@
-"""The one native module: kinematics, inverse kinematics, clearance and proven edges of a serial chain.
+"""The one native module: kinematics, clearance and proven edges of a serial chain; paces along paths.
 
 Everything here works on plain float64 arrays in SI units and knows nothing of cells or items. Frame k of
 a chain is the child link of joint k; the parent of joint k is frame k-1, that of joint 0 the world.
 """
 
-from pickcli.kernel._kernel import Chain, Checker, EdgeReport, set_simd, simd
+from pickcli.kernel._kernel import (
+    Chain,
+    Checker,
+    EdgeReport,
+    fastest_pace,
+    quintic_peaks,
+    set_simd,
+    simd,
+)
 
-__all__ = ["Chain", "Checker", "EdgeReport", "set_simd", "simd"]
+__all__ = ["Chain", "Checker", "EdgeReport", "fastest_pace", "quintic_peaks", "set_simd", "simd"]

@@ -199,6 +199,34 @@ class Checker:
     def clearances(self, Q: NDArray[float64], max_distance: float = 1.0) -> NDArray[float64]:
         """The distance of clearance for each of Q (N, n), as (N,)."""
 
+def fastest_pace(
+    s: NDArray[float64],
+    dq: NDArray[float64],
+    ddq: NDArray[float64],
+    acceleration: NDArray[float64],
+    speed: NDArray[float64],
+    line_speed: NDArray[float64],
+    is_line: NDArray[int32],
+    cruise: float = 0.0,
+) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
+    """Time-optimal motion from rest to rest along a path, by TOPP-RA: t, s, ds/dt, each (P,); ds/dt is
+    linear in t between the points.
+
+    The path is given at gridpoints s (M,), increasing: dq/ds and its derivative ddq (M, n), limits of
+    ds/dt speed (M,), of joint acceleration (M-1, n) > 0 by interval. On an interval with is_line (M-1,)
+    nothing bends: its profile is exact, never faster than line_speed (M-1,), and cruises ``cruise`` s at
+    least.
+    """
+
+def quintic_peaks(
+    times: NDArray[float64],
+    positions: NDArray[float64],
+    velocities: NDArray[float64],
+    accelerations: NDArray[float64],
+) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
+    """Largest |velocity| (an upper bound), |acceleration| and |jerk| (both exact), each (N-1, n), on the
+    quintics between N points with increasing times (N,) and states (N, n)."""
+
 def simd() -> str:
     """Which build of the hot test runs: "avx2" or "baseline". Both give the same bits."""
 

@@ -13,19 +13,11 @@ import numpy as np
 from pickcli.cell.robot import Limits
 from pickcli.errors import LimitError
 from pickcli.geometry import Array
+from pickcli.kernel import quintic_peaks
 from pickcli.motion.trajectory import Trajectory
 
 TOLERANCE = 1e-6  # relative, for rounding only
 POSITION_TOLERANCE = 1e-6  # rad or m: a bump between two checked nodes
-
-# Power basis of a quartic on [0, 1] to its Bernstein coefficients on [0, 1/2] and [1/2, 1].
-_C = np.array(
-    [[1, 0, 0, 0, 0], [1, 1 / 4, 0, 0, 0], [1, 1 / 2, 1 / 6, 0, 0], [1, 3 / 4, 1 / 2, 1 / 4, 0], [1] * 5]
-)
-_HALF = np.diag(0.5 ** np.arange(5))
-_SHIFT = np.array([[1, 0.5, 0.25, 0.125, 0.0625], [0, 0.5, 0.5, 0.375, 0.25], [0, 0, 0.25, 0.375, 0.375],
-                   [0, 0, 0, 0.125, 0.25], [0, 0, 0, 0, 0.0625]])  # fmt: skip
-_QUARTIC_BOUND = np.concatenate([_C @ _HALF, _C @ _SHIFT])
 
 
 @dataclass(frozen=True)
@@ -53,12 +45,8 @@ class LimitReport:
 
 def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
     """Largest |velocity| (an upper bound), |acceleration| and |jerk| (exact), each (N - 1, n), per piece."""
-    c = trajectory.coefficients()
-    h = np.diff(trajectory.times)[:, None]
-    velocity = np.abs(_QUARTIC_BOUND @ (c[:, 1:] * _column(1, 2, 3, 4, 5))).max(axis=1)
-    acceleration = _cubic_peak(c[:, 2:] * _column(2, 6, 12, 20))
-    jerk = _quadratic_peak(c[:, 3:] * _column(6, 24, 60))
-    return velocity / h, acceleration / h**2, jerk / h**3
+    at = trajectory
+    return quintic_peaks(at.times, at.positions, at.velocities, at.accelerations)
 
 
 def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 1.0) -> LimitReport:
@@ -75,9 +63,12 @@ def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float 
 def check_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 1.0) -> LimitReport:
     """The worst ratios; raises LimitError naming quantity, joint and time if one is over 1.
 
-    Also raised: times that do not increase strictly from 0, a position limit left at a point, a start or
-    end that is not at rest. See ``measure_limits`` for ``scale``.
+    Also raised: values that are not finite, times that do not increase strictly from 0, a position limit
+    left at a point, a start or end that is not at rest. See ``measure_limits`` for ``scale``.
     """
+    rows = (trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    if not all(np.isfinite(row).all() for row in rows):
+        raise LimitError("trajectory has values that are not finite: rebuild the trajectory")
     if trajectory.times[0] != 0.0 or np.any(np.diff(trajectory.times) <= 0.0):
         raise LimitError("trajectory times must increase strictly from 0: rebuild the trajectory")
     ends = trajectory.velocities[[0, -1]]
@@ -112,30 +103,5 @@ def _check_positions(trajectory: Trajectory, limits: Limits) -> None:
 
 
 def _worst(trajectory: Trajectory, ratio: Array) -> Worst:
-    i, j = np.unravel_index(int(np.argmax(np.nan_to_num(ratio, nan=np.inf))), ratio.shape)
+    i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     return Worst(float(ratio[i, j]), trajectory.joint_names[j], float(trajectory.times[i]))
-
-
-def _column(*factors: float) -> Array:
-    return np.array(factors)[None, :, None]
-
-
-def _quadratic_peak(c: Array) -> Array:
-    """Largest absolute value (N, n) on [0, 1] of the quadratics c (N, 3, n)."""
-    c0, c1, c2 = c[:, 0], c[:, 1], c[:, 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = np.clip(np.nan_to_num(-c1 / (2.0 * c2), nan=0.0), 0.0, 1.0)
-    return np.maximum(np.maximum(np.abs(c0), np.abs(c0 + c1 + c2)), np.abs(c0 + u * (c1 + u * c2)))
-
-
-def _cubic_peak(c: Array) -> Array:
-    """Largest absolute value (N, n) on [0, 1] of the cubics c (N, 4, n)."""
-    c0, c1, c2, c3 = c[:, 0], c[:, 1], c[:, 2], c[:, 3]
-    peak = np.maximum(np.abs(c0), np.abs(c0 + c1 + c2 + c3))
-    root = np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0))
-    stable = -(c2 + np.where(c2 >= 0.0, root, -root))  # the two roots without cancellation
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for u in (stable / (3.0 * c3), c1 / stable):
-            u = np.clip(np.nan_to_num(u, nan=0.0), 0.0, 1.0)
-            peak = np.maximum(peak, np.abs(c0 + u * (c1 + u * (c2 + u * c3))))
-    return peak

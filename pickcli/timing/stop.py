@@ -66,7 +66,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> Stopped:
             law = _law(begin, 1.0, 0.0, rate, limits, trajectory)
             if begin + law.t[-1] >= best.trajectory.duration:
                 break  # lower rates take longer still
-            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE:
+            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk goes with its cube
                 best = Stopped(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
                 break
     return best
@@ -95,7 +95,7 @@ def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
     """Factor of time that the part driven by the law needs to keep the limits, at least 1."""
     t, q, v, a = _law_rows(trajectory, law)
     at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
-    if at_points > _HOPELESS:
+    if not at_points <= _HOPELESS:
         return at_points
     return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).stretch, 1.0)
 

@@ -1,9 +1,12 @@
-"""The closed-form TOPP-RA against the library that implements it with linear programs."""
+"""TOPP-RA: the kernel's passes against their numpy oracle, and against the library with linear programs."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import reference_topp
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from timing_paths import dense_curve, limits, random_walk
 
 from pickcli.geometry import Array
@@ -71,3 +74,28 @@ def test_cruise_lasts_as_long_as_asked() -> None:
     profile = parametrize(bounds.grid(curve, 1.0, np.inf, 0.3))
     fastest = profile.v.max()
     assert np.ptp(profile.t[profile.v > fastest - 1e-9]) == pytest.approx(0.3)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 2**31), n_points=st.integers(2, 12), n=st.integers(1, 8), size=st.floats(1e-4, 2.0)
+)
+def test_the_kernel_agrees_with_numpy(seed: int, n_points: int, n: int, size: float) -> None:
+    curve = blend(random_walk(seed, n_points, n, size), 0.02)
+    whole = np.array([0.0, curve.length])
+    bounds = path_bounds(curve, limits(n), whole, np.ones(1), np.array([np.inf]), None)
+    for cruise in (0.0, 0.05):
+        grid = bounds.grid(curve, 1.0, 1.0, cruise)
+        mine, oracle = parametrize(grid), reference_topp.parametrize(grid)
+        assert mine.duration == pytest.approx(oracle.duration, rel=1e-9)
+        t = np.linspace(0.0, mine.duration, 200)
+        assert np.allclose(mine.position(t), oracle.position(t), rtol=0.0, atol=1e-9 * curve.length)
+
+
+def test_profile_is_at_rest_at_its_ends_and_never_turns_back() -> None:
+    curve = blend(random_walk(3, 8), 0.05)
+    bounds = path_bounds(curve, limits(), np.array([0.0, curve.length]), np.ones(1), np.array([np.inf]), None)
+    profile = parametrize(bounds.grid(curve, 1.0, 1.0, 0.05))
+    assert profile.v[0] == profile.v[-1] == 0.0
+    assert profile.s[0] == 0.0 and profile.s[-1] == curve.length
+    assert np.all(np.diff(profile.t) > 0.0) and np.all(np.diff(profile.s) > 0.0)

@@ -6,5 +6,6 @@ namespace apc {
 
 void bind_chain(nanobind::module_& m);
 void bind_checker(nanobind::module_& m);
+void bind_timing(nanobind::module_& m);
 
 }  // namespace apc
