@@ -36,6 +36,7 @@ DEPTH = 0.15625  # bump(0)
 PEAK_TWIST = 10.0 / 3.0**0.5  # largest second derivative of the smoothstep
 _SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
 _DENSITY = 4.0  # nodes per half-length of a blend
+_EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone blend, in half-lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +89,13 @@ class Curve:
         Between two of them that lie in no blend the curve is a straight line.
         """
         blends = np.flatnonzero(self.half_lengths > 0.0)
-        pieces = [self._nodes(first, last) for first, last in self._clusters(blends)]
-        return distinct(np.concatenate([[0.0, self.length], self.corner_s[self.stops], *pieces]))
+        clusters = self._clusters(blends)
+        lone = np.array([first for first, last in clusters if first == last], dtype=np.intp)
+        even = self.corner_s[lone, None] + self.half_lengths[lone, None] * _EVEN
+        pieces = [self._nodes(first, last) for first, last in clusters if first < last]
+        return distinct(
+            np.concatenate([[0.0, self.length], self.corner_s[self.stops], even.ravel(), *pieces])
+        )
 
     def is_line(self, start: Array, end: Array) -> Mask:
         """(M,) whether the curve is straight on the intervals [start, end] (M,) between knots."""

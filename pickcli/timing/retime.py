@@ -4,7 +4,7 @@
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
 3. where the result breaks a limit, by a factor r of time, the limits are lowered there and it starts anew;
 4. what is left after a few rounds, a percent or so, is removed by stretching time.
-Several windows are tried, the fastest result is kept. All of it is a pure function of path and limits.
+All of it is a pure function of path and limits.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from pickcli.timing.limits import peaks
 from pickcli.timing.smooth import Pace, smooth
 from pickcli.timing.topp import Grid, Profile, parametrize
 
-_WINDOWS = (0.1, 0.2, 0.4, 0.65, 1.0, 1.25, 1.55)  # in units of acceleration / jerk
-_ROUNDS = 2  # for every window; as many again for the best one
-
+_WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
+_SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
+_ROUNDS = 4  # for every window
 _GOOD = 1.003  # a stretch that is not worth another round
 
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """One attempt: a pace and the factor of time that makes it keep every limit."""
+    """One attempt: a pace and the factor of time, at least 1, that makes it keep every limit."""
 
     pace: Pace
     stretch: float
@@ -47,70 +47,49 @@ def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
     step = ramp / np.ceil(ramp / step - 1e-9)
+    best: Timed | None = None
+    for window in _windows(curve, bounds, ramp):
+        found = _timed(curve, bounds, step, max(round(window / step), 1), window / ramp)
+        best = found if best is None or found.duration < best.duration else best
+        if best.stretch == 1.0:
+            break  # it fits as it is: a wider window only lasts longer
+    assert best is not None
+    return best
+
+
+def _windows(curve: Curve, bounds: PathBounds, ramp: float) -> tuple[float, ...]:
+    """Windows (s) to try, the narrowest first.
+
+    A motion over d from rest to rest that jerk alone limits has four phases of (d / 2 jerk)^(1/3), and
+    without jerk limits it would take T = 2 (d / acceleration)^(1/2).
+    """
     shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
-    # Short windows pay only where the motion is too short to reach its acceleration limits.
-    windows = {max(round(w * ramp / step), 1) for w in _WINDOWS if w >= 1.0 or shortest < 6.0 * w * ramp}
-    searches: list[_Search] = []
-    for n_window in sorted(windows):
-        searches.append(_Search(curve, bounds, step, n_window))
-        searches[-1].rounds(_ROUNDS)
-        if searches[-1].is_done and step * n_window >= ramp:
-            break  # it fits as it is: a longer window only lasts longer
-    best = min(searches, key=lambda search: search.best.duration)
-    best.rounds(_ROUNDS)
-    ratio = float(needed_stretch(curve, bounds, best.best.pace).max())
-    return Timed(best.best.pace, max(ratio, 1.0))
+    phase = min(ramp, float(np.cbrt(ramp * shortest**2 / 8.0)))
+    if not curve.half_lengths.any():
+        return (phase,)  # a straight line: the time-optimal motion itself
+    return (phase, _WIDE * phase) if shortest < _SHORT * ramp else (_WIDE * ramp,)
 
 
-class _Search:
-    """Rounds of local correction for one window."""
-
-    def __init__(self, curve: Curve, bounds: PathBounds, step: float, n_window: int) -> None:
-        window = step * n_window
-        ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
-        self._curve, self._bounds, self._step, self._n_window = curve, bounds, step, n_window
-        self._grid = bounds.grid(curve, min(1.0, window / ramp), 1.0, window)
-        self.best: Timed
-        self.is_done = False
-
-    def rounds(self, n: int) -> None:
-        """Up to n more attempts."""
-        for _ in range(n):
-            if not self.is_done:
-                self._round()
-
-    def _round(self) -> None:
-        """The next attempt; lowers the limits for the one after it."""
-        profile = parametrize(self._grid)
-        pace = smooth(profile, self._step, self._n_window)
-        ratios = _estimate(self._curve, self._bounds, pace)
+def _timed(curve: Curve, bounds: PathBounds, step: float, n_window: int, share: float) -> Timed:
+    """Rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
+    grid = bounds.grid(curve, min(1.0, share), 1.0, step * n_window)
+    best: Timed | None = None
+    for _ in range(_ROUNDS):
+        profile = parametrize(grid)
+        pace = smooth(profile, step, n_window)
+        ratios = needed_stretch(curve, bounds, pace)
         timed = Timed(pace, max(float(ratios.max()), 1.0))
-        self.best = timed if not hasattr(self, "best") or timed.duration < self.best.duration else self.best
-        self.is_done = timed.stretch <= _GOOD
-        if not self.is_done:
-            self._grid = _lowered(self._grid, profile, ratios, self._step, self._n_window)
+        best = timed if best is None or timed.duration < best.duration else best
+        if timed.stretch <= _GOOD:
+            break
+        grid = _lowered(grid, profile, ratios, step, n_window)
+    assert best is not None
+    return best
 
 
 def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
     """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
-    return _ratios(bounds, pace, *peaks(to_trajectory(curve, pace)))
-
-
-def _estimate(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
-    """The same from the cells' ends and mean jerk: cheaper, and near enough to correct by."""
-    trajectory = to_trajectory(curve, pace)
-    velocity, acceleration = np.abs(trajectory.velocities), np.abs(trajectory.accelerations)
-    jerk = np.abs(np.diff(trajectory.accelerations, axis=0)) / np.diff(pace.t)[:, None]
-    return _ratios(
-        bounds,
-        pace,
-        np.maximum(velocity[1:], velocity[:-1]),
-        np.maximum(acceleration[1:], acceleration[:-1]),
-        jerk,
-    )
-
-
-def _ratios(bounds: PathBounds, pace: Pace, velocity: Array, acceleration: Array, jerk: Array) -> Array:
+    velocity, acceleration, jerk = peaks(to_trajectory(curve, pace))
     start, end = pace.s[:-1], pace.s[1:]
     scale, limits = bounds.lowest(bounds.scales, start, end), bounds.limits
     ratio = np.maximum(

@@ -45,7 +45,7 @@ class Pace:
         i = np.clip(np.searchsorted(self.s, s, side="left") - 1, 0, last)
         h = self.t[i + 1] - self.t[i]
         low, high = np.zeros(len(s)), np.ones(len(s))
-        for _ in range(50):
+        for _ in range(32):  # to 1e-12 s
             u = (low + high) / 2
             here = self.s[i] + h * u * (
                 self.ds[i] + h * u * (self.dds[i] / 2 + (self.dds[i + 1] - self.dds[i]) * u / 6)
