@@ -1,37 +1,21 @@
 """From an order to a scene: every item with its real size, at rest in its bin.
 
-Bins are filled one by one, each from a seed of its own (scene seed, bin, attempt), so that a bin looks the
-same whatever the others hold. Targets of the order are not treated differently from the rest.
+Bins are filled one by one, each from a seed of its own, so that a bin looks the same whatever the others
+hold. Targets of the order are not treated differently from the rest.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
-import numpy as np
-
-from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, Reason
 from pickcli.simulation.settle import settle
+from pickcli.trial.layout import Contents, lay_out
 from pickcli.trial.noise import derived_seed
-from pickcli.trial.packing import BinMap
-from pickcli.trial.stances import stances
-
-N_ATTEMPTS = 120  # layouts tried per bin, tidier and tidier
-THIN = 0.022  # m
 
 Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True)
-class Contents:
-    """One instance to be placed."""
-
-    id: str
-    item: Item
 
 
 def make_scene(
@@ -60,58 +44,20 @@ def make_scene(
 
 
 def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> tuple[PlacedItem, ...]:
-    """The contents of one bin at rest. Raises InputError when no attempt succeeds."""
-    reasons: list[Reason] = []
-    for attempt in range(N_ATTEMPTS if contents else 0):
-        rng = np.random.default_rng(derived_seed("layout", seed, bin_name, attempt))
-        order = sorted(contents, key=ORDERS[attempt % len(ORDERS)], reverse=True)
-        layout = _lay_out(scene, bin_name, order, rng, tidiness=attempt / (N_ATTEMPTS - 1))
-        outcome = layout if isinstance(layout, Reason) else settle(scene, layout)
-        if not isinstance(outcome, Reason):
-            return outcome
-        reasons.append(outcome)
+    """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
     if not contents:
         return ()
+    layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name))
+    reason = Reason("no room", bin_name, "for all of them at once")
+    for layout in layouts:
+        rested = settle(scene, layout.items)
+        if not isinstance(rested, Reason):
+            return rested
+        reason = rested
     raise InputError(
-        f"{bin_name}: its {len(contents)} items do not fit at rest in {N_ATTEMPTS} attempts "
-        f"(last: {reasons[-1]}); take another seed or put fewer items into this bin"
+        f"{bin_name}: its {len(contents)} items do not fit at rest, in none of {len(layouts)} layouts "
+        f"(last: {reason}); take another seed or put fewer items into this bin"
     )
-
-
-def _lay_out(
-    scene: Scene, bin_name: str, contents: Sequence[Contents], rng: np.random.Generator, tidiness: float
-) -> tuple[PlacedItem, ...] | Reason:
-    """Poses a little above where the items will lie, in the order given."""
-    cell_bin = scene.cell.pod.bins[bin_name]
-    bin_map = BinMap(cell_bin)
-    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
-    placed = []
-    for entry in contents:
-        spot = bin_map.find(entry.item, rng, tidiness)
-        if spot is None:
-            return Reason("no room", bin_name, entry.id)
-        bin_map.occupy(spot)
-        placed.append(PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ spot.T_bin_item))
-    return tuple(placed)
-
-
-def _base(entry: Contents) -> tuple[float, str]:
-    """By the area covered when lying flat; the id breaks ties."""
-    width, depth = stances(entry.item.shape)[0][0].footprint
-    return width * depth, entry.id
-
-
-def _level_first(entry: Contents) -> tuple[bool, float, str]:
-    """Level ones before round ones, on which nothing lies; a bin so filled holds most."""
-    return stances(entry.item.shape)[0][0].is_level, *_base(entry)
-
-
-def _thin_first(entry: Contents) -> tuple[bool, float, str]:
-    """Envelopes and books under everything else."""
-    return stances(entry.item.shape)[0][0].height < THIN, *_base(entry)
-
-
-ORDERS = (_level_first, _base, _thin_first)  # in which a bin is filled, by turns
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

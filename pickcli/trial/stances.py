@@ -3,48 +3,70 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 
-MIN_SLENDERNESS = 0.35  # narrowest side of the footprint over the height: what stands thinner topples
-WEIGHTS = (0.75, 0.20, 0.05)  # of the flattest stance, the next and the tallest
+FREE_SLENDERNESS = 0.35  # narrowest side of the footprint over the height: what is thinner needs a neighbour
+LEAST_SLENDERNESS = 0.1  # what is thinner than that falls over even beside a wall
+LEAST_EDGE = 0.01  # m, thickness of what stands on an edge: neither a leaflet nor a bag of gloves does
+WEIGHTS = (0.5, 0.3, 0.2)  # of the flattest stance, the next and the tallest
 
 
 @dataclass(frozen=True, eq=False)
 class Stance:
     """One side down.
 
-    R_world_item: (3, 3) before any turn about the vertical
-    footprint: (x, y) extents of the covered rectangle, m
+    R_up_item: (3, 3) before any turn about the vertical
     height: m
     is_level: whether its top is flat, so that others can lie on it
+    is_on_edge: whether it stands so thin that it needs something to stand beside; thin along y
+    can_roll: whether it rolls along its y axis (a lying cylinder) or anywhere (a sphere)
     """
 
-    R_world_item: Array
-    footprint: tuple[float, float]
+    R_up_item: Array
     height: float
     is_level: bool
+    is_on_edge: bool
+    can_roll: bool
 
 
-def stances(shape: Shape) -> list[tuple[Stance, float]]:
-    """Every stable stance with its probability, the flattest first."""
-    found = {
-        round(stance.height, 6): stance for stance in (_stance(shape, axis) for axis in range(3)) if stance
-    }
+@cache
+def stances(item: Item) -> list[tuple[Stance, float]]:
+    """Every stance in which the item stays, with its probability, the flattest first."""
+    found = {round(s.height, 6): s for s in (_stance(item, up) for up in range(3)) if s is not None}
     ranked = [found[height] for height in sorted(found)]
-    stable = [s for i, s in enumerate(ranked) if i == 0 or min(s.footprint) >= MIN_SLENDERNESS * s.height]
-    weights = np.array(WEIGHTS[: len(stable)])
-    return list(zip(stable, (weights / weights.sum()).tolist(), strict=True))
+    weights = np.array(WEIGHTS[: len(ranked)])
+    return list(zip(ranked, (weights / weights.sum()).tolist(), strict=True))
 
 
-def _stance(shape: Shape, up: int) -> Stance | None:
-    """The stance with one of the item's axes upwards."""
-    if shape.kind is ShapeKind.CYLINDER and up == 1:
+def _stance(item: Item, up: int) -> Stance | None:
+    """The stance with one of the item's axes upwards, or None if it does not stay so."""
+    shape = item.shape
+    if shape.kind is not ShapeKind.BOX and up == 1:
         return None  # the same as lying on its x axis
-    R = np.roll(np.eye(3), up - 2, axis=1).T if up != 2 else np.eye(3)
-    along = np.abs(R) @ shape.extents
-    is_level = shape.kind is ShapeKind.BOX or (shape.kind is ShapeKind.CYLINDER and up == 2)
-    return Stance(R, (float(along[0]), float(along[1])), float(along[2]), is_level)
+    if shape.kind is ShapeKind.CYLINDER and up == 0 and shape.extents[2] < shape.extents[0]:
+        return None  # a disc rolls away on its rim
+    R = _upwards(shape, up)
+    _, y, height = np.abs(R) @ shape.extents
+    slenderness = y / height
+    is_on_edge = slenderness < FREE_SLENDERNESS
+    if is_on_edge and (slenderness < LEAST_SLENDERNESS or y < LEAST_EDGE or item.folded):
+        return None
+    is_round = shape.kind is ShapeKind.SPHERE or (shape.kind is ShapeKind.CYLINDER and up == 0)
+    return Stance(R, float(height), not is_round, bool(is_on_edge), is_round)
+
+
+def _upwards(shape: Shape, up: int) -> Array:
+    """Turns the item so that ``up`` points upwards and the longer of its other sides lies along x."""
+    a, b = (axis for axis in range(3) if axis != up)
+    long, short = (a, b) if shape.extents[a] >= shape.extents[b] else (b, a)
+    R = np.zeros((3, 3))
+    R[0, long], R[2, up] = 1.0, 1.0
+    R[1, short] = 1.0
+    R[1] *= np.linalg.det(R)
+    return R

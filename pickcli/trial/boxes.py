@@ -1,0 +1,61 @@
+"""Upright boxes around the items of a bin, in the bin frame: x into the bin, y left, z up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes:
+    """Lower and upper corners (..., 3), m."""
+
+    low: Array
+    high: Array
+
+    @property
+    def middle(self) -> Array:
+        """Centres (..., 3)."""
+        return (self.low + self.high) / 2
+
+    @property
+    def column(self) -> Boxes:
+        """(..., N, 1, 3), for pairs with others."""
+        return Boxes(self.low[..., None, :], self.high[..., None, :])
+
+    @property
+    def row(self) -> Boxes:
+        """(..., 1, N, 3), for pairs with others."""
+        return Boxes(self.low[..., None, :, :], self.high[..., None, :, :])
+
+    def __getitem__(self, index: Any) -> Boxes:
+        """Some of them, by any index of numpy."""
+        return Boxes(self.low[index], self.high[index])
+
+    def replaced(self, k: int, by: Boxes) -> Boxes:
+        """With box k of each row (..., N, 3) replaced by one of ``by`` (..., 3)."""
+        low, high = self.low.copy(), self.high.copy()
+        low[..., k, :], high[..., k, :] = by.low, by.high
+        return Boxes(low, high)
+
+
+def gap(a: Boxes, b: Boxes) -> Array:
+    """Horizontal distance of boxes, m, negative where one is over the other."""
+    return np.asarray(
+        np.maximum(
+            np.maximum(a.low[..., 0] - b.high[..., 0], b.low[..., 0] - a.high[..., 0]),
+            np.maximum(a.low[..., 1] - b.high[..., 1], b.low[..., 1] - a.high[..., 1]),
+        )
+    )
+
+
+def lies_on(upper: Boxes, lower: Boxes) -> Bools:
+    """Whether a box is over another."""
+    return np.asarray((gap(upper, lower) < 0.0) & (upper.middle[..., 2] > lower.middle[..., 2]))

@@ -1,0 +1,50 @@
+"""Where the items of one bin go, before physics lets them come to rest.
+
+Whoever stocks a pod lays things side by side so that all can be seen, stacks only what is left over, and puts
+right what turned out badly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.trial.packing import fill
+
+
+@dataclass(frozen=True)
+class Contents:
+    """One instance to be placed."""
+
+    id: str
+    item: Item
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Poses a little above where the items will lie, and what the layout costs in order and access."""
+
+    items: tuple[PlacedItem, ...]
+    cost: float
+
+
+def lay_out(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> list[Layout]:
+    """Layouts of a bin, the best first; none if its items found no room."""
+    cell_bin = scene.cell.pod.bins[bin_name]
+    fillings = fill(cell_bin, [entry.item for entry in contents], np.random.default_rng(seed))
+    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    return [
+        Layout(
+            tuple(
+                PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)
+                for entry, T_bin_item in zip(contents, fillings.poses(k), strict=True)
+            ),
+            float(fillings.cost[k]),
+        )
+        for k in np.argsort(fillings.cost, kind="stable")
+        if fillings.is_full()[k]
+    ]

@@ -1,0 +1,124 @@
+"""Fillings: everything inside, nothing in anything else, order kept, the same for the same seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.cell.load import load_cell
+from pickcli.trial.access import have_way_out
+from pickcli.trial.boxes import Boxes
+from pickcli.trial.crowding import crowding
+from pickcli.trial.fillings import Fillings
+from pickcli.trial.packing import fill
+from pickcli.trial.spots import RAISED
+
+CELL = load_cell("apc2016_delft")
+NAMES = sorted(name for name, year in CELL.items if year == 2016)
+
+
+def filled(bin_name: str, names: list[str], seed: int) -> Fillings:
+    return fill(CELL.pod.bins[bin_name], [CELL.item(name) for name in names], np.random.default_rng(seed))
+
+
+def best_of(fillings: Fillings) -> int:
+    return int(np.argmin(np.where(fillings.is_full(), fillings.cost, np.inf)))
+
+
+@given(
+    st.sampled_from(sorted(CELL.pod.bins)),
+    st.lists(st.sampled_from(NAMES), min_size=1, max_size=4),
+    st.integers(0, 10**6),
+)
+@settings(max_examples=12, deadline=None)
+def test_full_ones_hold_everything_inside_and_apart(bin_name: str, names: list[str], seed: int) -> None:
+    cell_bin, fillings = CELL.pod.bins[bin_name], filled(bin_name, names, seed)
+    assert fillings.is_full().any()
+    boxes = fillings.lying.boxes[fillings.is_full()]
+    assert np.all(boxes.low[..., 0] > 0.0) and np.all(boxes.high[..., 0] < cell_bin.depth)
+    assert np.all(boxes.low[..., 1] > cell_bin.y_range[0]) and np.all(
+        boxes.high[..., 1] < cell_bin.y_range[1]
+    )
+    assert np.all(boxes.high[..., 2] < cell_bin.ceiling_back)
+    one, other = boxes.column, boxes.row
+    apart = np.maximum(one.low - other.high, other.low - one.high).max(axis=-1)
+    on_floor = fillings.lying.own[fillings.is_full()] < RAISED
+    both = on_floor[:, :, None] & on_floor[:, None, :] & ~np.eye(len(names), dtype=bool)
+    assert np.all(apart[both] >= 0.003 - 1e-9)
+    # What lies on something tilted may sink into the box around that, not into the thing itself.
+    assert np.all(apart[:, ~np.eye(len(names), dtype=bool)] > -0.025)
+
+
+@given(st.lists(st.sampled_from(NAMES), min_size=1, max_size=4), st.integers(0, 10**6))
+@settings(max_examples=6, deadline=None)
+def test_the_boxes_are_around_the_items_where_they_lie(names: list[str], seed: int) -> None:
+    fillings = filled("bin_B", names, seed)
+    k = best_of(fillings)
+    for item, T, low, high in zip(
+        fillings.items,
+        fillings.poses(k),
+        fillings.lying.boxes.low[k],
+        fillings.lying.boxes.high[k],
+        strict=True,
+    ):
+        reach = item.shape.reach(T[:3, :3])
+        np.testing.assert_allclose(T[:3, 3] - reach, low, atol=1e-12)
+        np.testing.assert_allclose(T[:3, 3] + reach, high, atol=1e-12)
+        np.testing.assert_allclose(T[:3, :3] @ T[:3, :3].T, np.eye(3), atol=1e-12)
+
+
+def test_the_cost_kept_is_the_cost_there_is() -> None:
+    fillings = filled("bin_C", ["jane_eyre_dvd", "crayola_24_ct", "kleenex_tissue_box"], 5)
+    boxes, own = fillings.lying.boxes, fillings.lying.own.sum(axis=1)
+    blocked = (~have_way_out(fillings.cell_bin, boxes)).sum(axis=-1)
+    expected = own + crowding(fillings.cell_bin, boxes) + 5.0 * blocked
+    full = fillings.is_full() & ~fillings.is_cramming
+    assert full.any()
+    np.testing.assert_allclose(fillings.cost[full], expected[full], atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_with_room_everything_lies_on_the_floor_and_comes_out(seed: int) -> None:
+    fillings = filled("bin_E", ["crayola_24_ct", "kleenex_tissue_box", "dove_beauty_bar"], seed)
+    boxes = fillings.lying.boxes[best_of(fillings)]
+    assert have_way_out(fillings.cell_bin, boxes).all()
+    assert np.all(boxes.low[:, 2] < fillings.cell_bin.floor_front)
+
+
+def test_one_seed_one_filling_and_another_another() -> None:
+    names = ["crayola_24_ct", "command_hooks", "staples_index_cards"]
+    a, b, c = (filled("bin_H", names, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(a.lying.centre, b.lying.centre)
+    np.testing.assert_array_equal(a.cost, b.cost)
+    moved = a.poses(best_of(a))[:, :2, 3] - c.poses(best_of(c))[:, :2, 3]
+    assert np.linalg.norm(moved, axis=1).max() > 0.01
+
+
+def test_what_does_not_fit_is_left_outside() -> None:
+    fillings = filled("bin_H", ["hanes_tube_socks"] * 6, 1)
+    assert not fillings.is_full().any()
+    assert np.all((fillings.lying.boxes.low[..., 0] > 1.0) == (fillings.lying.own >= 1000.0))
+
+
+def _pair(front: float, back: float) -> Boxes:
+    low = np.array([[0.05, -0.05, -0.03], [0.25, -0.05, -0.03]])
+    return Boxes(low, low + np.array([[0.1, 0.1, front], [0.1, 0.1, back]]))
+
+
+def test_tall_things_belong_behind_low_ones() -> None:
+    cell_bin = CELL.pod.bins["bin_E"]
+    right, wrong, level = (
+        crowding(cell_bin, _pair(*pair)) for pair in ((0.02, 0.1), (0.1, 0.02), (0.02, 0.02))
+    )
+    assert right == level < wrong
+
+
+def test_crowding_does_not_depend_on_the_order_of_things() -> None:
+    fillings = filled("bin_H", ["crayola_24_ct", "command_hooks", "jane_eyre_dvd", "scotch_duct_tape"], 3)
+    boxes = fillings.lying.boxes
+    shuffled = Boxes(boxes.low[:, [2, 0, 3, 1]], boxes.high[:, [2, 0, 3, 1]])
+    np.testing.assert_allclose(
+        crowding(fillings.cell_bin, boxes), crowding(fillings.cell_bin, shuffled), atol=1e-12
+    )
