@@ -100,32 +100,14 @@ def command(
 def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
     """The table, the score and where everything was written."""
     from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
 
+    from pickcli.commands.trial_table import print_rows
     from pickcli.trial.report import rows, summary
 
-    table = Table()
-    for title in ("bin", "item", "outcome"):
-        table.add_column(title, no_wrap=True)
-    for title in ("points", "planning ms", "motion s"):
-        table.add_column(title, justify="right")
-    table.add_column("reason", overflow="fold")
-    for row in rows(result):
-        planning = "-" if row.planning_ms is None else f"{row.planning_ms:.0f}"
-        table.add_row(
-            row.bin,
-            row.item,
-            row.outcome,
-            str(row.points),
-            planning,
-            f"{row.motion_s:.1f}",
-            escape(row.reason),
-        )
     console = Console()
     if not console.is_terminal:
         console = Console(width=FILE_WIDTH)
-    console.print(table)
+    print_rows(console, rows(result))
     for line in (*summary(result), *(f"wrote {path}" for path in paths)):
         console.print(line, markup=False, highlight=False)
 

@@ -1,0 +1,47 @@
+"""The table at the end of a trial, for wide and for narrow terminals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.table import Table
+
+    from pickcli.trial.report import Row
+
+WIDE = 120  # columns from which the reasons have a column of their own
+
+
+def print_rows(console: Console, rows: Sequence[Row]) -> None:
+    """One row per target; where there is little room, the reasons follow as a list below."""
+    is_wide = console.width >= WIDE
+    console.print(_table(rows, is_wide))
+    if not is_wide:
+        for row in rows:
+            if row.reason:
+                console.print(f"{row.bin} {row.item}: {row.reason}", markup=False, highlight=False)
+
+
+def _table(rows: Sequence[Row], has_reasons: bool) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    # No frame: so the longest name fits into 80 columns.
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for title in ("bin", "item", "outcome"):
+        table.add_column(title, overflow="fold")
+    for title in ("points", "planning\nms", "motion\ns"):
+        table.add_column(title, justify="right")
+    if has_reasons:
+        table.add_column("reason", overflow="fold")
+    for row in rows:
+        cells: list[RenderableType] = [row.bin, row.item, row.outcome, str(row.points), _planning(row)]
+        cells.append(f"{row.motion_s:.1f}")
+        table.add_row(*cells, *([Text(row.reason)] if has_reasons else []))
+    return table
+
+
+def _planning(row: Row) -> str:
+    return "-" if row.planning_ms is None else f"{row.planning_ms:.0f}"
