@@ -227,10 +227,11 @@ class _Trial:
 
 
 def _choose_copy(scene: Scene, job: Job) -> PlacedItem | None:
-    """Of several copies in the bin the one nearest to its mouth."""
+    """Of several copies in the bin the one nearest to its mouth; on a retry the next one."""
     T_pod_world = inverse(scene.T_world_pod)
     copies = [i for i in scene.in_location(job.target.bin) if i.item.name == job.target.item]
-    return min(copies, key=lambda i: (float((T_pod_world @ i.T_world_item)[0, 3]), i.id), default=None)
+    copies.sort(key=lambda i: (float((T_pod_world @ i.T_world_item)[0, 3]), i.id))
+    return copies[job.attempts % len(copies)] if copies else None
 
 
 def _ms_since(began: float) -> float:
