@@ -42,11 +42,19 @@ def follow_line(
         return Reason(result.reason.what, where, result.reason.detail)
     dense = np.vstack([q_a[None], result.configurations])
     kept = dense[_essential(arm, pivot, dense, poses)]
-    i = checker.path_is_free(kept)
-    if i >= 0:
-        reason = checker.explain_edge(kept[i], kept[i + 1])
-        return Reason(reason.what, where, reason.detail)
-    return Line(kept)
+    blocked = _blocked(checker, kept)
+    return Line(kept) if blocked is None else Reason(blocked.what, where, blocked.detail)
+
+
+def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
+    """Why a polyline is not proven free. The waypoints come first: cheap to test, and cheap to explain."""
+    is_free = checker.are_free(waypoints)
+    if not is_free.all():
+        i = int(np.argmin(is_free))
+        reason = checker.explain(waypoints[i])
+        return Reason(reason.what, "", f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
+    i = checker.path_is_free(waypoints)
+    return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
 
 
 def _essential(arm: Arm, pivot: PivotState, dense: Array, poses: Array) -> list[int]:
