@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
+N_CHECKERS = 64  # that are kept: more than one query needs
 RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
 
 
@@ -34,12 +37,15 @@ class Planner:
     space: JointSpace = field(init=False)
     arm: Arm = field(init=False)
     model: CollisionModel = field(init=False)
+    _checkers: Callable[..., SceneChecker] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.roadmap = self.stored or Roadmap.empty(self.cell.robot.joint_names)
         self.space = JointSpace.of(self.cell.robot, self.cell.speed_scale)
         self.arm = Arm(self.cell.robot)
         self.model = CollisionModel(self.cell)
+        # By identity of scene and held item, as the boxes of a scene are kept.
+        self._checkers = lru_cache(maxsize=N_CHECKERS)(partial(SceneChecker, self.model))
 
     def checker(
         self,
@@ -54,10 +60,7 @@ class Planner:
 
         reserve: m on top of the cell's clearance
         """
-        margin = self.cell.clearance + reserve
-        return SceneChecker(
-            self.model, scene, pivot, held=held, without=without, touching=touching, margin=margin
-        )
+        return self._checkers(scene, pivot, held, without, touching, self.cell.clearance + reserve)
 
 
 def derived_seed(seed: int, *names: str) -> int:

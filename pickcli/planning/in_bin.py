@@ -49,6 +49,9 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
     if len(solutions) == 0:
         return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(poses.contact))]
     empty, meeting = query.empty[grasp.pivot], query.meeting[grasp.pivot]
+    # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
+    T_tip_item = inverse(poses.contact) @ query.target.T_world_item
+    held = Held(query.target.item, T_tip_item, query.uncertainty)
     reasons: list[Reason] = []
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
         if not meeting.is_free(q_contact):
@@ -59,12 +62,11 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
         if isinstance(way_in, Reason):
             reasons.append(way_in)
             continue
-        way_out = _way_out(query, grasp, poses, q_contact, where)
+        way_out = _way_out(query, grasp, poses, held, q_contact, where)
         if isinstance(way_out, list):
             reasons += way_out
             continue
-        held, out = way_out
-        return InBin(grasp, held, *way_in, *out, touching=query.touching, ignored=query.ignored)
+        return InBin(grasp, held, *way_in, *way_out, touching=query.touching, ignored=query.ignored)
     return reasons
 
 
@@ -116,13 +118,10 @@ def _backwards(line: Line) -> Line:
 
 
 def _way_out(
-    query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array, where: str
-) -> tuple[Held, tuple[Line, Line, tuple[Line, ...]]] | list[Reason]:
+    query: BinQuery, grasp: Grasp, poses: PickPoses, held: Held, q_contact: Array, where: str
+) -> tuple[Line, Line, tuple[Line, ...]] | list[Reason]:
     """Lift and retreat with the item held, along the first corridor that the arm can follow."""
     planner = query.planner
-    # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
-    T_tip_item = inverse(poses.contact) @ query.target.T_world_item
-    held = Held(query.target.item, T_tip_item, query.uncertainty)
     gone = query.ignored | {query.target.id}
     carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
     leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=query.touching)
@@ -134,7 +133,7 @@ def _way_out(
         if isinstance(out, Reason):
             reasons.append(out)
         else:
-            return held, out
+            return out
     return reasons
 
 
