@@ -45,16 +45,41 @@ class Drop:
     depart: Line  # up again, empty
 
 
+@dataclass(frozen=True, eq=False)
+class _Pile:
+    """What lies in the tote, as boxes along the world's axes."""
+
+    centres: Array  # (K, 2)
+    half: Array  # (K, 2)
+    tops: Array  # (K,)
+    floor: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> _Pile:
+        placed = scene.in_location(TOTE)
+        reach = [i.item.shape.reach(i.T_world_item[:3, :3]) + scene.noise.bound(i.item) for i in placed]
+        at = np.array([i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
+        half = np.array(reach).reshape(-1, 3)
+        return cls(at[:, :2], half[:, :2], at[:, 2] + half[:, 2], float(scene.cell.tote.T_world_tote[2, 3]))
+
+    def heights(self, centres: Array, half: Array) -> Array:
+        """(M,) height in the world of the highest item under each footprint, else the floor.
+
+        centres: (M, 2); half: (2,) half extents of the footprint
+        """
+        apart = np.abs(self.centres - centres[:, None])
+        under = (apart < self.half + half).all(axis=2)
+        return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
+
+
 def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 30) -> tuple[Spot, ...] | Reason:
     """Places in the tote where the item fits between the walls, lowest pile first.
 
     Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
     cannot reach next to it either.
     """
-    found: list[Spot] = []
-    for price, R in _orientations(pivot):
-        grid = sorted(_grid(scene, held, pivot, R, price), key=lambda s: s.cost)
-        found += grid[:PER_ORIENTATION]
+    pile = _Pile.of(scene)
+    found = [s for price, R in _orientations(pivot) for s in _best(scene, held, pivot, R, price, pile)]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
         return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
@@ -70,8 +95,8 @@ def _orientations(pivot: PivotState) -> list[tuple[float, Array]]:
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
-def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float) -> list[Spot]:
-    """A grid of release poses for one tool orientation."""
+def _best(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float, pile: _Pile) -> list[Spot]:
+    """The best few release poses, on a grid, for one tool orientation."""
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
@@ -79,35 +104,29 @@ def _grid(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float) -
     if spare.min() < LEAST_WALL:
         return []
     room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
-    floor = tote.T_world_tote[2, 3]
-    rim = floor + tote.inner[2]
-    out = []
-    for fx in np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1) if room[0] > 0 else [0.0]:
-        for fy in np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1) if room[1] > 0 else [0.0]:
-            centre = tote.T_world_tote[:2, 3] + room * (fx, fy)
-            pile = _pile_height(scene, centre, reach[:2], floor)
-            bottom = pile + ABOVE_PILE
-            tip = bottom + reach[2] - T[2, 3]
-            if pivot is PivotState.DOWN:
-                tip = max(tip, rim + LANCE_ABOVE_RIM)
-            lowest = tip + T[2, 3] - reach[2]
-            if lowest - floor > MAX_DROP:
-                continue
-            release = pose([centre[0] - T[0, 3], centre[1] - T[1, 3], tip], R=R)
-            rise = max(LEAST_RISE, rim + ABOVE_RIM - lowest)
-            cost = (lowest - pile) + 2.0 * (pile - floor) + 0.3 * rise + price
-            out.append(Spot(shifted(release, np.array([0, 0, rise])), release, float(cost)))
-    return out
+    centres = tote.T_world_tote[:2, 3] + room * _places(room)
+    rim = pile.floor + tote.inner[2]
+    height = pile.heights(centres, reach[:2])
+    tip = height + ABOVE_PILE + reach[2] - T[2, 3]
+    if pivot is PivotState.DOWN:
+        tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
+    lowest = tip + T[2, 3] - reach[2]
+    rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)
+    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
+    order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
+    found = []
+    for i in order[:PER_ORIENTATION]:
+        release = pose([*(centres[i] - T[:2, 3]), tip[i]], R=R)
+        above = shifted(release, np.array([0.0, 0.0, rise[i]]))
+        found.append(Spot(above, release, float(cost[i])))
+    return found
 
 
-def _pile_height(scene: Scene, centre: Array, half: Array, floor: float) -> float:
-    """Height in the world of the highest delivered item under a footprint, else the floor."""
-    top = floor
-    for placed in scene.in_location(TOTE):
-        reach = placed.item.shape.reach(placed.T_world_item[:3, :3]) + scene.noise.bound(placed.item)
-        if np.all(np.abs(placed.T_world_item[:2, 3] - centre) < reach[:2] + half):
-            top = max(top, float(placed.T_world_item[2, 3] + reach[2]))
-    return top
+def _places(room: Array) -> Array:
+    """(M, 2) places to try as shares of the room to either side."""
+    along_x = np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1)
+    along_y = np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1)
+    return np.stack(np.meshgrid(along_x, along_y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def plan_drop(
