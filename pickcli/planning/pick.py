@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,16 @@ class Start:
 
     q: Array  # (n,)
     pivot: PivotState
+
+
+@dataclass(frozen=True, eq=False)
+class WayIn:
+    """A grasp with the coarse motion to it."""
+
+    in_bin: InBin
+    transit: Coarse
+    transit_pivot: PivotState
+    total: float  # about the seconds to the end of the retreat, and what the grasp's score is worth
 
 
 def plan_pick(
@@ -110,30 +120,44 @@ def _same(a: Grasp, b: Grasp) -> bool:
 
 def _ways_in(
     query: BinQuery, feasible: list[InBin], start: Start, seed: int, reasons: list[Reason]
-) -> list[tuple[InBin, Coarse, PivotState]]:
-    """Coarse motions to the pre-approach configurations, the fastest whole way in first.
+) -> Iterator[WayIn]:
+    """Ways to the pre-approach configurations, the fastest whole way in first.
 
-    All grasps with one pivot state go to the planner as one goal set; losers stay as fallbacks.
+    All grasps with one pivot state go to the planner as one goal set. Losers stay as fallbacks, planned
+    when they are asked for.
     """
+    groups = {
+        pivot: [f for f in feasible if f.grasp.pivot is pivot]
+        for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+    }
+    heads = {pivot: _way_in(query, group, pivot, start, seed, reasons) for pivot, group in groups.items()}
+    while any(heads.values()):
+        _, pivot = min((head.total, pivot) for pivot, head in heads.items() if head is not None)
+        best = heads[pivot]
+        assert best is not None
+        yield best
+        groups[pivot].remove(best.in_bin)
+        heads[pivot] = _way_in(query, groups[pivot], pivot, start, seed, reasons)
+
+
+def _way_in(
+    query: BinQuery, group: list[InBin], pivot: PivotState, start: Start, seed: int, reasons: list[Reason]
+) -> WayIn | None:
+    """The fastest way into one of the grasps with one pivot state, or None."""
+    if not group:
+        return None
     planner = query.planner
-    options: list[tuple[float, int, InBin, Coarse, PivotState]] = []
-    for pivot in (PivotState.STRAIGHT, PivotState.DOWN):
-        group = [f for f in feasible if f.grasp.pivot is pivot]
-        # While the cup turns on the way, the volume that it sweeps must be free.
-        shape = pivot if pivot is start.pivot else PivotState.MOVING
-        checker = planner.checker(query.scene, shape, reserve=RESERVE)
-        while group:
-            goals = np.stack([f.preapproach.waypoints[0] for f in group])
-            extra = [_in_bin_duration(planner, f) for f in group]
-            name = derived_seed(seed, "transit", query.target.id, pivot)
-            coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
-            if isinstance(coarse, Reason):
-                reasons.append(coarse)
-                break
-            chosen = group.pop(coarse.goal)
-            total = coarse.duration + extra[coarse.goal] + 0.2 * chosen.grasp.score
-            options.append((total, len(options), chosen, coarse, shape))
-    return [(f, c, shape) for _, _, f, c, shape in sorted(options, key=lambda o: o[:2])]
+    # While the cup turns on the way, the volume that it sweeps must be free.
+    shape = pivot if pivot is start.pivot else PivotState.MOVING
+    checker = planner.checker(query.scene, shape, reserve=RESERVE)
+    goals = np.stack([f.preapproach.waypoints[0] for f in group])
+    extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score for f in group]
+    name = derived_seed(seed, "transit", query.target.id, pivot)
+    coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
+    if isinstance(coarse, Reason):
+        reasons.append(coarse)
+        return None
+    return WayIn(group[coarse.goal], coarse, shape, coarse.duration + extra[coarse.goal])
 
 
 def _in_bin_duration(planner: Planner, f: InBin) -> float:
@@ -142,11 +166,9 @@ def _in_bin_duration(planner: Planner, f: InBin) -> float:
     return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
 
 
-def _carried_out(
-    query: BinQuery, option: tuple[InBin, Coarse, PivotState], seed: int, reasons: list[Reason]
-) -> PickMotion | None:
+def _carried_out(query: BinQuery, way_in: WayIn, seed: int, reasons: list[Reason]) -> PickMotion | None:
     """The way from the end of the retreat into the tote, for one way in."""
-    planner, (chosen, transit, shape) = query.planner, option
+    planner, chosen = query.planner, way_in.in_bin
     held, pivot, target = chosen.held, chosen.grasp.pivot, query.target
     places = spots(query.scene, held, pivot)
     if isinstance(places, Reason):
@@ -165,7 +187,8 @@ def _carried_out(
     if isinstance(transfer, Reason):
         reasons.append(transfer)
         return None
-    return PickMotion(chosen, transit, shape, transfer, drops[transfer.goal][1])
+    drop = drops[transfer.goal][1]
+    return PickMotion(chosen, way_in.transit, way_in.transit_pivot, transfer, drop)
 
 
 def _drops(
