@@ -15,11 +15,11 @@ def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
     distance = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
     angle = rotation_angle(T_a[:3, :3].T @ T_b[:3, :3])
     n = max(1, int(np.ceil(max(distance / step, angle / ANGLE_STEP))))
-    if angle > 1e-9:
-        return np.stack([interpolate(T_a, T_b, i / n) for i in range(n + 1)])
     poses = np.tile(T_a, (n + 1, 1, 1))
     s = np.linspace(0.0, 1.0, n + 1)[:, None]
     poses[:, :3, 3] = (1.0 - s) * T_a[:3, 3] + s * T_b[:3, 3]
+    if angle > 1e-9:
+        poses[:, :3, :3] = [interpolate(T_a, T_b, i / n)[:3, :3] for i in range(n + 1)]
     return poses
 
 

@@ -49,4 +49,7 @@ def load(mass: float, R_world_tip: Array, p_tip_com: Array, accelerations: Array
 
 def static_load(mass: float, R_world_tip: Array, p_tip_com: Array) -> Load:
     """Load (see ``load``) at rest in one orientation (3, 3)."""
-    return load(mass, R_world_tip[None], p_tip_com, np.zeros((1, 3)))
+    weight = mass * GRAVITY
+    x, y, z = (weight * float(v) for v in R_world_tip[2])  # of the force, in the tool frame
+    px, py, pz = (float(v) for v in p_tip_com)
+    return Load(max(0.0, -z), float(np.hypot(x, y)), float(np.hypot(py * z - pz * y, pz * x - px * z)))

@@ -92,6 +92,4 @@ def with_links(roadmap: Roadmap, q: Array, links: Sequence[Link]) -> tuple[Roadm
     if len(links[0].waypoints) == 1:
         return roadmap, links[0].node
     roadmap, node = roadmap.with_node(q)
-    for link in links:
-        roadmap = roadmap.with_edge(node, link.node, link.waypoints)
-    return roadmap, node
+    return roadmap.with_edges([(node, link.node, link.waypoints) for link in links]), node

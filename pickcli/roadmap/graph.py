@@ -93,15 +93,22 @@ class Roadmap:
 
         Raises ValueError if the polyline does not join the two nodes.
         """
-        ends = waypoints[[0, -1]]
-        if not np.array_equal(ends, self.configurations[[a, b]]):
-            raise ValueError(f"the polyline does not lead from node {a} to node {b}")
+        return self.with_edges([(a, b, waypoints)])
+
+    def with_edges(self, new: Sequence[tuple[int, int, Array]]) -> Roadmap:
+        """A roadmap with at least one more edge (node a, node b, polyline), as ``with_edge`` adds one."""
+        for a, b, waypoints in new:
+            if not np.array_equal(waypoints[[0, -1]], self.configurations[[a, b]]):
+                raise ValueError(f"the polyline does not lead from node {a} to node {b}")
+        paths = [waypoints for _, _, waypoints in new]
+        lengths = [JointPath(self.joint_names, path).length for path in paths]
+        ends = self.offsets[-1] + np.cumsum([len(path) for path in paths], dtype=np.int64)
         return replace(
             self,
-            edges=np.vstack([self.edges, np.array([[a, b]], dtype=np.int64)]),
-            lengths=np.append(self.lengths, JointPath(self.joint_names, waypoints).length),
-            waypoints=np.vstack([self.waypoints, waypoints]),
-            offsets=np.append(self.offsets, self.offsets[-1] + len(waypoints)).astype(np.int64),
+            edges=np.vstack([self.edges, np.array([new_edge[:2] for new_edge in new], dtype=np.int64)]),
+            lengths=np.append(self.lengths, lengths),
+            waypoints=np.vstack([self.waypoints, *paths]),
+            offsets=np.concatenate([self.offsets, ends]),
         )
 
     def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:
