@@ -16,6 +16,10 @@ from pickcli.kinematics.manipulability import yoshikawa
 # a rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
 PRISMATIC_WEIGHT = 4.0
 
+# m or rad that inverse kinematics keeps inside every limit: where the robot comes to rest it is measured,
+# and the next plan starts from what was measured.
+LIMIT_MARGIN = 1e-3
+
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
 
@@ -32,6 +36,8 @@ class Arm:
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
         self.weights: Array = np.where(self._is_prismatic, PRISMATIC_WEIGHT, 1.0)  # (n,) of IK
+        self._lower = robot.limits.lower + LIMIT_MARGIN
+        self._upper = robot.limits.upper - LIMIT_MARGIN
         self.max_step: Array = np.where(self._is_prismatic, MAX_STEP_PRISMATIC, MAX_STEP_REVOLUTE)
 
     @property
@@ -80,7 +86,7 @@ class Arm:
         """
         solutions = self._chains[pivot].ik(
             T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
-            self.limits.lower, self.limits.upper, self.weights,
+            self._lower, self._upper, self.weights,
         )  # fmt: skip
         return np.asarray(solutions).reshape(-1, self.n)
 
@@ -110,7 +116,7 @@ class Arm:
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
         Q, code = self._chains[pivot].follow(
-            poses, self._T_last_tip, q0, self.limits.lower, self.limits.upper, self.weights, self.max_step
+            poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step
         )
         whole = np.vstack([q0, np.asarray(Q).reshape(-1, self.n)])
         reason = None if code == 0 else self._why_broken(whole[-1], code, len(whole) - 1, len(poses))
