@@ -15,6 +15,8 @@ from pickcli.cell.item import Item
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.trial.packing import fill
 
+N_LAYOUTS = 3  # at most: the best fillings, often variants of each other
+
 
 @dataclass(frozen=True)
 class Contents:
@@ -24,27 +26,19 @@ class Contents:
     item: Item
 
 
-@dataclass(frozen=True, eq=False)
-class Layout:
-    """Poses a little above where the items will lie, and what the layout costs in order and access."""
-
-    items: tuple[PlacedItem, ...]
-    cost: float
-
-
-def lay_out(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> list[Layout]:
-    """Layouts of a bin, the best first; none if its items found no room."""
+def lay_out(
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
+) -> list[tuple[PlacedItem, ...]]:
+    """The contents of a bin a little above where they will lie, best first; nothing if they found no room."""
     cell_bin = scene.cell.pod.bins[bin_name]
     fillings = fill(cell_bin, [entry.item for entry in contents], np.random.default_rng(seed))
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    full = np.flatnonzero(fillings.is_full())
+    best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]
     return [
-        Layout(
-            tuple(
-                PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)
-                for entry, T_bin_item in zip(contents, fillings.poses(k), strict=True)
-            ),
-            float(fillings.cost[k]),
+        tuple(
+            PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)
+            for entry, T_bin_item in zip(contents, fillings.poses(k), strict=True)
         )
-        for k in np.argsort(fillings.cost, kind="stable")
-        if fillings.is_full()[k]
+        for k in best.tolist()
     ]

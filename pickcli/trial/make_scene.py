@@ -17,6 +17,8 @@ from pickcli.trial.noise import derived_seed
 
 Progress = Callable[[int, int, str], None]
 
+N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
+
 
 def make_scene(
     bin_contents: Mapping[str, Sequence[str]],
@@ -47,16 +49,16 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
     """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
     if not contents:
         return ()
-    layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name))
     reason = Reason("no room", bin_name, "for all of them at once")
-    for layout in layouts:
-        rested = settle(scene, layout.items)
-        if not isinstance(rested, Reason):
-            return rested
-        reason = rested
+    for attempt in range(N_ATTEMPTS):
+        for layout in lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt)):
+            rested = settle(scene, layout)
+            if not isinstance(rested, Reason):
+                return rested
+            reason = rested
     raise InputError(
-        f"{bin_name}: its {len(contents)} items do not fit at rest, in none of {len(layouts)} layouts "
-        f"(last: {reason}); take another seed or put fewer items into this bin"
+        f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
+        "take another seed or put fewer items into this bin"
     )
 
 

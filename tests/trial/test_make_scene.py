@@ -66,7 +66,7 @@ def test_a_bin_does_not_depend_on_the_others(small: Scene) -> None:
 
 
 def test_too_much_for_a_bin_is_an_error_that_names_it() -> None:
-    with pytest.raises(InputError, match=r"bin_H.*6 items do not fit.*take another seed"):
+    with pytest.raises(InputError, match=r"bin_H.*6 items do not fit at rest.*take another seed"):
         made({"bin_H": ["hanes_tube_socks"] * 6})
 
 

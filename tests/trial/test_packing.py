@@ -11,7 +11,7 @@ from pickcli.cell.load import load_cell
 from pickcli.trial.access import have_way_out
 from pickcli.trial.boxes import Boxes
 from pickcli.trial.crowding import crowding
-from pickcli.trial.fillings import Fillings
+from pickcli.trial.fillings import BLOCKED, Fillings
 from pickcli.trial.packing import fill
 from pickcli.trial.spots import RAISED
 
@@ -73,7 +73,7 @@ def test_the_cost_kept_is_the_cost_there_is() -> None:
     fillings = filled("bin_C", ["jane_eyre_dvd", "crayola_24_ct", "kleenex_tissue_box"], 5)
     boxes, own = fillings.lying.boxes, fillings.lying.own.sum(axis=1)
     blocked = (~have_way_out(fillings.cell_bin, boxes)).sum(axis=-1)
-    expected = own + crowding(fillings.cell_bin, boxes) + 5.0 * blocked
+    expected = own + crowding(fillings.cell_bin, boxes) + BLOCKED * blocked
     full = fillings.is_full() & ~fillings.is_cramming
     assert full.any()
     np.testing.assert_allclose(fillings.cost[full], expected[full], atol=1e-9)
