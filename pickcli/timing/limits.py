@@ -17,7 +17,9 @@ from pickcli.kernel import quintic_peaks
 from pickcli.motion.trajectory import Trajectory
 
 TOLERANCE = 1e-6  # relative, for rounding only
-POSITION_TOLERANCE = 1e-6  # rad or m: a bump between two checked nodes
+POSITION_TOLERANCE = (
+    1e-6  # rad or m: a measured start is no double, and curves bump between two checked nodes
+)
 
 
 @dataclass(frozen=True)

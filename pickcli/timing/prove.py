@@ -12,11 +12,11 @@ from pickcli.cell.robot import Limits
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.timing.blend import Curve, blend, distinct, smoothed
+from pickcli.timing.limits import POSITION_TOLERANCE
 
 IsFree: TypeAlias = Callable[[int, Array, Array], int]
 """(part, Q (K, n), slack (K - 1, n)) -> index of the first chord whose tube is not proven free, or -1."""
 
-ROUNDING = 1e-9  # rad or m outside a position limit that is no violation
 _HALVINGS = 6  # of a corner's tolerance, before the motion has to stop at the corner
 
 
@@ -80,14 +80,16 @@ def _first_failure(
     curve: Curve, edges: Array, limits: Limits, is_free: IsFree | None
 ) -> tuple[Reason, float, float] | None:
     """Why, and the s range, of the first chord that leaves the position limits or is not proven free."""
+    if is_free is None and _beyond(curve.evaluate(curve.knots), limits).max() <= POSITION_TOLERANCE:
+        return None
     at = curve.waypoint_s[edges]
     for part in range(len(edges) - 1):
         tube = cover(curve, float(at[part]), float(at[part + 1]))
         if len(tube.s) < 2:
             continue
         q = tube.configurations
-        beyond = np.maximum(limits.lower - q, q - limits.upper).max(axis=1)
-        if beyond.max() > ROUNDING:
+        beyond = _beyond(q, limits)
+        if beyond.max() > POSITION_TOLERANCE:
             k = min(int(np.argmax(beyond)), len(tube.s) - 2)
             reason = Reason(
                 "joint limit", f"part {part}", f"{beyond.max():.3g} outside at s = {tube.s[k]:.3f}"
@@ -98,3 +100,8 @@ def _first_failure(
             detail = f"not proven free from s = {tube.s[k]:.3f} to {tube.s[k + 1]:.3f} of {curve.length:.3f}"
             return Reason("collision", f"part {part}", detail), float(tube.s[k]), float(tube.s[k + 1])
     return None
+
+
+def _beyond(q: Array, limits: Limits) -> Array:
+    """(K,) how far configurations (K, n) are outside the position limits, negative inside."""
+    return np.asarray(np.maximum(limits.lower - q, q - limits.upper).max(axis=1))

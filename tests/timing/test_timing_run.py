@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from test_timing_blend import distance_to_polyline, polylines
 from timing_paths import dense_curve, limits, names, random_walk, timed
 
+from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
@@ -175,3 +176,12 @@ def test_corner_that_cannot_be_blended_is_a_stop_within_the_run() -> None:
     assert np.allclose(run.trajectory.positions[at_corner], waypoints[1], atol=1e-9)
     assert not run.trajectory.velocities[at_corner].any()
     check_promises(run, waypoints, 0.0)
+
+
+def test_a_start_measured_on_its_limit_is_no_violation() -> None:
+    """Encoders are no doubles: what lies a tenth of a microradian beyond a limit can still move."""
+    waypoints = np.array([[1.0 + 1e-7, 0.0], [0.5, 0.4], [0.2, 0.1]])
+    run = time_run(names(2), [RunPart(SegmentKind.TRANSIT, waypoints)], limits(2, reach=1.0))
+    assert np.array_equal(run.trajectory.positions[0], waypoints[0])
+    with pytest.raises(NoPlanError, match="joint limit"):
+        time_run(names(2), [RunPart(SegmentKind.TRANSIT, waypoints + 1e-5)], limits(2, reach=1.0))
