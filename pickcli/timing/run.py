@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class TimedRun:
     part_times: (P + 1,) when each part begins, and the run's end; a boundary inside a blend counts where
         the blend's middle is passed
     piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``
-    curve: the path the trajectory follows; deviation: bound on how far, joint by joint, the quintics leave it
+    curve, pace: the path that the trajectory follows, and how fast
     stretch: factor by which time was stretched at the end to keep the limits strictly
     """
 
@@ -58,9 +59,14 @@ class TimedRun:
     part_times: Array
     piece_scales: Array
     curve: Curve
-    deviation: float
+    pace: Pace
     stretch: float
     report: LimitReport
+
+    @cached_property
+    def deviation(self) -> float:
+        """Bound on how far, joint by joint, the trajectory's quintics leave the curve."""
+        return _deviation(self.curve, self.pace, self.trajectory)
 
 
 def time_run(
@@ -91,9 +97,7 @@ def time_run(
     piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
     report = check_limits(trajectory, limits, piece_scales)
     times = pace.times_at(bounds.edges)
-    return TimedRun(
-        trajectory, times, piece_scales, curve, _deviation(curve, pace, trajectory), stretch, report
-    )
+    return TimedRun(trajectory, times, piece_scales, curve, pace, stretch, report)
 
 
 def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
