@@ -71,16 +71,14 @@ def _essential(arm: Arm, pivot: PivotState, dense: Array, poses: Array) -> list[
 
 def _chord_is_straight(arm: Arm, pivot: PivotState, dense: Array, poses: Array, i: int, j: int) -> bool:
     """Whether the joint chord from waypoint i to j keeps the tool on the line."""
-    s = np.linspace(0.0, 1.0, j - i + 1)[1:-1, None]
-    tips = arm.tips(dense[i] * (1 - s) + dense[j] * s, pivot)
+    s = np.arange(1, j - i)[:, None] / (j - i)
+    tips = arm.tips(dense[i] + (dense[j] - dense[i]) * s, pivot)
     # Only the distance from the line counts, not the progress along it.
-    p, a, b = tips[:, :3, 3], poses[i][:3, 3], poses[j][:3, 3]
-    along = b - a
-    length = float(np.linalg.norm(along))
-    off = p - a
+    off, along = tips[:, :3, 3] - poses[i, :3, 3], poses[j, :3, 3] - poses[i, :3, 3]
+    length = float(np.sqrt(along @ along))
     if length > 1e-9:
-        off = off - np.outer(off @ along / length, along / length)
-    if np.linalg.norm(off, axis=1).max() > POSITION_TOLERANCE:
+        off -= (off @ (along / length))[:, None] * (along / length)
+    if np.einsum("kx,kx->k", off, off).max() > POSITION_TOLERANCE**2:
         return False
     # trace(R_a^T R_b) = 1 + 2 cos(angle), here against the pose at the same place
     traces = np.einsum("kij,kij->k", tips[:, :3, :3], poses[i + 1 : j, :3, :3])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.geometry import Array, interpolate, rotation_angle
+from pickcli.geometry import Array, rotation_vector
 
 STEP = 0.008  # m between two poses handed to inverse kinematics
 ANGLE_STEP = np.radians(2.0)
@@ -13,14 +13,22 @@ ANGLE_STEP = np.radians(2.0)
 def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
     """Poses (P, 4, 4) on the straight line between two poses, both ends included, P >= 2."""
     distance = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
-    angle = rotation_angle(T_a[:3, :3].T @ T_b[:3, :3])
+    turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
+    angle = float(np.linalg.norm(turn))
     n = max(1, int(np.ceil(max(distance / step, angle / ANGLE_STEP))))
     poses = np.tile(T_a, (n + 1, 1, 1))
     s = np.linspace(0.0, 1.0, n + 1)[:, None]
     poses[:, :3, 3] = (1.0 - s) * T_a[:3, 3] + s * T_b[:3, 3]
     if angle > 1e-9:
-        poses[:, :3, :3] = [interpolate(T_a, T_b, i / n)[:3, :3] for i in range(n + 1)]
+        poses[:, :3, :3] = T_a[:3, :3] @ _rotations(turn / angle, s * angle)
     return poses
+
+
+def _rotations(axis: Array, angles: Array) -> Array:
+    """Rotations (P, 3, 3) about a unit axis by angles (P, 1) in rad (Rodrigues)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angles)[:, None] * K + (1.0 - np.cos(angles))[:, None] * (K @ K))
 
 
 def shifted(T: Array, along: Array) -> Array:

@@ -84,10 +84,17 @@ class BinQuery:
 
     def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
         """The target by itself, displaced along the bin's axes."""
-        return Ghost(
-            self.planner.model, self.scene, self.target.item, self.target.T_world_item,
-            self.T_world_bin[:3, :3], self.uncertainty, self.ignored | {self.target.id}, touching,
-        )  # fmt: skip
+        if touching not in self._ghosts:
+            self._ghosts[touching] = Ghost(
+                self.planner.model, self.scene, self.target.item, self.target.T_world_item,
+                self.T_world_bin[:3, :3], self.uncertainty, self.ignored | {self.target.id}, touching,
+            )  # fmt: skip
+        return self._ghosts[touching]
+
+    @cached_property
+    def _ghosts(self) -> dict[frozenset[str], Ghost]:
+        """Those made so far, by what they may touch."""
+        return {}
 
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Reason:
