@@ -1,0 +1,84 @@
+"""Places in the tote: over the lowest pile, between the walls, never dropped from too high."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import TOTE, PlacedItem, Scene
+from pickcli.collision.checker import Held
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose
+from pickcli.planning.drop import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, released_pose, spots
+
+SceneWith = Callable[..., Scene]
+
+
+@pytest.fixture
+def held(cell: Cell) -> Held:
+    """A box that hangs from the middle of its top."""
+    item = cell.item("crayola_24_ct")
+    return Held(item, pose([0.0, 0.0, float(item.shape.extents[2]) / 2], R=np.diag([1.0, -1.0, -1.0])), 0.003)
+
+
+def piled(scene: Scene, *places: tuple[float, float, float]) -> Scene:
+    """The scene with boxes that lie in the tote at (x, y) from its middle, their centres at z."""
+    item, T_world_tote = scene.cell.item("crayola_24_ct"), scene.cell.tote.T_world_tote
+    lying = tuple(PlacedItem(f"lying {i}", item, TOTE, T_world_tote @ pose(p)) for i, p in enumerate(places))
+    return replace(scene, items=(*scene.items, *lying))
+
+
+def box(T: Array, held: Held) -> tuple[Array, Array]:
+    """Corners of the box along the world's axes around the released item."""
+    reach = held.item.shape.reach(T[:3, :3]) + held.inflate
+    return T[:3, 3] - reach, T[:3, 3] + reach
+
+
+def found(scene: Scene, held: Held, pivot: PivotState) -> tuple[Spot, ...]:
+    places = spots(scene, held, pivot)
+    assert not isinstance(places, Reason)
+    return places
+
+
+@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
+    scene_with: SceneWith, held: Held, pivot: PivotState
+) -> None:
+    scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
+    tote = scene.cell.tote
+    walls = np.array(tote.inner[:2]) / 2 - LEAST_WALL
+    for spot in found(scene, held, pivot):
+        low, high = box(released_pose(spot, held), held)
+        middle = tote.T_world_tote[:2, 3]
+        assert np.all(low[:2] >= middle - walls - 1e-9) and np.all(high[:2] <= middle + walls + 1e-9)
+        assert low[2] - tote.T_world_tote[2, 3] <= MAX_DROP + 1e-9
+        for lying in scene.in_location(TOTE):
+            reach = lying.item.shape.reach(lying.T_world_item[:3, :3]) + scene.noise.bound(lying.item)
+            is_under = np.all((lying.T_world_item[:3, 3] + reach)[:2] > low[:2]) and np.all(
+                (lying.T_world_item[:3, 3] - reach)[:2] < high[:2]
+            )
+            if is_under:
+                assert low[2] >= lying.T_world_item[2, 3] + reach[2] + ABOVE_PILE - 1e-9
+
+
+def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: Held) -> None:
+    empty = found(scene_with(), held, PivotState.STRAIGHT)
+    first = released_pose(empty[0], held)[:3, 3]
+    floor = scene_with().cell.tote.T_world_tote
+    x, y = (first - floor[:3, 3])[:2]
+    other = found(piled(scene_with(), (x, y, 0.05)), held, PivotState.STRAIGHT)
+    assert other[0].cost == pytest.approx(empty[0].cost)
+    moved = np.abs(released_pose(other[0], held)[:2, 3] - first[:2])
+    assert moved.max() > 0.05
+
+
+def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
+    item = cell.item("crayola_24_ct")
+    huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
+    reason = spots(scene_with(), Held(huge, pose(), 0.0), PivotState.STRAIGHT)
+    assert isinstance(reason, Reason) and "does not fit" in reason.what
