@@ -14,7 +14,7 @@ from pickcli.collision import explain
 from pickcli.collision.cover import Cover, cover_shape
 from pickcli.collision.explain import Contact
 from pickcli.collision.model import CollisionModel
-from pickcli.collision.world import build_world
+from pickcli.collision.world import KERNEL_KINDS, build_world
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
@@ -104,21 +104,23 @@ class SceneChecker:
         return explain.edge(self, q0, q1)
 
     def _set_world(self, touching: frozenset[str]) -> None:
-        world, kept = self.world, self.kept
-        ignored = world.ignored.copy()
+        ignored = self.world.ignored.copy()
         cup, item = self.model.n_frames - 1, self.model.n_frames
-        ignored[world.indices(touching)] |= np.uint64((1 << cup) | (1 << item))
-        self.kernel.set_world(
-            world.T_world_box[kept], world.half_extents[kept], world.groups[kept], ignored[kept]
-        )
+        ignored[self.world.indices(touching)] |= np.uint64((1 << cup) | (1 << item))
+        self.world.enter(self.kernel, self.kept, ignored)
 
     def _set_held(self, held: Held) -> None:
-        cover = held_cover(self.model, held, self.pivot)
-        self.kernel.set_held(cover.centers, cover.radii, self.model.held_tested_frames)
+        tested = self.model.held_tested_frames
+        if self.pivot is PivotState.MOVING:
+            cover = swept_cover(self.model, held)
+            self.kernel.set_held(cover.centers, cover.radii, tested)
+        else:
+            shape, T_cup_item = held.item.shape, self.model.robot.tool.T_cup_tip @ held.T_tip_item
+            kind = KERNEL_KINDS[shape.kind]
+            self.kernel.set_held_solid(T_cup_item, shape.extents / 2, tested, kind, held.inflate)
 
 
-def held_cover(model: CollisionModel, held: Held, pivot: PivotState) -> Cover:
-    """Spheres of a held item in the cup's frame; while the cup moves, of all it passes through."""
+def swept_cover(model: CollisionModel, held: Held) -> Cover:
+    """Spheres in the cup's frame of all that a held item passes through while the cup moves."""
     T_cup_item = model.robot.tool.T_cup_tip @ held.T_tip_item
-    cover = cover_shape(held.item.shape).inflated(held.inflate).moved(T_cup_item)
-    return model.swept(cover) if pivot is PivotState.MOVING else cover
+    return model.swept(cover_shape(held.item.shape).inflated(held.inflate).moved(T_cup_item))

@@ -9,11 +9,10 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.scene import Scene
-from pickcli.collision.cover import cover_shape
 from pickcli.collision.explain import Contact
 from pickcli.collision.model import CollisionModel
-from pickcli.collision.world import build_world
-from pickcli.geometry import Array
+from pickcli.collision.world import KERNEL_KINDS, build_world
+from pickcli.geometry import Array, pose
 from pickcli.kernel import Chain, Checker
 
 FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
@@ -35,29 +34,18 @@ class Ghost:
         world = build_world(model, scene)
         self._kept = np.flatnonzero(world.is_kept(without))
         self._names, self._kinds = world.names, world.kinds
-        cover = cover_shape(item.shape).inflated(inflate)
-        first = np.eye(4)
-        first[:3, :3], first[:3, 3] = R_world_axes, T_world_item[:3, 3]
-        frames = np.stack([first, *[np.eye(4)] * 4])
+        frames = np.stack([pose(T_world_item[:3, 3], R=R_world_axes), *[np.eye(4)] * 4])
         kinds = np.array([1, 1, 1, 0, 0], np.int32)
         axes = np.vstack([np.eye(3), [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
         chain = Chain(kinds, frames, axes, np.arange(5, dtype=np.int32))
-        turned = cover.moved(_rotation(R_world_axes.T @ T_world_item[:3, :3]))
-        self._kernel = Checker(
-            chain,
-            turned.centers,
-            turned.radii,
-            np.full(len(turned.radii), 4, np.int32),
-            np.zeros((0, 2), np.int32),
-        )
+        none, no_pairs = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
+        self._kernel = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
+        T_last_item = pose((0.0, 0.0, 0.0), R=R_world_axes.T @ T_world_item[:3, :3])
+        kind = KERNEL_KINDS[item.shape.kind]
+        self._kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflate)
         ignored = np.zeros(len(world.names), np.uint64)
-        ignored[world.indices(touching - without)] = np.uint64(1 << 4)
-        self._kernel.set_world(
-            world.T_world_box[self._kept],
-            world.half_extents[self._kept],
-            world.groups[self._kept],
-            ignored[self._kept],
-        )
+        ignored[world.indices(touching - without)] = np.uint64(1 << chain.n_frames)
+        world.enter(self._kernel, self._kept, ignored)
 
     def is_free(self, d: Array) -> bool:
         """Whether the item keeps the clearance when displaced by d (5,)."""
@@ -74,9 +62,3 @@ class Ghost:
             return Contact(float(distance), "", "")
         box = int(self._kept[index])
         return Contact(float(distance), self.item.name, self._names[box], self._kinds[box])
-
-
-def _rotation(R: Array) -> Array:
-    T = np.eye(4)
-    T[:3, :3] = R
-    return T

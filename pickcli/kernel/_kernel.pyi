@@ -98,18 +98,22 @@ class EdgeReport:
 
     @property
     def kind(self) -> int:
-        """What it meets: 0 a box, 1 another frame; -1 if the edge is free."""
+        """What it meets: 0 a solid of the world, 1 another frame; -1 if the edge is free."""
 
     @property
     def index(self) -> int:
-        """Index of the box, or the frame nearer to the base; -1 if the edge is free."""
+        """Index of the solid, or the frame nearer to the base; -1 if the edge is free."""
 
     @property
     def n_configurations(self) -> int:
         """How many configurations were tested."""
 
 class Checker:
-    """Collision checks of a chain whose frames carry spheres, in a world of oriented boxes.
+    """Collision checks of a chain whose frames carry spheres, in a world of boxes, cylinders and spheres.
+
+    A solid is given by the pose and the half extents of its box (kind 0); those of a cylinder (kind 1), which
+    is about its z, are (radius, radius, half length), those of a sphere (kind 2) three times its radius. Its
+    rounding in m adds every point within that distance.
 
     Checks may run in several threads; set_world and set_held must not run meanwhile.
     """
@@ -136,10 +140,12 @@ class Checker:
         half_extents: NDArray[float64],
         group: NDArray[int32],
         ignored_frames: NDArray[uint64],
+        kind: NDArray[int32] | None = None,
+        rounding: NDArray[float64] | None = None,
     ) -> None:
-        """Replace the world by boxes: poses (B, 4, 4), half extents (B, 3), group (B,) of boxes that stand
-        close together, ignored_frames (B,): bit f set, frame f is never tested against the box; bit L is
-        the held item."""
+        """Replace the world by solids: poses (B, 4, 4), half extents (B, 3), group (B,) of those that stand
+        close together, ignored_frames (B,): bit f set, frame f is never tested against the solid; bit L is
+        the held item. kind and rounding (B,): all are boxes, and none is rounded, unless given."""
 
     def set_held(
         self,
@@ -150,8 +156,22 @@ class Checker:
         """Replace the held item: spheres (H, 3), (H,) rigid in frame L-1, and the frames they must stay
         clear of. Empty arrays: nothing is held."""
 
+    def set_held_solid(
+        self,
+        T_last_solid: NDArray[float64],
+        half_extents: NDArray[float64],
+        tested_frames: NDArray[int32],
+        kind: int = 0,
+        rounding: float = 0.0,
+    ) -> None:
+        """Replace the held item by one solid in frame L-1: pose (4, 4), half extents (3,).
+
+        Its distance from the frames is exact. That from the world is judged by the widest slab between the
+        two that a few directions give: never too large, and too small by a few per mille at most.
+        """
+
     def is_free(self, q: NDArray[float64], margin: float = 0.0) -> bool:
-        """Whether every sphere at q (n,) keeps more than margin."""
+        """Whether everything at q (n,) keeps more than margin."""
 
     def are_free(self, Q: NDArray[float64], margin: float = 0.0) -> NDArray[bool_]:
         """is_free of each of Q (N, n), as (N,)."""

@@ -12,6 +12,7 @@ from solid_helpers import MakeChecker, MakeScene, box_item, link_points
 from pickcli.cell.model import AllowedPair, Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
@@ -139,8 +140,26 @@ def test_a_held_item_inflated_reaches_farther(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.1 + 0.05 + 0.02))))
-    assert make_checker(scene, held=Held(CUBE, pose((0, 0, 0.05)), 0.0)).is_free(home)
-    assert not make_checker(scene, held=Held(CUBE, pose((0, 0, 0.05)), 0.016)).is_free(home)
+    for inflate, is_free in ((0.0, True), (0.014, True), (0.016, False)):
+        held = Held(CUBE, pose((0, 0, 0.05)), inflate)
+        assert make_checker(scene, held=held, margin=0.005).is_free(home) == is_free
+
+
+@pytest.mark.parametrize("kind", [ShapeKind.CYLINDER, ShapeKind.SPHERE])
+def test_round_items_leave_the_corners_of_their_boxes_free(
+    kind: ShapeKind, make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    """The cup in a corner of the box around a round item, and the same item in the cup beside a cube."""
+    size = (0.1, 0.2) if kind is ShapeKind.CYLINDER else (0.1,)
+    item, box = replace(CUBE, shape=Shape(kind, size)), box_item((0.2, 0.2, 0.2))
+    T = T_home_tip @ pose((0.098, 0.098, 0.0))
+    assert make_checker(make_scene((item, T))).is_free(home)
+    assert not make_checker(make_scene((box, T))).is_free(home)
+    beside = make_scene((CUBE, T_home_tip @ pose((0.13, 0.13, 0.1))))
+    in_cup = pose((0.0, 0.0, 0.1))
+    assert make_checker(beside, held=Held(item, in_cup), margin=0.012).is_free(home)
+    assert not make_checker(beside, held=Held(item, in_cup), margin=0.014).is_free(home)
+    assert not make_checker(beside, held=Held(box, in_cup), margin=0.0).is_free(home)
 
 
 def test_a_held_item_must_clear_the_arm(make_checker: MakeChecker, home: Array) -> None:

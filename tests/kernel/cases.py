@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from reference import FIXED, PRISMATIC, Arm, World
+from reference import BOX, CYLINDER, FIXED, PRISMATIC, SPHERE, Arm, Solid, World
 
 from pickcli.geometry import Array, pose, rotation_axis_angle
 
@@ -44,15 +44,27 @@ def random_arm(rng: np.random.Generator) -> Arm:
 
 
 def random_world(rng: np.random.Generator, arm: Arm) -> World:
-    """Up to 15 boxes, plates and sticks among them, in up to 4 groups; some frames ignored."""
+    """Up to 15 solids of all kinds, plates and sticks among them, in up to 4 groups; some frames ignored."""
     n = int(rng.integers(0, 16))
+    solids = [random_solid(rng, 1.2) for _ in range(n)]
     ignored = [sum(1 << f for f in range(arm.n_frames + 1) if rng.random() < 0.15) for _ in range(n)]
     return World(
-        T_world_box=np.array([random_pose(rng, 1.2) for _ in range(n)]).reshape(-1, 4, 4),
-        half_extents=rng.choice([0.003, 0.05, 0.2, 0.5], (n, 3)),
+        T_world_box=np.array([s.T for s in solids]).reshape(-1, 4, 4),
+        half_extents=np.array([s.half for s in solids]).reshape(-1, 3),
         group=rng.integers(-1, 3, n).astype(np.int32),
         ignored_frames=np.array(ignored, np.uint64),
+        kind=np.array([s.kind for s in solids], np.int32),
+        rounding=np.array([s.rounding for s in solids]),
     )
+
+
+def random_solid(rng: np.random.Generator, reach: float, size: float = 0.2) -> Solid:
+    """A solid from a plate or stick to a block of some sizes, half of them rounded."""
+    kind = int(rng.choice([BOX, CYLINDER, SPHERE], p=[0.5, 0.3, 0.2]))
+    half = size * rng.choice([0.015, 0.25, 1.0, 2.5], 3)
+    half[1] = half[0] if kind != BOX else half[1]
+    half[2] = half[0] if kind == SPHERE else half[2]
+    return Solid(random_pose(rng, reach), half, kind, float(rng.choice([0.0, 0.03])))
 
 
 def random_configuration(rng: np.random.Generator, arm: Arm) -> Array:

@@ -11,6 +11,7 @@ from pickcli.geometry import Array
 from pickcli.kernel import Chain, Checker
 
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
+BOX, CYLINDER, SPHERE = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +43,56 @@ class Arm:
 
     def checker(self, world: World) -> Checker:
         checker = Checker(self.chain(), self.centers, self.radii, self.frame, self.self_pairs)
-        checker.set_world(world.T_world_box, world.half_extents, world.group, world.ignored_frames)
+        world.enter(checker)
         checker.set_held(self.held_centers, self.held_radii, self.held_tested)
         return checker
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Oriented boxes."""
+    """Solids; without kinds and roundings plain boxes."""
 
     T_world_box: Array  # (B, 4, 4)
     half_extents: Array  # (B, 3)
     group: NDArray[np.int32]  # (B,)
     ignored_frames: NDArray[np.uint64]  # (B,)
+    kind: NDArray[np.int32] | None = None  # (B,)
+    rounding: Array | None = None  # (B,)
+
+    def solids(self) -> list[Solid]:
+        n = len(self.half_extents)
+        kind = np.zeros(n, np.int32) if self.kind is None else self.kind
+        rounding = np.zeros(n) if self.rounding is None else self.rounding
+        columns = zip(self.T_world_box, self.half_extents, kind.tolist(), rounding.tolist(), strict=True)
+        return [Solid(*column) for column in columns]
+
+    def enter(self, checker: Checker) -> None:
+        T, half, group, ignored = self.T_world_box, self.half_extents, self.group, self.ignored_frames
+        if self.kind is None and self.rounding is None:
+            checker.set_world(T, half, group, ignored)
+        else:
+            checker.set_world(T, half, group, ignored, self.kind, self.rounding)
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A box, a cylinder about its z or a sphere, and all within its rounding."""
+
+    T: Array  # (4, 4) in the parent
+    half: Array  # (3,)
+    kind: int = BOX
+    rounding: float = 0.0
+
+    def distances(self, points: Array) -> Array:
+        """Signed distances (...,) of points (..., 3)."""
+        local = (points - self.T[:3, 3]) @ self.T[:3, :3]
+        if self.kind == SPHERE:
+            return np.asarray(np.linalg.norm(local, axis=-1) - self.half[0] - self.rounding)
+        if self.kind == CYLINDER:
+            local = np.stack([np.linalg.norm(local[..., :2], axis=-1), local[..., 2]], axis=-1)
+        d = np.abs(local) - (self.half[[0, 2]] if self.kind == CYLINDER else self.half)
+        outside = np.linalg.norm(np.maximum(d, 0.0), axis=-1)
+        return np.asarray(np.where(outside > 0, outside, d.max(axis=-1)) - self.rounding)
 
 
 def motion(joint_type: int, axis: Array, q: Array) -> Array:
@@ -90,24 +128,15 @@ def spheres(arm: Arm, Q: Array) -> tuple[Array, Array, NDArray[np.int32]]:
     return world, np.concatenate([arm.radii, arm.held_radii]), frame
 
 
-def box_distances(points: Array, T_world_box: Array, half: Array) -> Array:
-    """Signed distances (...,) of points (..., 3) from one box."""
-    local = (points - T_world_box[:3, 3]) @ T_world_box[:3, :3]
-    d = np.abs(local) - half
-    outside = np.linalg.norm(np.maximum(d, 0.0), axis=-1)
-    return np.asarray(np.where(outside > 0, outside, d.max(axis=-1)))
-
-
 def pair_clearances(arm: Arm, world: World, Q: Array) -> dict[tuple[int, int, int], Array]:
     """Clearance (N,) by (frame, kind, index) of everything that is tested, kinds as in the kernel."""
     centers, radii, frame = spheres(arm, Q)
     out: dict[tuple[int, int, int], Array] = {}
     for f in sorted(set(frame.tolist())):
         mine = frame == f
-        for b in range(len(world.half_extents)):
+        for b, solid in enumerate(world.solids()):
             if not (int(world.ignored_frames[b]) >> f) & 1:
-                d = box_distances(centers[:, mine], world.T_world_box[b], world.half_extents[b]) - radii[mine]
-                out[f, 0, b] = d.min(axis=1)
+                out[f, 0, b] = (solid.distances(centers[:, mine]) - radii[mine]).min(axis=1)
     pairs = [(max(a, b), min(a, b)) for a, b in arm.self_pairs.tolist()]
     pairs += [(arm.n_frames, int(f)) for f in arm.held_tested]
     for f, g in pairs:

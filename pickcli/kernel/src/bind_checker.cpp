@@ -30,16 +30,40 @@ Robot make_robot(const Chain& chain, nb::handle centers_in, nb::handle radii_in,
   return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs);
 }
 
-void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in, nb::handle ignored_in) {
+SolidKind to_kind(int kind, const std::string& what) {
+  if (kind < 0 || kind > 2) throw nb::value_error((what + ": 0 is a box, 1 a cylinder, 2 a sphere").c_str());
+  return static_cast<SolidKind>(kind);
+}
+
+// A row of numbers, or none: then all are zero.
+template <typename T>
+class Optional {
+ public:
+  Optional(nb::handle object, const char* name, Py_ssize_t n) {
+    if (!object.is_none()) values_ = std::make_unique<View<T>>(object, name, std::initializer_list<Py_ssize_t>{n});
+  }
+  T operator[](Py_ssize_t i) const { return values_ ? (*values_)[static_cast<std::size_t>(i)] : T{}; }
+
+ private:
+  std::unique_ptr<View<T>> values_;
+};
+
+void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in, nb::handle ignored_in,
+               nb::handle kind_in, nb::handle rounding_in) {
   const Integers group(group_in, "group", {kAny});
   const Py_ssize_t n = group.rows();
   const Doubles poses(poses_in, "T_world_box", {n, 4, 4}), half(half_in, "half_extents", {n, 3});
   const View<std::uint64_t> ignored(ignored_in, "ignored_frames", {n});
-  std::vector<Box> boxes;
-  for (Py_ssize_t b = 0; b < n; ++b)
-    boxes.push_back({to_pose(&poses[16 * b], "T_world_box[" + std::to_string(b) + "]"),
-                     {half[3 * b], half[3 * b + 1], half[3 * b + 2]}, group[b], ignored[b], static_cast<int>(b)});
-  checker.set_world(World(std::move(boxes)));
+  const Optional<std::int32_t> kind(kind_in, "kind", n);
+  const Optional<double> rounding(rounding_in, "rounding", n);
+  std::vector<Obstacle> obstacles;
+  for (Py_ssize_t b = 0; b < n; ++b) {
+    const std::string i = "[" + std::to_string(b) + "]";
+    const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i), {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
+                                   to_kind(kind[b], "kind" + i), rounding[b], "half_extents" + i);
+    obstacles.push_back({solid, group[b], ignored[b], static_cast<int>(b)});
+  }
+  checker.set_world(World(std::move(obstacles)));
 }
 
 void set_held(Checker& checker, nb::handle centers_in, nb::handle radii_in, nb::handle tested_in) {
@@ -47,6 +71,15 @@ void set_held(Checker& checker, nb::handle centers_in, nb::handle radii_in, nb::
   const Doubles centers(centers_in, "centers", {radii.rows(), 3});
   const Integers tested(tested_in, "tested_frames", {kAny});
   checker.robot().set_held(to_spheres(centers, radii), to_ints(tested));
+}
+
+void set_held_solid(Checker& checker, nb::handle pose_in, nb::handle half_in, nb::handle tested_in, int kind,
+                    double rounding) {
+  const Doubles pose(pose_in, "T_last_solid", {4, 4}), half(half_in, "half_extents", {3});
+  const Integers tested(tested_in, "tested_frames", {kAny});
+  const Solid solid = make_solid(to_pose(pose.data(), "T_last_solid"), {half[0], half[1], half[2]},
+                                 to_kind(kind, "kind"), rounding, "half_extents");
+  checker.robot().set_held(solid, to_ints(tested));
 }
 
 void check_margin(double margin) {
@@ -172,10 +205,13 @@ void bind_checker(nb::module_& m) {
            }, "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a)
       .def_prop_ro("rounding", [](const Checker& self) {
              const Robot& robot = self.robot();
-             return 2.0 * robot.rounding(1.0) + self.world().rounding(robot.reach(1.0));
+             return robot.self_rounding(1.0) + self.world().rounding(robot.reach(1.0));
            })
-      .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a)
+      .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a,
+           "kind"_a = nb::none(), "rounding"_a = nb::none())
       .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a)
+      .def("set_held_solid", &set_held_solid, "T_last_solid"_a, "half_extents"_a, "tested_frames"_a, "kind"_a = 0,
+           "rounding"_a = 0.0)
       .def("is_free", &is_free, "q"_a, "margin"_a = 0.0)
       .def("are_free", &are_free, "Q"_a, "margin"_a = 0.0)
       .def("edge_is_free", &edge_is_free, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),

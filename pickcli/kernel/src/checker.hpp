@@ -6,14 +6,14 @@
 
 namespace apc {
 
-enum class ObstacleKind : int { box = 0, self = 1 };
+enum class ObstacleKind : int { world = 0, self = 1 };
 
 struct EdgeReport {
   bool free = true;
   double t = -1.0;  // where on the edge, in 0..1, it is not free
   int frame = -1;   // which frame is not free there; L is the held item
   int kind = -1;    // of what: ObstacleKind
-  int index = -1;   // index of the box, or the inner frame
+  int index = -1;   // index of the obstacle, or the inner frame
   int n_configurations = 0;  // how many were tested
 };
 
@@ -33,12 +33,12 @@ class Checker {
   void set_world(World world) { world_ = std::move(world); }
   int n() const { return robot_.chain().n(); }
 
-  // out[i]: whether every sphere at Q[i] (of n_rows, n) keeps more than margin.
+  // out[i]: whether everything at Q[i] (of n_rows, n) keeps more than margin.
   void are_free(const double* Q, int n_rows, double margin, bool* out) const;
 
   // Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
   // around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
-  // margin + slack's motion + resolution + a few roundings.
+  // margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not tell.
   EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
                         double resolution) const;
 

@@ -14,10 +14,10 @@ class NearestPair {
       : covers_(checker.robot().covers()), best_{max_distance}, T_world_frame_(covers_.size()) {
     checker.robot().place(q, T_world_frame_.data());
     for (std::size_t f = 0; f < covers_.size(); ++f) {
-      if (covers_[f].spheres.empty()) continue;
+      if (covers_[f].tree.empty()) continue;
       const int frame = static_cast<int>(f);
-      for (const Box& box : checker.world().boxes())
-        if (!(box.ignored >> f & 1)) against_box(frame, box);
+      for (const Obstacle& obstacle : checker.world().obstacles())
+        if (!(obstacle.ignored >> f & 1)) against_obstacle(frame, obstacle);
       for (int inner : covers_[f].tested) against_frame(frame, inner);
     }
   }
@@ -30,22 +30,32 @@ class NearestPair {
     return {T_world_frame_[f] * root.center, root.radius};
   }
 
-  void against_box(int f, const Box& box) {
+  // The held solid in the world.
+  Solid placed(int f) const {
+    Solid solid = *covers_[f].solid;
+    solid.T = T_world_frame_[f] * solid.T;
+    return solid;
+  }
+
+  void against_obstacle(int f, const Obstacle& obstacle) {
     const FrameCover& cover = covers_[f];
-    if (signed_distance(ball(f).center, box) - ball(f).radius >= best_.distance) return;
+    const Solid& solid = obstacle.solid;
+    if (signed_distance(ball(f).center, solid) - ball(f).radius >= best_.distance) return;
+    if (cover.solid) offer(signed_distance(placed(f), solid), f, ObstacleKind::world, obstacle.index);
     for (const Sphere& s : cover.spheres)
-      offer(signed_distance(T_world_frame_[f] * s.center, box) - s.radius, f, ObstacleKind::box, box.index);
+      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, ObstacleKind::world, obstacle.index);
   }
 
   void against_frame(int f, int g) {
     const FrameCover &outer = covers_[f], &inner = covers_[g];
-    if (inner.spheres.empty()) return;
+    if (inner.tree.empty()) return;
     const Sphere a = ball(f), b = ball(g);
     if (norm(a.center - b.center) - a.radius - b.radius >= best_.distance) return;
-    for (const Sphere& s : outer.spheres) {
-      const Vec3 center = T_world_frame_[f] * s.center;
-      for (const Sphere& t : inner.spheres)
-        offer(norm(center - T_world_frame_[g] * t.center) - s.radius - t.radius, f, ObstacleKind::self, g);
+    for (const Sphere& t : inner.spheres) {
+      const Vec3 center = T_world_frame_[g] * t.center;
+      if (outer.solid) offer(signed_distance(center, placed(f)) - t.radius, f, ObstacleKind::self, g);
+      for (const Sphere& s : outer.spheres)
+        offer(norm(center - T_world_frame_[f] * s.center) - s.radius - t.radius, f, ObstacleKind::self, g);
     }
   }
 

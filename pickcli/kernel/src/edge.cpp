@@ -16,7 +16,7 @@ using eight::kLanes;
 void set_margins(eight::Batch& batch, const Robot& robot, const World& world, double margin, double travel) {
   const double position = robot.rounding(travel), reach = robot.reach(travel);
   batch.world_margin = static_cast<float>(margin + position + world.rounding(reach));
-  batch.self_margin = static_cast<float>(margin + 2.0 * position + 16.0 * eight::kUnitRoundoff * reach);
+  batch.self_margin = static_cast<float>(margin + robot.self_rounding(travel));
   const double turned = 20.0 * eight::kUnitRoundoff * robot.single().n_joints;  // an axis' direction
   batch.lever_error = static_cast<float>(2.0 * position + 2.0 * turned * reach);
 }

@@ -30,8 +30,19 @@ struct Ball {
 struct Frame {
   int body;
   int first_ball, last_ball;  // a tree in depth-first order, its root first; empty: first == last
-  float spread;               // largest distance of a sphere centre from the root's centre
+  float spread;               // largest distance from the root's centre of a sphere's centre, or of a solid's core
   int first_tested, n_tested;
+};
+
+enum class SolidKind : int { box, cylinder, sphere };
+
+// A core and everything within rounding of it. A cylinder is about its z; a sphere's core is its centre.
+struct Solid {
+  float R[9];  // to the parent: the world, or for the held item its body
+  float center[3];
+  float half[3];  // half extents of the core
+  float rounding;
+  SolidKind kind;
 };
 
 struct Robot {
@@ -42,27 +53,26 @@ struct Robot {
   const Ball* balls;
   int n_balls;
   const int* tested;  // inner frames of self pairs, by outer frame
+  const Solid* held;  // in its body, if the last frame is one solid (its root a ball around it); else null
 };
 
-struct Box {
-  float R[9];  // T_world_box
-  float center[3];
-  float half[3];
+struct Obstacle {
+  Solid solid;
   std::uint64_t ignored;  // bit f: frame f is not tested
   int index;              // the user's
 };
 
-// World-aligned bounds of eight boxes; of none: +infinity .. -infinity.
+// World-aligned bounds of eight obstacles; of none: +infinity .. -infinity.
 struct alignas(32) EightBounds {
   float low[3][kLanes], high[3][kLanes];
 };
 
-// Boxes under one box that contains them all.
+// Obstacles in one box that contains them all.
 struct Group {
-  Box around;  // ignored: by every box
-  const Box* boxes;
-  const EightBounds* bounds;  // of boxes 0..7, 8..15, ...
-  int n_boxes;
+  Obstacle around;  // ignored: by every obstacle
+  const Obstacle* obstacles;
+  const EightBounds* bounds;  // of obstacles 0..7, 8..15, ...
+  int n_obstacles;
 };
 
 struct World {
@@ -77,7 +87,7 @@ using Frames = std::uint64_t;
 // Eight intervals: lane i stands for every configuration within half_width[i] * speed + slack of its q.
 struct Batch {
   alignas(64) double q[32][kLanes];  // midpoints, by entry of the configuration
-  Frames world[kLanes], self[kLanes];  // what is still to be tested: frames against boxes, against inner frames
+  Frames world[kLanes], self[kLanes];  // what is still to be tested: frames against obstacles, against inner frames
   float half_width[kLanes];
   float speed[32];           // by moving joint, rad or m per unit of half_width
   float slack[32];           // by moving joint, rad or m

@@ -1,4 +1,4 @@
-// Points, places and boxes of the hot test, eight lanes wide. Included after APC_ARCHITECTURE is defined.
+// Points, places and solids of the hot test, eight lanes wide. Included after APC_ARCHITECTURE is defined.
 #pragma once
 
 #include "eight.hpp"
@@ -20,14 +20,33 @@ APC_INLINE V square(V a) { return a * a; }
 APC_INLINE V norm2(const Point& a) { return square(a.x) + square(a.y) + square(a.z); }
 APC_INLINE V distance2(const Point& a, const Point& b) { return norm2({a.x - b.x, a.y - b.y, a.z - b.z}); }
 
-// Squared distance of a point from a box, zero inside.
-APC_INLINE V distance2(const Point& point, const Box& box) {
-  const V x = point.x - box.center[0], y = point.y - box.center[1], z = point.z - box.center[2];
+// A solid in eight poses.
+struct Placed {
+  V R[9];
+  V center[3];
+  const float* half;
+  float rounding;
+  SolidKind kind;
+};
+
+// A vector of the parent's frame along the axes of a solid (Solid or Placed).
+template <typename AnySolid>
+APC_INLINE Point turned_into(const AnySolid& solid, const Point& v) {
+  return {v.x * solid.R[0] + v.y * solid.R[3] + v.z * solid.R[6], v.x * solid.R[1] + v.y * solid.R[4] + v.z * solid.R[7],
+          v.x * solid.R[2] + v.y * solid.R[5] + v.z * solid.R[8]};
+}
+
+// Squared distance of a point from the core of a solid (Solid or Placed), zero inside.
+template <typename AnySolid>
+APC_INLINE V distance2(const Point& point, const AnySolid& solid) {
+  const float* half = solid.half;
   const V zero{};
-  const V dx = larger(magnitude(x * box.R[0] + y * box.R[3] + z * box.R[6]) - box.half[0], zero);
-  const V dy = larger(magnitude(x * box.R[1] + y * box.R[4] + z * box.R[7]) - box.half[1], zero);
-  const V dz = larger(magnitude(x * box.R[2] + y * box.R[5] + z * box.R[8]) - box.half[2], zero);
-  return norm2({dx, dy, dz});
+  const Point p =
+      turned_into(solid, {point.x - solid.center[0], point.y - solid.center[1], point.z - solid.center[2]});
+  const V dz = larger(magnitude(p.z) - half[2], zero);
+  if (solid.kind == SolidKind::cylinder)
+    return square(larger(square_root(square(p.x) + square(p.y)) - half[0], zero)) + square(dz);
+  return norm2({larger(magnitude(p.x) - half[0], zero), larger(magnitude(p.y) - half[1], zero), dz});
 }
 
 APC_INLINE Point map(const Place& T, const Ball& s) {
@@ -35,11 +54,23 @@ APC_INLINE Point map(const Place& T, const Ball& s) {
           T.p.z + T.R[6] * s.x + T.R[7] * s.y + T.R[8] * s.z};
 }
 
+APC_INLINE Placed map(const Place& T, const Solid& s) {
+  const float *R = s.R, *c = s.center;
+  Placed out{{}, {}, s.half, s.rounding, s.kind};
+  const V p[3] = {T.p.x, T.p.y, T.p.z};
+  for (int i = 0; i < 3; ++i) {
+    const V* r = T.R + 3 * i;
+    for (int j = 0; j < 3; ++j) out.R[3 * i + j] = r[0] * R[j] + r[1] * R[3 + j] + r[2] * R[6 + j];
+    out.center[i] = p[i] + (r[0] * c[0] + r[1] * c[1] + r[2] * c[2]);
+  }
+  return out;
+}
+
 // A world-aligned box, the same in every lane.
 struct Bounds {
   Point low, high;
 
-  // Which of eight boxes it meets, a bit each.
+  // Which of eight obstacles it meets, a bit each.
   APC_INLINE int meets(const EightBounds& boxes) const {
     const Mask apart = above(load(boxes.low[0]), high.x) | above(load(boxes.low[1]), high.y) |
                        above(load(boxes.low[2]), high.z) | above(low.x, load(boxes.high[0])) |

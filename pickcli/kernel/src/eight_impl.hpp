@@ -2,6 +2,7 @@
 //
 // No templates or inline functions of the standard library in here: the linker keeps one copy of each,
 // and it must not be the one compiled for AVX2.
+#include "eight_gap.hpp"
 #include "eight_posture.hpp"
 
 namespace apc::eight::APC_ARCHITECTURE {
@@ -26,6 +27,7 @@ class EightTest {
       const Frame& frame = robot_.frames[f];
       if (frame.first_ball == frame.last_ball || !((world | self) >> f & 1)) continue;
       posture_.reach(frame.body);
+      if (is_solid(f)) held_ = map(posture_.place(frame.body), *robot_.held);
       if (batch_.is_edge) bound_motion(f);
       if (world >> f & 1 && start(batch_.world, f)) {
         if (hits_world(f)) return;
@@ -116,7 +118,7 @@ class EightTest {
       for (int near = swept.meets(world_.bounds[first / kLanes]); near; near &= near - 1) {
         const Group& group = world_.groups[first + __builtin_ctz(static_cast<unsigned>(near))];
         if (group.around.ignored >> f & 1) continue;
-        if (!within(distance2(root, group.around), ball.radius + limit.far)) continue;
+        if (!within(distance2(root, group.around.solid), ball.radius + limit.far)) continue;
         if (hits_group(f, group, swept, limit)) return batch_.is_edge;
       }
     }
@@ -127,11 +129,12 @@ class EightTest {
     const Frame& frame = robot_.frames[f];
     const V radius = V{} + robot_.balls[frame.first_ball].radius;
     const Point& root = posture_.point(frame.first_ball, frame.body);
-    for (int first = 0; first < group.n_boxes; first += kLanes) {
+    for (int first = 0; first < group.n_obstacles; first += kLanes) {
       for (int near = swept.meets(group.bounds[first / kLanes]); near; near &= near - 1) {
-        const Box& box = group.boxes[first + __builtin_ctz(static_cast<unsigned>(near))];
-        if (box.ignored >> f & 1 || !is_near(distance2(root, box), radius, limit)) continue;
-        if (hits_box(f, box, limit)) return true;
+        const Obstacle& obstacle = group.obstacles[first + __builtin_ctz(static_cast<unsigned>(near))];
+        const Solid& solid = obstacle.solid;
+        if (obstacle.ignored >> f & 1 || !is_near(distance2(root, solid), radius + solid.rounding, limit)) continue;
+        if (is_solid(f) ? hits_as_solid(f, obstacle, limit) : hits_obstacle(f, obstacle, limit)) return true;
       }
     }
     return false;
@@ -157,16 +160,24 @@ class EightTest {
     return {{-most(-center.x), -most(-center.y), -most(-center.z)}, {most(center.x), most(center.y), most(center.z)}};
   }
 
-  // Down the tree of a frame, skipping balls that are clear of the box in every live lane.
-  bool hits_box(int f, const Box& box, Threshold& limit) {
+  // Down the tree of a frame, skipping balls that are clear of the obstacle in every live lane.
+  bool hits_obstacle(int f, const Obstacle& obstacle, Threshold& limit) {
     const Frame& frame = robot_.frames[f];
     for (int i = frame.first_ball + 1; i < frame.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(posture_.point(i, frame.body), box), radius = V{} + ball.radius;
-      if (ball.is_sphere && judge(d2, radius, limit, f, 0, box.index)) return true;
+      const V d2 = distance2(posture_.point(i, frame.body), obstacle.solid);
+      const V radius = V{} + (ball.radius + obstacle.solid.rounding);
+      if (ball.is_sphere && judge(d2, radius, limit, f, 0, obstacle.index)) return true;
       i = ball.is_sphere || within(d2, radius + limit.far) ? i + 1 : ball.next;
     }
     return false;
+  }
+
+  // The held solid itself: by the widest slab between the two.
+  bool hits_as_solid(int f, const Obstacle& obstacle, Threshold& limit) {
+    const V radius = V{} + (held_.rounding + obstacle.solid.rounding);
+    const V gap = Gap(held_, obstacle.solid).widest(radius + limit.far, live_);
+    return judge(square(gap), radius, limit, f, 0, obstacle.index);
   }
 
   bool hits_self(int f) {
@@ -176,7 +187,7 @@ class EightTest {
       const Frame& inner = robot_.frames[g];
       if (inner.first_ball == inner.last_ball) continue;
       Threshold limit = threshold(batch_.self_margin, inner.body);
-      if (hits_frame(f, g, limit)) return batch_.is_edge;
+      if (is_solid(f) ? hits_as_solid(f, g, limit) : hits_frame(f, g, limit)) return batch_.is_edge;
     }
     return false;
   }
@@ -197,6 +208,20 @@ class EightTest {
     return false;
   }
 
+  // The held solid itself against the tree of the inner frame.
+  bool hits_as_solid(int f, int g, Threshold& limit) {
+    const Frame& inner = robot_.frames[g];
+    for (int i = inner.first_ball; i < inner.last_ball;) {
+      const Ball& ball = robot_.balls[i];
+      const V d2 = distance2(posture_.point(i, inner.body), held_), sum = V{} + (held_.rounding + ball.radius);
+      if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
+      i = ball.is_sphere || within(d2, sum + limit.far) ? i + 1 : ball.next;
+    }
+    return false;
+  }
+
+  bool is_solid(int f) const { return robot_.held && f == robot_.n_frames - 1; }
+
   bool hits_sphere(const Point& center, float radius, int f, int g, Threshold& limit) {
     const Frame& inner = robot_.frames[g];
     for (int i = inner.first_ball; i < inner.last_ball;) {
@@ -214,6 +239,7 @@ class EightTest {
   Verdict& verdict_;
   Posture posture_;
   const V half_width_;
+  Placed held_;  // of the held solid
   // A bit per lane: at stake in the frame at hand, found unproven in it, and, of configurations, found not
   // free in any frame before.
   int live_ = 0, open_ = 0, done_ = 0;

@@ -24,6 +24,8 @@ class Posture {
     for (; n_placed_ < body; ++n_placed_) place_body(n_placed_);
   }
 
+  const Place& place(int body) const { return places_[body]; }
+
   // Centre of a ball of a body in the world, computed when first asked for.
   const Point& point(int i, int body) {
     if (!has_point_[i]) {

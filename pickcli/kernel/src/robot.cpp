@@ -44,20 +44,27 @@ Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<
   }
   for (FrameCover& cover : covers_) cover.tree = build_ball_tree(cover.spheres);
   prepare_bodies();
-  prepare_spheres();
+  prepare_covers();
 }
 
 void Robot::set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames) {
   for (size_t i = 0; i < spheres.size(); ++i) check_sphere(spheres[i], "held sphere " + std::to_string(i));
-  for (int f : tested_frames)
+  std::vector<BallNode> tree = build_ball_tree(spheres);
+  replace_held({std::move(spheres), {}, std::move(tree), std::move(tested_frames)});
+}
+
+void Robot::set_held(const Solid& solid, std::vector<int> tested_frames) {
+  const BallNode root{{solid.T.p, norm(solid.half) + solid.rounding}, 1, false};
+  replace_held({{}, solid, {root}, std::move(tested_frames)});
+}
+
+void Robot::replace_held(FrameCover held) {
+  for (int f : held.tested)
     if (f < 0 || f >= chain_.n_frames())
       throw std::invalid_argument("tested frame " + std::to_string(f) + " is not in 0.." +
                                   std::to_string(chain_.n_frames() - 1));
-  FrameCover& held = covers_.back();
-  held.spheres = std::move(spheres);
-  held.tested = std::move(tested_frames);
-  held.tree = build_ball_tree(held.spheres);
-  prepare_spheres();
+  covers_.back() = std::move(held);
+  prepare_covers();
 }
 
 void Robot::place(const double* q, Pose* frames) const {
@@ -89,14 +96,14 @@ void Robot::prepare_bodies() {
   T_body_frame_.push_back(T_body_frame_.back());
 }
 
-void Robot::prepare_spheres() {
+void Robot::prepare_covers() {
   frames_.clear();
   balls_.clear();
   tested_.clear();
   for (size_t f = 0; f < covers_.size(); ++f) {
     const FrameCover& cover = covers_[f];
     const int first = static_cast<int>(balls_.size()), last = first + static_cast<int>(cover.tree.size());
-    double spread = 0.0;
+    double spread = cover.solid ? (1.0 + 8.0 * u) * norm(cover.solid->half) : 0.0;
     for (const BallNode& node : cover.tree) {
       const Vec3 center = T_body_frame_[f] * node.ball.center;
       // What bounds the spheres must still do so after rounding.
@@ -109,8 +116,14 @@ void Robot::prepare_spheres() {
                        static_cast<int>(cover.tested.size())});
     tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
   }
-  single_ = {joints_.data(), static_cast<int>(joints_.size()), frames_.data(), static_cast<int>(frames_.size()),
-             balls_.data(),  static_cast<int>(balls_.size()),  tested_.data()};
+  held_.clear();
+  if (std::optional<Solid> solid = covers_.back().solid) {
+    solid->T = T_body_frame_.back() * solid->T;
+    held_.push_back(to_single(*solid));
+  }
+  single_ = {joints_.data(), static_cast<int>(joints_.size()), frames_.data(),
+             static_cast<int>(frames_.size()), balls_.data(), static_cast<int>(balls_.size()),
+             tested_.data(), held_.empty() ? nullptr : held_.data()};
   bound_rounding();
 }
 
@@ -128,9 +141,21 @@ void Robot::bound_rounding() {
   double farthest = 0.0;
   for (const eight::Ball& b : balls_) farthest = std::max(farthest, norm({b.x, b.y, b.z}));
   rounding_ += (n * kRotationError + 8.0 * u) * farthest;
+  // A held solid is turned once more, and so are the points of its core.
+  if (const std::optional<Solid>& solid = covers_.back().solid) {
+    const double size = norm(solid->half) + solid->rounding;
+    rounding_ += (n + 1.0) * kRotationError * size;
+    farthest += size;
+  }
   reach_ += farthest;
   rounding_ += 2.0 * (n + 1.0) * u * reach_;
   rounding_per_travel_ = n * kRotationError + 8.0 * u + 2.0 * (n + 1.0) * u;
+}
+
+// Of two points; where one frame is a solid, the other's points are seen in its frame, turned as wrongly as it is.
+double Robot::self_rounding(double travel) const {
+  const double turned = single_.held ? 2.0 * (static_cast<double>(joints_.size()) + 1.0) * kRotationError : 0.0;
+  return 2.0 * rounding(travel) + (16.0 * u + turned) * reach(travel);
 }
 
 }  // namespace apc

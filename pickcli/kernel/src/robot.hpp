@@ -2,19 +2,22 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "ball_tree.hpp"
 #include "chain.hpp"
 #include "eight.hpp"
+#include "solid.hpp"
 
 namespace apc {
 
-// All spheres of one frame.
+// All spheres of one frame, or the one solid that is held.
 struct FrameCover {
   std::vector<Sphere> spheres;  // in the frame
-  std::vector<BallNode> tree;   // over them
+  std::optional<Solid> solid;   // instead of spheres
+  std::vector<BallNode> tree;   // over them; the root alone around a solid; of nothing: empty
   std::vector<int> tested;      // frames before this one that its spheres must stay clear of
 };
 
@@ -29,6 +32,9 @@ class Robot {
   // Replaces the held item; no spheres: nothing is held.
   void set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames);
 
+  // Replaces the held item by one solid in frame L-1.
+  void set_held(const Solid& solid, std::vector<int> tested_frames);
+
   const Chain& chain() const { return chain_; }
   const std::vector<FrameCover>& covers() const { return covers_; }  // L + 1, the last is the held item
 
@@ -42,12 +48,16 @@ class Robot {
   // joints within +-|travel| of zero, summed over them.
   double rounding(double travel) const { return rounding_ + rounding_per_travel_ * travel; }
 
+  // Bound in m on how far a distance between two frames is off.
+  double self_rounding(double travel) const;
+
   // Bound in m on the distance of any sphere centre from the world's origin.
   double reach(double travel) const { return reach_ + travel; }
 
  private:
+  void replace_held(FrameCover held);
   void prepare_bodies();
-  void prepare_spheres();
+  void prepare_covers();
   void bound_rounding();
 
   Chain chain_;
@@ -58,6 +68,7 @@ class Robot {
   std::vector<eight::Frame> frames_;   // L + 1
   std::vector<eight::Ball> balls_;
   std::vector<int> tested_;
+  std::vector<eight::Solid> held_;     // one or none
   eight::Robot single_{};
   double rounding_ = 0.0, rounding_per_travel_ = 0.0, reach_ = 0.0;
 };
