@@ -141,13 +141,14 @@ def test_aligned_boxes_for_which_fcl_alone_is_far_too_optimistic() -> None:
 @settings(max_examples=100, deadline=None)
 @given(a=shapes(), b=shapes(), seed=st.integers(0, 2**32 - 1))
 def test_aligned_solids_have_tight_distances(a: Shape, b: Shape, seed: int) -> None:
-    """Quarter turns with rounding errors, as on a shelf: where searches for nearest points go astray."""
+    """Quarter turns with rounding errors, as on a shelf, where searches for nearest points go astray: never
+    too large, and within half a millimetre also for solids of half a metre that nearly touch."""
     rng = np.random.default_rng(seed)
     T_a = pose(rng.uniform(-0.6, 0.6, 3), rpy=rng.choice([0, np.pi / 2], 3) + 1e-15 * rng.normal(size=3))
     one, other = Solid(a), Solid(b)
     one.place(T_a)
     true = distance_by_projection(a, T_a, b, np.eye(4))
-    assert one.distance(other) == pytest.approx(true, abs=2e-4)
+    assert true - 5e-4 <= one.distance(other) <= true + 1e-9
 
 
 @settings(max_examples=150, deadline=None)
