@@ -19,7 +19,7 @@ from pickcli.trial.spots import Lying, from_corner, random_spots
 
 Indices: TypeAlias = NDArray[np.intp]
 
-N_SPOTS = 4  # drawn per move in each filling
+N_SPOTS = 6  # drawn per move in each filling
 BLOCKED = 8.0  # cost of an item without a way out
 OUTSIDE = 1000.0  # cost of an item that is not in the bin yet
 WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box around it, far behind the bin

@@ -14,12 +14,12 @@ from pickcli.cell.item import Item
 from pickcli.cell.station import Bin
 from pickcli.trial.fillings import Fillings
 
-N_FILLINGS = 24
+N_FILLINGS = 16
 N_ROUNDS = 4  # of putting everything in at most, until it fits once
 N_TRIES = 8  # moves with which an item is put in
 MOST_TRIES = 60  # the same while it fits nowhere
 VOLUME_SPREAD = 0.3  # how far the order differs from large to small, in the logarithm of the volume
-N_MOVES = 50  # per item at most, after everything is in
+N_MOVES = 30  # per item at most, after everything is in
 SELECTION = 25  # moves between selections
 TOLERANCE = 3.0  # by which a move may make things worse at first
 STRICT_FROM = 2 / 3  # of the moves, from where on it may not

@@ -16,7 +16,8 @@ from pickcli.trial.packing import fill
 from pickcli.trial.spots import RAISED
 
 CELL = load_cell("apc2016_delft")
-NAMES = sorted(name for name, year in CELL.items if year == 2016)
+# Any four of these fit into any bin.
+NAMES = sorted(i.name for i in CELL.items.values() if i.year == 2016 and i.shape.volume < 1.2e-3)
 
 
 def filled(bin_name: str, names: list[str], seed: int) -> Fillings:
