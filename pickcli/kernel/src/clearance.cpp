@@ -41,7 +41,7 @@ class NearestPair {
     const FrameCover& cover = covers_[f];
     const Solid& solid = obstacle.solid;
     if (signed_distance(ball(f).center, solid) - ball(f).radius >= best_.distance) return;
-    if (cover.solid) offer(signed_distance(placed(f), solid), f, ObstacleKind::world, obstacle.index);
+    if (cover.solid) offer(signed_distance(placed(f), solid, best_.distance), f, ObstacleKind::world, obstacle.index);
     for (const Sphere& s : cover.spheres)
       offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, ObstacleKind::world, obstacle.index);
   }

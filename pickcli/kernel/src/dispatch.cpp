@@ -15,7 +15,7 @@ std::atomic<eight::Test> g_test{nullptr};  // null: not chosen yet
 
 bool has_avx2() {
 #ifdef APC_HAS_AVX2_BUILD
-  return __builtin_cpu_supports("avx2");
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
 #else
   return false;
 #endif

@@ -102,10 +102,11 @@ double signed_distance(const Vec3& point, const Solid& solid) {
 
 // From one core to the nearest point of the other and back (von Neumann), each time from a little farther
 // along (Nesterov): the points found bound the distance from above, the slab between them from below.
-double signed_distance(const Solid& a, const Solid& b) {
+double signed_distance(const Solid& a, const Solid& b, double enough) {
+  const double rounding = a.rounding + b.rounding;
   double proven = widest_gap(a, b);
   Vec3 from = a.T.p, before = from;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMostSteps && proven - rounding < enough; ++i) {
     const Vec3 on_b = nearest(b, from), on_a = nearest(a, on_b), between = on_a - on_b;
     const double found = norm(between);
     if (found < kTouching) break;
@@ -114,7 +115,7 @@ double signed_distance(const Solid& a, const Solid& b) {
     from = on_a + (i / (i + 3.0)) * (on_a - before);
     before = on_a;
   }
-  return proven - a.rounding - b.rounding;
+  return proven - rounding;
 }
 
 }  // namespace apc

@@ -36,7 +36,7 @@ Vec3 nearest(const Solid& solid, const Vec3& point);
 double signed_distance(const Vec3& point, const Solid& solid);
 
 // Exact for solids whose cores are apart. For others minus a depth: exact for two boxes, never too small
-// where there is a cylinder.
-double signed_distance(const Solid& a, const Solid& b);
+// where there is a cylinder. What is not below enough is only found to be so.
+double signed_distance(const Solid& a, const Solid& b, double enough);
 
 }  // namespace apc
