@@ -51,7 +51,10 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
         return ()
     reason = Reason("no room", bin_name, "for all of them at once")
     for attempt in range(N_ATTEMPTS):
-        for layout in lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt)):
+        layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
+        if not layouts:
+            break
+        for layout in layouts:
             rested = settle(scene, layout)
             if not isinstance(rested, Reason):
                 return rested

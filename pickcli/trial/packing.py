@@ -29,7 +29,7 @@ GOOD = 0.3  # cost after which no better is sought
 def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator) -> Fillings:
     """Fillings of a bin, in no order; those that are not full lack what found no room."""
     fillings = _all_in(cell_bin, items, rng)
-    n_moves = N_MOVES * len(items)
+    n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0
     for k in range(n_moves):
         fillings.tidy_up()
         if fillings.cost[fillings.is_full()].min(initial=np.inf) <= GOOD:
