@@ -19,6 +19,7 @@ from pickcli.planning.in_bin import InBin
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
+SLOWER_THAN_ALLOWED = 0.98  # of the tool's contact speed: timing bounds it between points, nearly
 STANDING = 1e-6  # joint units of path below which a piece does not move at all
 
 
@@ -60,7 +61,7 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
     transit = planner.checker(query.scene, motion.transit_pivot)
     # The cup touches the target; once it holds it, the target still touches what it rests on.
     touching = frozenset({query.target.id}) | in_bin.touching
-    contact_speed = planner.cell.robot.tool.contact_speed
+    contact_speed = SLOWER_THAN_ALLOWED * planner.cell.robot.tool.contact_speed
 
     def line(kind: SegmentKind, path: Line, speed: float) -> Piece:
         return Piece(kind, path.waypoints, pivot, empty, max_tool_speed=speed)
