@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 ORDER ?= data/tasks/jsk_pick_sample.json
 SEED ?= 1
-KERNEL_SOURCES := $(wildcard pickcli/kernel/*.cpp pickcli/kernel/*.hpp pickcli/kernel/CMakeLists.txt)
+KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
 
 .PHONY: run test check bench install format clean
 
