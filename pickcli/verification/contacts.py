@@ -10,17 +10,17 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.parts import Part
 
-MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT, SegmentKind.DEPART)
+MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT)
 
 
 def may_touch(plan: Plan, k: int) -> bool:
     """Whether segment k may have planned contacts at all.
 
-    Beside contact and lift, a plan may begin with a line out, empty, from where the cup touches something:
+    Beside contact and lift, a plan may begin with a depart, empty, from where the cup touches something:
     the way to safety after a motion that was stopped.
     """
     segment = plan.segments[k]
-    is_way_out = k == 0 and segment.kind is SegmentKind.RETREAT and segment.held is None
+    is_way_out = k == 0 and segment.kind is SegmentKind.DEPART and segment.held is None
     return is_way_out or segment.kind in MAY_TOUCH
 
 

@@ -363,11 +363,15 @@ def test_a_plan_may_begin_with_a_way_out() -> None:
     k = segment(plan, SegmentKind.CONTACT)
     b = Builder(plan.trajectory.sample(plan.segments[k].t_end)[0])
     start = tip(b.q)
-    b.line(SegmentKind.RETREAT, pose((-0.06, *start[1:3, 3]), R=start[:3, :3]), 2.0, touching=(CRAYOLA,))
+    freed = pose(start[:3, 3] - (0.04, 0.0, 0.0), R=start[:3, :3])
+    b.line(SegmentKind.DEPART, freed, 1.0, touching=(CRAYOLA,))
+    b.line(SegmentKind.RETREAT, pose((-0.06, *start[1:3, 3]), R=start[:3, :3]), 2.0)
     b.joint(SegmentKind.TRANSIT, cell().configurations["home"].q, 2.0)
     assert verify(move_plan(scene, b), scene).reasons == ()
     untold = move_plan(scene, b)
-    silent = replace(untold, segments=(replace(untold.segments[0], touching=()), untold.segments[1]))
+    silent = replace(untold, segments=(replace(untold.segments[0], touching=()), *untold.segments[1:]))
+    late = (replace(untold.segments[0], touching=()), replace(untold.segments[1], touching=(CRAYOLA,)))
+    assert not verify(replace(untold, segments=(*late, *untold.segments[2:])), scene).is_accepted
     assert not verify(silent, scene).is_accepted
 
 
