@@ -15,9 +15,10 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
-from pickcli.planning.context import Planner, derived_seed
+from pickcli.planning.context import Planner
 from pickcli.planning.exit import planned_corridors
 from pickcli.planning.settings import Neighbours
+from pickcli.seeds import derived_seed
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-
-import numpy as np
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -61,14 +58,3 @@ class Planner:
         reserve: m on top of the cell's clearance
         """
         return self._checkers(scene, pivot, held, without, touching, self.cell.clearance + reserve)
-
-
-def derived_seed(seed: int, *names: str) -> int:
-    """A seed of its own for a named task, the same on every machine and in every order of tasks."""
-    text = "/".join((str(seed), *names))
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little")
-
-
-def derived_rng(seed: int, *names: str) -> np.random.Generator:
-    """A random generator seeded by ``derived_seed``."""
-    return np.random.default_rng(derived_seed(seed, *names))

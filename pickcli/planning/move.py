@@ -10,8 +10,9 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.planning.assemble import assemble_move
 from pickcli.planning.coarse import plan_coarse
-from pickcli.planning.context import Planner, derived_seed
+from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start
+from pickcli.seeds import derived_seed
 
 
 def plan_move(

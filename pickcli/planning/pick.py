@@ -17,12 +17,13 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
-from pickcli.planning.context import RESERVE, Planner, derived_rng, derived_seed
+from pickcli.planning.context import RESERVE, Planner
 from pickcli.planning.drop import Drop, Spot, plan_drop, spots
 from pickcli.planning.in_bin import InBin, plan_in_bin
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
 from pickcli.roadmap.cost import estimated_duration
+from pickcli.seeds import derived_rng, derived_seed
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
 

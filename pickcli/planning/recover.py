@@ -18,9 +18,10 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.assemble import assemble_pieces
 from pickcli.planning.coarse import plan_coarse
-from pickcli.planning.context import Planner, derived_seed
+from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start
 from pickcli.planning.pieces import COARSE_BLEND, Piece
+from pickcli.seeds import derived_seed
 
 SAFE = "home"
 FIRST = 0.02  # m of the way up in which the cup may still touch what it touches

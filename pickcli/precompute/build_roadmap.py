@@ -22,9 +22,9 @@ from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.sampling import plan
-from pickcli.roadmap.seeds import derive_seed
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.seeds import derived_seed
 
 Progress = Callable[[int, int, str], None]
 Pair = tuple[int, int]
@@ -161,7 +161,7 @@ class _Builder:
     def _join(self, pair: Pair) -> bool:
         """Add the edge of a pair, planned in the order of the names; False if the planner finds none."""
         pair = min(pair, pair[::-1], key=self._names)
-        seed = derive_seed(self.settings.seed, "edge", *self._names(pair))
+        seed = derived_seed(self.settings.seed, "edge", *self._names(pair))
         a, b = (self.roadmap.configurations[i] for i in pair)
         found = plan(
             self.checker,

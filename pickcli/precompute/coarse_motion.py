@@ -20,9 +20,9 @@ from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.polish import polish
 from pickcli.roadmap.sampling import plan
-from pickcli.roadmap.seeds import derive_seed
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
+from pickcli.seeds import derived_seed
 from pickcli.timing.run import RunPart, time_run
 
 
@@ -119,7 +119,7 @@ class MotionMaker:
         return time_run(path.joint_names, [part], self.cell.robot.limits, is_free).trajectory
 
     def _seed(self, key: MotionKey, task: str) -> int:
-        return derive_seed(self.settings.seed, key.start, key.goal, key.payload, task)
+        return derived_seed(self.settings.seed, key.start, key.goal, key.payload, task)
 
     @cached_property
     def _space(self) -> JointSpace:

@@ -11,8 +11,8 @@ from pickcli.geometry import Array
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.sampling import plan
-from pickcli.roadmap.seeds import derive_seed
 from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.seeds import derived_seed
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Problem:
             self.space,
             q,
             goals,
-            seed=derive_seed(self.seed, task),
+            seed=derived_seed(self.seed, task),
             planner=self.options.planner,
             max_iterations=self.options.max_iterations,
         )

@@ -14,10 +14,10 @@ from pickcli.roadmap.connect import Problem, QueryOptions, with_links
 from pickcli.roadmap.cost import edge_costs
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.seeds import derive_seed
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import EdgeChecker, JointSpace
 from pickcli.roadmap.through import ThroughRoute, through_roadmap
+from pickcli.seeds import derived_seed
 
 
 class How(StrEnum):
@@ -122,7 +122,7 @@ def _shortened(problem: Problem, waypoints: Array) -> JointPath:
         problem.checker,
         problem.space,
         JointPath(problem.space.joint_names, waypoints),
-        seed=derive_seed(problem.seed, "shorten"),
+        seed=derived_seed(problem.seed, "shorten"),
         iterations=problem.options.n_shortcuts,
     )
 

@@ -14,8 +14,9 @@ from typing import TypeAlias
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import inverse
+from pickcli.seeds import derived_seed
 from pickcli.trial.final import final_state
-from pickcli.trial.noise import DEFAULT_NOISE, derived_seed, perceive
+from pickcli.trial.noise import DEFAULT_NOISE, perceive
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.ports import Crew, Execution
 from pickcli.trial.result import Attempt, Outcome, TargetResult, TrialResult

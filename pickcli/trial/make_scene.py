@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, Reason
+from pickcli.seeds import derived_seed
 from pickcli.simulation.settle import settle
 from pickcli.trial.layout import Contents, lay_out
-from pickcli.trial.noise import derived_seed
 
 Progress = Callable[[int, int, str], None]
 

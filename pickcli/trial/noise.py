@@ -6,13 +6,13 @@ together with the bound that the error keeps.
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import replace
 
 import numpy as np
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.seeds import derived_rng
 
 DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 
@@ -23,18 +23,10 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int) -> Scene:
     The error of an item depends on ``seed``, its id and ``look`` (the number of the look) alone, so that it
     does not change when other items come or go.
     """
-    items = tuple(_displaced(placed, noise, _generator(seed, placed.id, look)) for placed in true.items)
+    items = tuple(
+        _displaced(placed, noise, derived_rng("pose noise", seed, placed.id, look)) for placed in true.items
+    )
     return replace(true, items=items, noise=noise)
-
-
-def derived_seed(*parts: object) -> int:
-    """A seed in [0, 2**31) from names and numbers; independent of everything but their text."""
-    text = "\x1f".join(str(part) for part in parts)
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") >> 1
-
-
-def _generator(seed: int, item_id: str, look: int) -> np.random.Generator:
-    return np.random.default_rng(derived_seed("pose noise", seed, item_id, look))
 
 
 def _displaced(placed: PlacedItem, noise: PoseNoise, rng: np.random.Generator) -> PlacedItem:

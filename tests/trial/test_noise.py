@@ -14,7 +14,7 @@ from order_builders import pick_order
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.geometry import is_pose, rotation_angle, transform_points
-from pickcli.trial.noise import derived_seed, perceive
+from pickcli.trial.noise import perceive
 
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct",) * 3, "bin_B": ("kleenex_paper_towels",)}, ("bin_A", "crayola_24_ct")
@@ -71,14 +71,3 @@ def test_without_noise_the_truth_is_seen() -> None:
     seen = perceive(SCENE, PoseNoise(), 5, 7)
     for true, guess in zip(SCENE.items, seen.items, strict=True):
         np.testing.assert_allclose(guess.T_world_item, true.T_world_item, atol=1e-15)
-
-
-def test_derived_seeds_tell_their_parts_apart() -> None:
-    seeds = {
-        derived_seed("a", 1, "bc"),
-        derived_seed("a", 1, "b", "c"),
-        derived_seed("a1", "bc"),
-        derived_seed(),
-    }
-    assert len(seeds) == 4
-    assert all(0 <= seed < 2**31 for seed in seeds)
