@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array
 
@@ -30,6 +32,16 @@ class Bin:
     ceiling_front: float  # z of the ceiling just behind the hanging lip, m
     ceiling_back: float  # z of the ceiling at the back, m
     floor: tuple[str, ...] = ()  # names of the pod's bodies that carry what lies in this bin
+
+    def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
+        """Height of the middle of a base that lies on the floor, in m in the bin frame, and its pitch in rad.
+
+        x, half: middle and half length of the base along x, m. The floor is hollow, so a base touches it
+        with its two ends.
+        """
+        ends, heights = (0.0, self.floor_flat_from), (self.floor_front, self.floor_back)
+        front, back = np.interp(x - half, ends, heights), np.interp(x + half, ends, heights)
+        return (front + back) / 2, np.arctan2(front - back, 2 * half)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,10 +17,10 @@ class SegmentKind(StrEnum):
     CONTACT = "contact"  # straight along the tool axis until the cup is pressed on
     LIFT = "lift"  # straight up
     RETREAT = "retreat"  # straight out of the bin
-    BRIDGE = "bridge"  # planned join of the retreat's end to the coarse motion
     TRANSFER = "transfer"  # coarse, item held
-    PLACE = "place"  # straight down into the tote
-    DEPART = "depart"  # straight up, empty: out of the tote, or away from what the cup touches
+    INSERT = "insert"  # straight into a bin, item held
+    PLACE = "place"  # straight down into the tote, or onto the floor of a bin
+    DEPART = "depart"  # straight away, empty: from where the item was let go, or from what the cup touches
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,8 @@ class Segment:
 
     held: id of the item in the cup, or None
     touching: names that the tool or the held item may touch here (target, its support, neighbours in
-    the first stated distance of the lift); everything else is clear by the cell's clearance
+    the first stated distance of the lift, or the last before it is let go in a bin); everything else is
+    clear by the cell's clearance
     """
 
     kind: SegmentKind

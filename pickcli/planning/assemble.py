@@ -32,18 +32,19 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
     """Time, prove and bind a pick. Reason when the cup cannot hold at any speed or a proof fails."""
     planner, settings, grasp = query.planner, query.planner.settings, motion.in_bin.grasp
     speed = planner.cell.speed_scale
-    to_item, to_tote, up = (moving(way(query, motion), speed) for way in (way_in, way_out, way_up))
+    ways = way_in(query, motion), way_out(query, motion), way_up(motion)
+    to_item, to_place, up = (moving(way, speed) for way in ways)
     first = proven_run(planner, to_item)
     if isinstance(first, Reason):
         return first
-    carried = carried_run(planner, to_tote, grasp, query.target.item)
+    carried = carried_run(planner, to_place, grasp, query.target.item)
     if isinstance(carried, Reason):
         return carried
     last = proven_run(planner, up)
     if isinstance(last, Reason):
         return last
     runs, rests = [first, carried.run, last], [settings.seal_time, settings.release_time]
-    trajectory, segments = _joined([*to_item, *to_tote, *up], runs, rests)
+    trajectory, segments = _joined([*to_item, *to_place, *up], runs, rests)
     scheduled = schedule(planner, segments, trajectory)
     if isinstance(scheduled, Reason):
         return scheduled

@@ -1,4 +1,4 @@
-"""``plan_pick``: from leaving for the bin to the item released in the tote and the tool above it."""
+"""``plan_pick``: from leaving for the bin to the item let go, in the tote or in another bin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
+from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.grasping.candidates import sample_grasps
@@ -18,8 +18,9 @@ from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import RESERVE, Planner
-from pickcli.planning.drop import Drop, Spot, plan_drop, spots
 from pickcli.planning.in_bin import InBin, plan_in_bin
+from pickcli.planning.into_bin import into_bin
+from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
 from pickcli.roadmap.cost import estimated_duration
@@ -55,23 +56,28 @@ def plan_pick(
     seed: int = 0,
     exclude: Sequence[Grasp] = (),
     neighbours: Neighbours = Neighbours.AVOID,
+    into: str = TOTE,
 ) -> Plan:
     """Plan one pick, uncertified (``verification.verify`` adds the certificate).
 
     scene: poses as perceived; their noise bounds inflate the shapes. item: instance id or item name.
-    exclude: grasps that failed before. Raises UnknownNameError for a bin or item that is not there,
-    NoPlanError with every reason when no candidate leads to a whole motion.
+    exclude: grasps that failed before. into: where the item is brought, the tote or a bin, onto its floor.
+    Raises UnknownNameError for a bin or item that is not there, NoPlanError with every reason when no
+    candidate leads to a whole motion.
     """
     began = time.perf_counter()
-    if bin_name not in planner.cell.pod.bins:
-        raise UnknownNameError("bin", bin_name, list(planner.cell.pod.bins))
+    bins = planner.cell.pod.bins
+    if bin_name not in bins:
+        raise UnknownNameError("bin", bin_name, list(bins))
+    if into not in (TOTE, *bins):
+        raise UnknownNameError("place", into, [TOTE, *bins])
     target = scene.find(item, bin_name)
-    label = f"pick {target.id} from {bin_name}"
+    label = f"pick {target.id} from {bin_name}" + ("" if into == TOTE else f" into {into}")
     query = BinQuery(planner, scene, planner.cell.pod.bins[bin_name], target, neighbours)
     feasible, reasons = _feasible_grasps(query, seed, exclude)
     grasped = time.perf_counter()
     for option in _ways_in(query, feasible, start, seed, reasons):
-        motion = _carried_out(query, option, seed, reasons)
+        motion = _carried_out(query, option, into, seed, reasons)
         if motion is None:
             continue
         carried = time.perf_counter()
@@ -167,51 +173,24 @@ def _in_bin_duration(planner: Planner, f: InBin) -> float:
     return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
 
 
-def _carried_out(query: BinQuery, way_in: WayIn, seed: int, reasons: list[Reason]) -> PickMotion | None:
-    """The way from the end of the retreat into the tote, for one way in."""
-    planner, chosen = query.planner, way_in.in_bin
-    held, pivot, target = chosen.held, chosen.grasp.pivot, query.target
-    places = spots(query.scene, held, pivot)
-    if isinstance(places, Reason):
-        reasons.append(places)
+def _carried_out(
+    query: BinQuery, option: WayIn, into: str, seed: int, reasons: list[Reason]
+) -> PickMotion | None:
+    """The way from the end of the retreat to where the item is let go, for one way in."""
+    planner, chosen, target = query.planner, option.in_bin, query.target
+    cell_bin = None if into == TOTE else planner.cell.pod.bins[into]
+    landings = into_bin(query, chosen, cell_bin, seed) if cell_bin else into_tote(query, chosen, seed)
+    if isinstance(landings, list):
+        reasons += landings
         return None
-    drops = _drops(query, chosen, places, seed, reasons)
-    if not drops:
-        return None
-    carrying = planner.checker(query.scene, pivot, held=held, without=frozenset({target.id}), reserve=RESERVE)
-    goals = np.stack([d.place.waypoints[0] for _, d in drops])
-    extra = [2.0 * s.cost for s, _ in drops]
+    held, pivot, gone = chosen.held, chosen.grasp.pivot, frozenset({target.id})
+    carrying = planner.checker(query.scene, pivot, held=held, without=gone, reserve=RESERVE)
+    goals = np.stack([landing.start for landing in landings])
+    extra = [landing.cost for landing in landings]
     name = derived_seed(seed, "transfer", target.id)
-    transfer = plan_coarse(
-        planner, carrying, chosen.retreat[-1].waypoints[-1], goals, extra, name, "transfer"
-    )
+    q = chosen.retreat[-1].waypoints[-1]
+    transfer = plan_coarse(planner, carrying, q, goals, extra, name, "transfer")
     if isinstance(transfer, Reason):
         reasons.append(transfer)
         return None
-    drop = drops[transfer.goal][1]
-    return PickMotion(chosen, way_in.transit, way_in.transit_pivot, transfer, drop)
-
-
-def _drops(
-    query: BinQuery, chosen: InBin, places: Sequence[Spot], seed: int, reasons: list[Reason], n_most: int = 4
-) -> list[tuple[Spot, Drop]]:
-    """Spots whose straight lines are proven: the goal set of the transfer."""
-    planner, pivot = query.planner, chosen.grasp.pivot
-    rng = derived_rng(seed, "drop", query.target.id)
-    named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
-    found: list[tuple[Spot, Drop]] = []
-    carrying = planner.checker(query.scene, pivot, held=chosen.held, without=frozenset({query.target.id}))
-    for spot in places:
-        seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
-        solutions = planner.arm.solve(spot.above, pivot, seeds)
-        for q in solutions[carrying.are_free(solutions)]:
-            drop = plan_drop(planner, query.scene, chosen.held, pivot, query.target.id, spot, q)
-            if not isinstance(drop, Reason):
-                found.append((spot, drop))
-                break
-            reasons.append(drop)
-        if len(found) >= n_most:
-            return found
-    if not found:
-        reasons.append(Reason("no free place in the tote", "place", f"{len(places)} spots tried"))
-    return found
+    return PickMotion(chosen, option.transit, option.transit_pivot, transfer, landings[transfer.goal])

@@ -14,8 +14,8 @@ from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse
-from pickcli.planning.drop import Drop
 from pickcli.planning.in_bin import InBin
+from pickcli.planning.landing import Landing, Step
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
@@ -31,7 +31,7 @@ class PickMotion:
     transit: Coarse
     transit_pivot: PivotState  # MOVING where the cup turns on the way
     transfer: Coarse
-    drop: Drop
+    landing: Landing
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
 
 
 def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
-    """With the item out of the bin and down into the tote."""
+    """With the item out of the bin and to where it is let go."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
     pivot, target, kind = in_bin.grasp.pivot, query.target.id, SegmentKind
     gone, held = in_bin.ignored | {target}, in_bin.held
@@ -93,17 +93,17 @@ def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
         line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
         *(line(kind.RETREAT, push, settings.retreat_speed, carrying) for push in in_bin.retreat),
         Piece(kind.TRANSFER, motion.transfer.waypoints, pivot, outside, held=target, blend=COARSE_BLEND),
-        line(kind.PLACE, motion.drop.place, settings.place_speed, outside),
+        *(_landed(step, pivot, target) for step in motion.landing.inward),
     ]
 
 
-def way_up(query: BinQuery, motion: PickMotion) -> list[Piece]:
-    """Empty again, straight up from the release."""
-    pivot, planner = motion.in_bin.grasp.pivot, query.planner
-    checker = planner.checker(query.scene, pivot, without=frozenset({query.target.id}))
-    speed = planner.settings.place_speed
-    depart = motion.drop.depart.waypoints
-    return [Piece(SegmentKind.DEPART, depart, pivot, checker, max_tool_speed=speed)]
+def way_up(motion: PickMotion) -> list[Piece]:
+    """Empty again, away from the release."""
+    return [_landed(step, motion.in_bin.grasp.pivot) for step in motion.landing.away]
+
+
+def _landed(step: Step, pivot: PivotState, held: str | None = None) -> Piece:
+    return Piece(step.kind, step.line.waypoints, pivot, step.checker, held, step.touching, step.speed)
 
 
 def moving(pieces: Sequence[Piece], speed_scale: float) -> list[Piece]:

@@ -121,7 +121,7 @@ def _rest(cell_bin: Bin, middle: Array, half: Array, there: Lying) -> tuple[Arra
     """Height (N,) of what a base lies on, its pitch, and the cost of lying on it: 0 on the floor."""
     low, high = (middle - half)[:, None] - GAPS[0], (middle + half)[:, None] + GAPS[0]
     below = np.all((low < there.boxes.high[..., :2]) & (there.boxes.low[..., :2] < high), axis=2)
-    base, pitch = _floor(cell_bin, middle[:, 0], half[:, 0])
+    base, pitch = cell_bin.rest(middle[:, 0], half[:, 0])
     raised = np.flatnonzero(below.any(axis=1))
     own = np.zeros(len(middle))
     if len(raised):
@@ -132,13 +132,6 @@ def _rest(cell_bin: Bin, middle: Array, half: Array, there: Lying) -> tuple[Arra
         own[raised] = RAISED + HEIGHT * (top - cell_bin.floor_back) + TOSSED * (carried < LEAST_SUPPORT)
         base[raised], pitch[raised] = top, there.pitch[raised, highest]
     return base, pitch, own
-
-
-def _floor(cell_bin: Bin, x: Array, half: Array) -> tuple[Array, Array]:
-    """Height of the middle of a base and its pitch: it touches the hollow floor with its two ends."""
-    ends, heights = (0.0, cell_bin.floor_flat_from), (cell_bin.floor_front, cell_bin.floor_back)
-    front, back = np.interp(x - half, ends, heights), np.interp(x + half, ends, heights)
-    return (front + back) / 2, np.arctan2(front - back, 2 * half)
 
 
 def _carried(middle: Array, half: Array, there: Boxes, carries: Bools) -> Array:

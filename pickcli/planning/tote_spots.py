@@ -1,4 +1,4 @@
-"""Where in the tote an item is released, and the straight lines down to it and up again."""
+"""Where in the tote an item is released."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.line import shifted
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.collision.checker import Held
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
-from pickcli.planning.context import Planner
 
 WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
 LEAST_WALL = 0.008
@@ -35,14 +33,6 @@ class Spot:
     above: Array
     release: Array
     cost: float
-
-
-@dataclass(frozen=True, eq=False)
-class Drop:
-    """A spot with its lines."""
-
-    place: Line  # from above the tote down to the release
-    depart: Line  # up again, empty
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,18 +117,6 @@ def _places(room: Array) -> Array:
     along_x = np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1)
     along_y = np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1)
     return np.stack(np.meshgrid(along_x, along_y, indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-def plan_drop(
-    planner: Planner, scene: Scene, held: Held, pivot: PivotState, item_id: str, spot: Spot, q_above: Array
-) -> Drop | Reason:
-    """The proven lines of one spot, from a configuration above the tote."""
-    carrying = planner.checker(scene, pivot, held=held, without=frozenset({item_id}))
-    place = follow_line(planner.arm, carrying, spot.above, spot.release, pivot, q_above, "place")
-    if isinstance(place, Reason):
-        return place
-    # The way up is the way down without the item: a part of the volume that was just proven free.
-    return Drop(place, Line(place.waypoints[::-1].copy()))
 
 
 def released_pose(spot: Spot, held: Held) -> Array:

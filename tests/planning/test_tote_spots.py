@@ -14,7 +14,7 @@ from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.collision.checker import Held
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.drop import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, released_pose, spots
+from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, released_pose, spots
 
 SceneWith = Callable[..., Scene]
 

@@ -1,0 +1,83 @@
+"""Where in a bin an item can be set down: free places on the floor, level, at the back and beside a wall.
+
+The item keeps the way it stands, so that whatever can hold it where it is can set it down there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.station import Bin
+from pickcli.collision.ghost import Ghost
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.planning.context import Planner
+
+STEP = 0.02  # m between places that are tried
+FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep
+HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
+LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
+
+
+def bin_spots(
+    planner: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Bin, n_most: int = 8
+) -> tuple[PlacedItem, ...] | Reason:
+    """The item where it could be let go in a bin, the best place first; or why there is none.
+
+    R_bin_item: (3, 3) how it stands now in its own bin
+    """
+    R = _levelled(R_bin_item)
+    reach = placed.item.shape.reach(R)
+    if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
+        size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
+        return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
+    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    ghost = Ghost(
+        planner.model, scene, placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3],
+        scene.noise.bound(placed.item), frozenset({placed.id}), frozenset(cell_bin.floor),
+    )  # fmt: skip
+    places = _places(cell_bin, reach, scene.noise.bound(placed.item) + HOVER)
+    free = [d for d in places if ghost.is_free(d)]
+    if not free:
+        return Reason("no free place on the floor", cell_bin.name, f"{len(places)} places tried")
+    return tuple(_placed(placed, cell_bin.name, T_world_bin, R, d) for d in free[:n_most])
+
+
+def _levelled(R: Array) -> Array:
+    """The least turn away from R (3, 3) that makes the item's most vertical axis vertical."""
+    axis = int(np.argmax(np.abs(R[2])))
+    up = np.sign(R[2, axis]) * np.array([0.0, 0.0, 1.0])
+    across = np.cross(R[:, axis], up)
+    sine = float(np.linalg.norm(across))
+    if sine < 1e-9:
+        return R
+    return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
+
+
+def _places(cell_bin: Bin, half: Array, hover: float) -> Array:
+    """(K, 5) displacements from the bin's origin to places on the floor, as those of a ghost.
+
+    As far back and as near a wall as possible first. half: (3,) of the box around the item, level
+    """
+    low, high = cell_bin.y_range
+    along_x = _grid(FROM_MOUTH + half[0], cell_bin.depth - half[0])
+    along_y = _grid(low + half[1], high - half[1])
+    x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
+    height, pitch = cell_bin.rest(x, half[0])
+    # An item that hovers over the floor, parallel to what it will lie on.
+    above = half[2] + hover
+    at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), np.zeros(len(x)), pitch)
+    cost = cell_bin.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
+    return np.column_stack(at)[np.argsort(cost, kind="stable")]
+
+
+def _grid(low: float, high: float) -> Array:
+    return np.linspace(low, high, int((high - low) / STEP) + 1) if high >= low else np.zeros(0)
+
+
+def _placed(placed: PlacedItem, bin_name: str, T_world_bin: Array, R: Array, d: Array) -> PlacedItem:
+    pitched = rotation_axis_angle((0.0, 1.0, 0.0), float(d[4])) @ R
+    return replace(placed, location=bin_name, T_world_item=T_world_bin @ pose(d[:3], R=pitched))

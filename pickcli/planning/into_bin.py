@@ -1,0 +1,69 @@
+"""Setting an item down in a bin: a pick from there, backwards.
+
+What leads to an item lying there and brings it out also brings it in and leads away from it, so the lines,
+their proofs and the reasons for failures are those of a pick.
+"""
+
+from __future__ import annotations
+
+from pickcli.cell.station import Bin
+from pickcli.errors import Reason
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.bin_spots import bin_spots
+from pickcli.planning.in_bin import InBin, plan_in_bin
+from pickcli.planning.landing import Landing, Step, backwards
+from pickcli.seeds import derived_rng
+
+WANTED = 2  # landings among which the best whole motion is chosen
+COST = 0.1  # s that the next best place is worth
+
+
+def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[Landing, ...] | list[Reason]:
+    """Places on the floor of a bin whose lines are all proven, the best first; or every reason."""
+    planner, target = query.planner, query.target
+    spots = bin_spots(planner, query.scene, target, query.T_bin_item[:3, :3], cell_bin)
+    if isinstance(spots, Reason):
+        return [spots]
+    rng = derived_rng(seed, "set down", target.id, cell_bin.name)
+    found: list[Landing] = []
+    reasons: list[Reason] = []
+    for k, spot in enumerate(spots):
+        there = BinQuery(planner, query.scene.moved(spot), cell_bin, spot, query.neighbours)
+        blocked = there.touching - frozenset(cell_bin.floor)
+        if blocked:
+            reasons.append(Reason("too close", f"place {k} in {cell_bin.name}", ", ".join(sorted(blocked))))
+            continue
+        as_picked = plan_in_bin(there, chosen.grasp, rng)
+        if isinstance(as_picked, list):
+            reasons += as_picked
+            continue
+        found.append(_landing(there, as_picked, COST * k))
+        if len(found) >= WANTED:
+            break
+    return tuple(found) or reasons
+
+
+def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
+    """The lines of a pick from there, each backwards."""
+    planner, settings, kind = there.planner, there.planner.settings, SegmentKind
+    pivot, held, floor = as_picked.grasp.pivot, as_picked.held, as_picked.touching
+    gone = as_picked.ignored | {there.target.id}
+    carrying = planner.checker(there.scene, pivot, held=held, without=gone)
+    lowering = planner.checker(there.scene, pivot, held=held, without=gone, touching=floor)
+    empty, meeting = there.empty[pivot], there.meeting[pivot]
+    inward = (
+        *(
+            Step(kind.INSERT, backwards(push), carrying, settings.retreat_speed)
+            for push in reversed(as_picked.retreat)
+        ),
+        Step(kind.PLACE, backwards(as_picked.lift), carrying, settings.lift_speed),
+        Step(kind.PLACE, backwards(as_picked.freed), lowering, settings.lift_speed, floor),
+    )
+    speed = settings.approach_speed
+    away = (
+        Step(kind.DEPART, backwards(as_picked.contact), meeting, speed, floor | {there.target.id}),
+        Step(kind.DEPART, backwards(as_picked.approach), empty, speed),
+        Step(kind.DEPART, backwards(as_picked.preapproach), empty, settings.preapproach_speed),
+    )
+    return Landing(inward, away, cost)

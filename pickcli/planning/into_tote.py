@@ -1,0 +1,63 @@
+"""Letting an item go over the tote: straight down between the walls, and straight up again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cartesian.follow import follow_line
+from pickcli.collision.checker import SceneChecker
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.in_bin import InBin
+from pickcli.planning.landing import Landing, Step, backwards
+from pickcli.planning.tote_spots import Spot, spots
+from pickcli.seeds import derived_rng
+
+WANTED = 4  # landings among which the best whole motion is chosen
+COST = 2.0  # s that a metre of a spot's cost is worth
+
+
+def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] | list[Reason]:
+    """Spots whose straight lines are proven, the best first; or every reason why there is none."""
+    planner, pivot, target = query.planner, chosen.grasp.pivot, query.target.id
+    places = spots(query.scene, chosen.held, pivot)
+    if isinstance(places, Reason):
+        return [places]
+    rng = derived_rng(seed, "drop", target)
+    named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
+    gone = frozenset({target})
+    carrying = planner.checker(query.scene, pivot, held=chosen.held, without=gone)
+    empty = planner.checker(query.scene, pivot, without=gone)
+    found: list[Landing] = []
+    reasons: list[Reason] = []
+    for spot in places:
+        seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
+        solutions = planner.arm.solve(spot.above, pivot, seeds)
+        for q in solutions[carrying.are_free(solutions)]:
+            landing = _landing(query, spot, q, chosen, carrying, empty)
+            if not isinstance(landing, Reason):
+                found.append(landing)
+                break
+            reasons.append(landing)
+        if len(found) >= WANTED:
+            break
+    return tuple(found) or [
+        *reasons,
+        Reason("no free place in the tote", "place", f"{len(places)} spots tried"),
+    ]
+
+
+def _landing(
+    query: BinQuery, spot: Spot, q: Array, chosen: InBin, carrying: SceneChecker, empty: SceneChecker
+) -> Landing | Reason:
+    """The proven lines of one spot, from a configuration above the tote."""
+    planner, speed = query.planner, query.planner.settings.place_speed
+    down = follow_line(planner.arm, carrying, spot.above, spot.release, chosen.grasp.pivot, q, "place")
+    if isinstance(down, Reason):
+        return down
+    # The way up is the way down without the item: a part of the volume that was just proven free.
+    place = Step(SegmentKind.PLACE, down, carrying, speed)
+    depart = Step(SegmentKind.DEPART, backwards(down), empty, speed)
+    return Landing((place,), (depart,), COST * spot.cost)
