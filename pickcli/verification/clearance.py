@@ -21,8 +21,9 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.verification.contacts import exemptions
-from pickcli.verification.parts import Fixture, Part, farthest, fixtures
+from pickcli.verification.parts import Fixture, Part, farthest
 from pickcli.verification.sieve import candidates, own_bounds, relative_reach, windows, world_bounds
+from pickcli.verification.standing import Standing
 from pickcli.verification.states import States
 
 FAR = 0.05  # m, clearances beyond it are not told apart
@@ -80,14 +81,13 @@ class Clearance:
 
 
 def check_clearance(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
 ) -> Clearance:
     """Prove that nothing touches but what is planned to; see the head of this file."""
-    world = fixtures(scene)
     queue: list[tuple[float, int, Pair, int, int, bool]] = []
     ticket = count()
     for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, scene, states, moving[k], world, k):
+        for bound, pair, i, j in _near(plan, scene, states, moving[k], world.of(k), k):
             queue.append((bound, next(ticket), pair, i, j, False))
     heapq.heapify(queue)
     return _search(plan, queue, ticket)
@@ -138,14 +138,13 @@ def _near(
     scene: Scene,
     states: States,
     moving: tuple[Part, ...],
-    world: tuple[Fixture, ...],
+    standing: tuple[Fixture, ...],
     k: int,
 ) -> Iterator[tuple[float, Pair, int, int]]:
     """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
     segment = plan.segments[k]
     exempt = exemptions(plan, scene, k)
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
-    standing = [f for f in world if f.name not in exempt.absent]
     tested = np.array([[not exempt.is_world_pair_untested(p, f.name) for f in standing] for p in moving])
     bounds = world_bounds(states, moving, standing, at)
     yield from _pairs(k, states, moving, standing, candidates(bounds, tested, at, FAR))

@@ -13,26 +13,31 @@ from pickcli.verification.parts import Part
 MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT)
 
 
+def releases(plan: Plan) -> tuple[int, ...]:
+    """Indices of the segments at whose end the item is let go."""
+    held = [segment.held is not None for segment in plan.segments]
+    return tuple(k for k in range(len(held) - 1) if held[k] and not held[k + 1])
+
+
 def may_touch(plan: Plan, k: int) -> bool:
     """Whether segment k may have planned contacts at all.
 
-    Beside contact and lift, a plan may begin with a depart, empty, from where the cup touches something:
-    the way to safety after a motion that was stopped.
+    Beside contact and lift: the place just before the item is let go, and a depart, empty, from where the cup
+    touches something: just after that, or at the beginning, as the way to safety after a stopped motion.
     """
     segment = plan.segments[k]
-    is_way_out = k == 0 and segment.kind is SegmentKind.DEPART and segment.held is None
-    return is_way_out or segment.kind in MAY_TOUCH
+    is_set_down = segment.kind is SegmentKind.PLACE and k in releases(plan)
+    is_off = segment.kind is SegmentKind.DEPART and (k == 0 or k - 1 in releases(plan))
+    return is_set_down or (is_off and segment.held is None) or segment.kind in MAY_TOUCH
 
 
 @dataclass(frozen=True)
 class Exemptions:
     """What one segment does not test.
 
-    absent: items that have left their place: in the cup, or released before (the item that falls into
-    the tote is not followed). touching: names that cup and held item are planned to touch here.
+    touching: names that cup and held item are planned to touch here
     """
 
-    absent: frozenset[str]
     touching: frozenset[str]
     neighbours: frozenset[frozenset[str]]  # links that a joint connects
     allowed: frozenset[frozenset[str]]  # the cell's list, each with its reason there
@@ -58,9 +63,7 @@ class Exemptions:
 def exemptions(plan: Plan, scene: Scene, k: int) -> Exemptions:
     """The exemptions of segment k."""
     segment = plan.segments[k]
-    gone = {s.held for s in plan.segments[: k + 1] if s.held is not None}
     return Exemptions(
-        absent=frozenset(gone),
         touching=frozenset(segment.touching) if may_touch(plan, k) else frozenset(),
         neighbours=_neighbours(scene.cell.robot),
         allowed=frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs),

@@ -20,12 +20,14 @@ STRAIGHT = (
     SegmentKind.CONTACT,
     SegmentKind.LIFT,
     SegmentKind.RETREAT,
+    SegmentKind.INSERT,
     SegmentKind.PLACE,
     SegmentKind.DEPART,
 )
 OFF_LINE = 0.002  # m
 OFF_ANGLE = np.radians(1.0)
-FIRST_LIFT = 0.055  # m of the lift in which the item may touch its support and neighbours
+SHORT_TOUCH = (SegmentKind.LIFT, SegmentKind.PLACE, SegmentKind.DEPART)
+FIRST_LIFT = 0.055  # m of the lift, or last of the place, in which the item may touch support and neighbours
 SPEED_TOLERANCE = 1e-3  # of the contact speed
 
 
@@ -40,7 +42,7 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
             reasons += _straight(tips, where)
         if segment.kind is SegmentKind.CONTACT:
             reasons += _contact(plan, robot, segment, tips, where)
-        if segment.kind in (SegmentKind.LIFT, SegmentKind.DEPART) and segment.touching:
+        if segment.kind in SHORT_TOUCH and segment.touching:
             reasons += _first_lift(tips, where)
     return tuple(reasons)
 
@@ -97,6 +99,4 @@ def _fastest_tip(plan: Plan, robot: Robot, segment: Segment) -> float:
 def _first_lift(tips: Array, where: str) -> Iterator[Reason]:
     way = float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())
     if way > FIRST_LIFT:
-        yield Reason(
-            "touching too long", where, f"{way * 1e3:.1f} mm; only the first {FIRST_LIFT * 1e3:.0f} mm may"
-        )
+        yield Reason("touching too long", where, f"{way * 1e3:.1f} mm; at most {FIRST_LIFT * 1e3:.0f} mm may")

@@ -1,4 +1,4 @@
-"""Where the item is let go: inside the tote's walls and below the drop limit of the rules."""
+"""Where the item is let go: in the tote, below the drop limit, or in a bin, just over its floor."""
 
 from __future__ import annotations
 
@@ -6,46 +6,60 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
+from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
-from pickcli.verification.arm import link_poses, tip_poses
+from pickcli.verification.contacts import releases
+from pickcli.verification.standing import bin_at, release_pose
 
 DROP_LIMIT = 0.3  # m from the item's bottom to the tote's floor (rules of 2016)
+SET_DOWN = 0.02  # m from its bottom to the floor of a bin, on top of its uncertainty: it must not tumble
 
 
 def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """() where nothing is released."""
+    """() where nothing is let go."""
     if plan.grasp is None or T_tip_item is None:
         return ()
-    ends = zip(plan.segments, plan.segments[1:], strict=False)
-    releases = [a for a, b in ends if a.held is not None and b.held is None]
-    if plan.segments[-1].held is None and not releases:
-        return (Reason("never released", plan.grasp.item, "the item is not brought to the tote"),)
-    robot = scene.cell.robot
-    return tuple(
-        reason
-        for segment in releases
-        for reason in _inside(
-            scene,
-            plan.grasp.item,
-            tip_poses(robot, link_poses(robot, plan.trajectory.sample(segment.t_end)), segment.pivot)[0]
-            @ T_tip_item,
-        )
-    )
+    ends = releases(plan)
+    if plan.segments[-1].held is None and not ends:
+        return (Reason("never released", plan.grasp.item, "the item is not brought anywhere"),)
+    return tuple(reason for k in ends for reason in _at(plan, scene, k, T_tip_item))
 
 
-def _inside(scene: Scene, item_id: str, T_world_item: Array) -> Iterator[Reason]:
+def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterator[Reason]:
+    assert plan.grasp is not None
+    placed, T = scene.find(plan.grasp.item), release_pose(plan, scene, k, T_tip_item)
+    where = bin_at(scene, T)
+    return _in_tote(scene, placed, T) if where is None else _in_bin(scene, placed, T, where)
+
+
+def _in_tote(scene: Scene, placed: PlacedItem, T_world_item: Array) -> Iterator[Reason]:
     tote = scene.cell.tote
     T = inverse(tote.T_world_tote) @ T_world_item
-    reach = scene.find(item_id).item.shape.reach(T[:3, :3])
+    reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
     half = np.array(tote.inner[:2]) / 2
     beyond = float(np.maximum(high[:2] - half, -half - low[:2]).max())
     if beyond > 0.0:
-        yield Reason("released beyond the tote's walls", item_id, f"by {beyond * 1e3:.0f} mm")
+        yield Reason("released beyond the tote's walls", placed.id, f"by {beyond * 1e3:.0f} mm")
     if low[2] > DROP_LIMIT:
         yield Reason(
-            "released too high", item_id, f"{low[2]:.3f} m over the floor, the limit is {DROP_LIMIT}"
+            "released too high", placed.id, f"{low[2]:.3f} m over the floor, the limit is {DROP_LIMIT}"
         )
+
+
+def _in_bin(scene: Scene, placed: PlacedItem, T_world_item: Array, bin_name: str) -> Iterator[Reason]:
+    cell_bin = scene.cell.pod.bins[bin_name]
+    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ T_world_item
+    reach = placed.item.shape.reach(T[:3, :3])
+    low = T[:3, 3] - reach
+    if low[0] < 0.0:
+        out = f"{-low[0] * 1e3:.0f} mm out of {bin_name}"
+        yield Reason("released beyond the bin's mouth", placed.id, out)
+    ends, heights = (0.0, cell_bin.floor_flat_from), (cell_bin.floor_front, cell_bin.floor_back)
+    floor = float(np.interp(low[0] + 2 * reach[0], ends, heights))
+    most = SET_DOWN + scene.noise.bound(placed.item)
+    if low[2] - floor > most:
+        over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {bin_name}, at most {most * 1e3:.0f}"
+        yield Reason("released too high", placed.id, over)

@@ -6,7 +6,7 @@ how far the pair moves from there to either end. Coarse, but it leaves few pairs
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -60,7 +60,7 @@ def ball_centers(states: States, moving: tuple[Part, ...], at: Windows) -> tuple
     return np.concatenate(centers, axis=1), np.concatenate(radii), np.array(starts)
 
 
-def world_bounds(states: States, moving: tuple[Part, ...], standing: list[Fixture], at: Windows) -> Array:
+def world_bounds(states: States, moving: tuple[Part, ...], standing: Sequence[Fixture], at: Windows) -> Array:
     """Lower bounds (W, P, F) of the distance of every part from everything that stands."""
     centers, radii, starts = ball_centers(states, moving, at)
     boxes = np.stack([f.T_world_shape for f in standing])

@@ -13,6 +13,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.verification.contacts import MAY_TOUCH, may_touch
 
 TIME_TOLERANCE = 1e-9  # s
+CARRYING = (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE)
 
 
 def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -103,7 +104,7 @@ def _holding(plan: Plan) -> Iterator[Reason]:
     if len(changes) > 2 or len(contacts) > 1:
         yield Reason("held item forgotten", "", "the item is taken or released more than once")
     for k, segment in enumerate(plan.segments):
-        if segment.kind in (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.PLACE) and not held[k]:
+        if segment.kind in CARRYING and not held[k]:
             yield Reason("held item forgotten", f"segment {k} ({segment.kind})", "nothing is held")
         if segment.kind in (SegmentKind.TRANSIT, SegmentKind.DEPART) and held[k]:
             yield Reason("wrong held item", f"segment {k} ({segment.kind})", "this kind carries nothing")

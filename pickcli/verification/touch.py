@@ -10,14 +10,15 @@ from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.verification.contacts import exemptions
-from pickcli.verification.parts import Fixture, Part, fixtures
+from pickcli.verification.parts import Fixture, Part
+from pickcli.verification.standing import Standing
 from pickcli.verification.states import MAX_STEP, States
 
 ROUNDING = 0.001  # m
 
 
 def check_touch(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]]
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
 ) -> tuple[Reason, ...]:
     """The depth of every planned contact at every state of its segment."""
     reasons: list[Reason] = []
@@ -28,8 +29,8 @@ def check_touch(
             continue
         tool = [p for p in moving[k] if p.is_cup or p.is_held]
         first, last = states.between(segment.t_start, segment.t_end)
-        for fixture in fixtures(scene):
-            if fixture.name not in touching or fixture.name == segment.held:
+        for fixture in world.of(k):
+            if fixture.name not in touching:
                 continue
             for part in tool:
                 if part.is_held and fixture.name in items:

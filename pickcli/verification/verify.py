@@ -24,6 +24,7 @@ from pickcli.verification.limits import check_limits
 from pickcli.verification.lines import check_lines
 from pickcli.verification.parts import Part, farthest, parts_of_segments
 from pickcli.verification.release import check_release
+from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP, States, sample_states
 from pickcli.verification.structure import check_structure
 from pickcli.verification.touch import check_touch
@@ -32,12 +33,12 @@ from pickcli.verification.verdict import Verdict
 CHECKS = (
     "structure: names, times, contiguous segments, the item held from contact to release",
     "clearance: arm, tool and held item against world and themselves, exact shapes, proven between states",
-    "planned contacts: in contact and the first stretch of the lift only, no deeper than noise and bellows",
+    "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "events: anchors, leads, order, pivot states",
-    "release: inside the tote's walls, below the drop limit",
+    "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )
 
 
@@ -59,11 +60,12 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
     ratios = check_limits(plan, scene)
-    clearance = check_clearance(plan, scene, states, moving)
+    world = standing(plan, scene, T_tip_item)
+    clearance = check_clearance(plan, scene, states, moving, world)
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
-        *check_touch(plan, scene, states, moving),
+        *check_touch(plan, scene, states, moving, world),
         *check_lines(plan, scene.cell.robot, states),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),

@@ -17,14 +17,17 @@ from pickcli.verification.arm import link_poses
 from pickcli.verification.clearance import FAR, RESOLUTION, Clearance, check_clearance
 from pickcli.verification.contacts import exemptions
 from pickcli.verification.held import pose_in_tool
-from pickcli.verification.parts import fixtures, parts, parts_of_segments
+from pickcli.verification.parts import parts, parts_of_segments
+from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP
 from pickcli.verification.verify import sampled
 
 
 def check(plan: Plan, scene: Scene) -> Clearance:
-    moving = parts_of_segments(plan, scene, pose_in_tool(plan, scene))
-    return check_clearance(plan, scene, sampled(plan, scene, moving), moving)
+    T_tip_item = pose_in_tool(plan, scene)
+    moving = parts_of_segments(plan, scene, T_tip_item)
+    world = standing(plan, scene, T_tip_item)
+    return check_clearance(plan, scene, sampled(plan, scene, moving), moving, world)
 
 
 def proven(plan: Plan, scene: Scene) -> float:
@@ -52,7 +55,7 @@ def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
     """The smallest distance at each time of segment k."""
     segment, exempt = plan.segments[k], exemptions(plan, scene, k)
     moving = parts(scene, segment, pose_in_tool(plan, scene))
-    world = [f for f in fixtures(scene) if f.name not in exempt.absent]
+    world = standing(plan, scene, pose_in_tool(plan, scene)).of(k)
     pairs = [(a, b) for a in moving for b in world if not exempt.is_world_pair_untested(a, b.name)]
     pairs += [(a, b) for a, b in combinations(moving, 2) if not exempt.is_own_pair_untested(a, b)]
     links = link_poses(scene.cell.robot, plan.trajectory.sample(times))
@@ -102,8 +105,9 @@ def test_the_lines_of_a_pick() -> None:
 def test_an_item_that_was_taken_is_not_an_obstacle_any_more() -> None:
     plan, scene = pick()
     held = [k for k, s in enumerate(plan.segments) if s.held is not None]
-    assert all(CRAYOLA in exemptions(plan, scene, k).absent for k in range(held[0], len(plan.segments)))
-    assert CRAYOLA not in exemptions(plan, scene, 0).absent
+    world = standing(plan, scene, pose_in_tool(plan, scene))
+    stands = [CRAYOLA in {f.name for f in world.of(k)} for k in range(len(plan.segments))]
+    assert stands == [k < held[0] for k in range(len(plan.segments))]
 
 
 def test_the_arm_may_not_touch_itself() -> None:

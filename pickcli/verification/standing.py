@@ -1,0 +1,60 @@
+"""What stands where in each segment: an item that is set down in a bin stands there from then on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.scene import Scene
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Plan
+from pickcli.verification.arm import link_poses, tip_poses
+from pickcli.verification.contacts import releases
+from pickcli.verification.parts import Fixture, fixtures
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """The fixtures of a plan's segments.
+
+    set_down: those after the release, where that is in a bin; else the item falls into the tote and is not
+    followed
+    """
+
+    plan: Plan
+    before: tuple[Fixture, ...]
+    set_down: tuple[Fixture, ...] | None
+
+    def of(self, k: int) -> tuple[Fixture, ...]:
+        """All that stands during segment k, without what is in the cup or fell into the tote."""
+        if self.set_down is not None and k > releases(self.plan)[0]:
+            return self.set_down
+        gone = {segment.held for segment in self.plan.segments[: k + 1]}
+        return tuple(fixture for fixture in self.before if fixture.name not in gone)
+
+
+def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
+    """The fixtures of every segment. T_tip_item: (4, 4) of the item where one is held."""
+    before = fixtures(scene)
+    ends = releases(plan)
+    if not ends or plan.grasp is None or T_tip_item is None:
+        return Standing(plan, before, None)
+    T = release_pose(plan, scene, ends[0], T_tip_item)
+    where = bin_at(scene, T)
+    if where is None:
+        return Standing(plan, before, None)
+    placed = replace(scene.find(plan.grasp.item), location=where, T_world_item=T)
+    return Standing(plan, before, fixtures(scene.moved(placed)))
+
+
+def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
+    """Pose (4, 4) in the world of the item at the end of segment k, where it is let go."""
+    robot, segment = scene.cell.robot, plan.segments[k]
+    q = plan.trajectory.sample(segment.t_end)
+    return np.asarray(tip_poses(robot, link_poses(robot, q), segment.pivot)[0] @ T_tip_item)
+
+
+def bin_at(scene: Scene, T_world_item: Array) -> str | None:
+    """The bin that an item's centre is in, if any."""
+    return scene.cell.pod.bin_of_point((inverse(scene.T_world_pod) @ T_world_item)[:3, 3])
