@@ -16,8 +16,9 @@ The number is the exit code of the command that meets it. Anything outside the t
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 class ApcError(Exception):
@@ -70,11 +71,17 @@ class Reason:
     what: short cause, e.g. "collision", "no IK solution", "does not hold", "joint limit"
     where: candidate and segment, e.g. "grasp 3 (frontal), lift"
     detail: link, obstacle and depth, or the limit and by how much
+    in_the_way: id of the item that stands in the way, if it is one
     """
 
     what: str
     where: str = ""
     detail: str = ""
+    in_the_way: str = ""
+
+    def at(self, where: str) -> Reason:
+        """The same reason, told from farther outside."""
+        return replace(self, where=where)
 
     def __str__(self) -> str:
         return ": ".join(part for part in (self.where, self.what, self.detail) if part)
@@ -88,6 +95,12 @@ class NoPlanError(ApcError):
     def __init__(self, query: str, reasons: Sequence[Reason]) -> None:
         self.query, self.reasons = query, tuple(reasons)
         super().__init__(f"no plan for {query}: {self.summary()}")
+
+    @property
+    def in_the_way(self) -> tuple[str, ...]:
+        """Ids of the items that stood in the way, the most frequent first."""
+        found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
+        return tuple(sorted(found, key=lambda name: (-found[name], name)))
 
     def summary(self, n_most: int = 3) -> str:
         """The most frequent causes with one example each."""

@@ -110,9 +110,8 @@ def _explained(c: Corridor, carrying: Ghost) -> Reason:
     places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat[-1] for s in (0.2, 0.4, 0.6, 0.8)}
     contacts = {where: carrying.clearance(d) for where, d in places.items()}
     where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
-    return Reason(
-        "no way out", "lift", f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}"
-    )
+    detail = f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}"
+    return Reason("no way out", "lift", detail, worst.item)
 
 
 def _turned(yaw: float, pitch: float) -> Array:

@@ -6,7 +6,7 @@ Unlike a Cartesian planner that returns a fraction, a line here is whole or come
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,11 +39,11 @@ def follow_line(
     result = arm.follow(poses[1:], pivot, q_a)
     if not result.is_complete:
         assert result.reason is not None
-        return Reason(result.reason.what, where, result.reason.detail)
+        return result.reason.at(where)
     dense = np.vstack([q_a[None], result.configurations])
     kept = dense[_essential(arm, pivot, dense, poses)]
     blocked = _blocked(checker, kept)
-    return Line(kept) if blocked is None else Reason(blocked.what, where, blocked.detail)
+    return Line(kept) if blocked is None else blocked.at(where)
 
 
 def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
@@ -52,7 +52,7 @@ def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
     if not is_free.all():
         i = int(np.argmin(is_free))
         reason = checker.explain(waypoints[i])
-        return Reason(reason.what, "", f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
+        return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
     i = checker.path_is_free(waypoints)
     return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
 

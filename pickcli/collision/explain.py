@@ -30,6 +30,11 @@ class Contact:
     b: str
     kind: str = ""
 
+    @property
+    def item(self) -> str:
+        """Id of the item that b is, or ""."""
+        return self.b if self.kind == "item" else ""
+
     def __str__(self) -> str:
         if not self.b:
             return "nothing near"
@@ -72,8 +77,10 @@ def _reason(checker: SceneChecker, contact: Contact, is_free: bool, place: str) 
         return Reason("no collision", "", f"{contact}, {millimetres:.0f} mm apart{place}")
     if contact.distance > 0:
         needed = f"{1e3 * checker.margin:.0f} mm are needed"
-        return Reason("too close", "", f"{contact}, {millimetres:.1f} mm apart{place} ({needed})")
-    return Reason("collision", "", f"{contact}, {millimetres:.0f} mm deep{place}")
+        return Reason(
+            "too close", "", f"{contact}, {millimetres:.1f} mm apart{place} ({needed})", contact.item
+        )
+    return Reason("collision", "", f"{contact}, {millimetres:.0f} mm deep{place}", contact.item)
 
 
 def _part(checker: SceneChecker, frame: int) -> str:

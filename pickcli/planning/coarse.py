@@ -93,7 +93,7 @@ def _searched(
         )
     except NoPlanError as error:
         reason = error.reasons[0]
-        return Reason(reason.what, f"{where}, {reason.where}", reason.detail)
+        return reason.at(f"{where}, {reason.where}")
     duration = estimated_duration(planner.space, route.path.waypoints)
     return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
 

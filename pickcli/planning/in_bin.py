@@ -56,7 +56,7 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
         if not meeting.is_free(q_contact):
             reason = meeting.explain(q_contact)
-            reasons.append(Reason(reason.what, f"{where}, contact", reason.detail))
+            reasons.append(reason.at(f"{where}, contact"))
             continue
         way_in = _way_in(query, grasp, poses, q_contact, empty, meeting, where)
         if isinstance(way_in, Reason):
@@ -148,7 +148,7 @@ def _lines_out(
     q = freed.waypoints[-1]
     if not carrying.is_free(q):
         reason = carrying.explain(q)
-        return Reason(reason.what, f"{where}, lift", reason.detail)
+        return reason.at(f"{where}, lift")
     lift = follow_line(arm, carrying, option.freed, option.lift, pivot, q, f"{where}, lift")
     if isinstance(lift, Reason):
         return lift

@@ -26,7 +26,7 @@ def plan_move(
     checker = planner.checker(scene, start.pivot)
     if not checker.is_free(q_goal):
         reason = checker.explain(q_goal)
-        raise NoPlanError(label, [Reason(reason.what, "goal", reason.detail)])
+        raise NoPlanError(label, [reason.at("goal")])
     coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Reason):
         raise NoPlanError(label, [coarse])

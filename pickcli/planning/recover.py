@@ -112,4 +112,4 @@ def _near(planner: Planner, scene: Scene, start: Start) -> frozenset[str] | Reas
             break
         touching |= {near.b}
     reason = planner.checker(scene, start.pivot, touching=touching).explain(start.q)
-    return Reason(reason.what, "where the robot stopped", reason.detail)
+    return reason.at("where the robot stopped")
