@@ -23,6 +23,7 @@ class PayloadClass(StrEnum):
 
     EMPTY = "empty"
     CUBE = "cube"  # 0.2 m, one face on the cup
+    CENTRED_CUBE = "centred cube"  # 0.2 m, its centre at the tip of the cup: Delft's own
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class CoarseMotion:
 
     pivot: state of the cup that it is valid for (MOVING covers the others)
     trajectory: None where the timed points were not loaded
+    lower_bound: s that no motion between the two ends can undercut
+    clearance: m that the polyline is proven to keep from everything
     """
 
     key: MotionKey
@@ -51,6 +54,8 @@ class CoarseMotion:
     path: JointPath
     duration: float  # s, at full speed
     trajectory: Trajectory | None = None
+    lower_bound: float = 0.0
+    clearance: float = 0.0
 
     def reversed(self) -> CoarseMotion:
         """The way back: free where the way there is, and within limits as these are symmetric."""
@@ -92,6 +97,8 @@ class TrajectoryDatabase:
     durations: Array  # (K,) s
     waypoints: Array  # (W, n)
     offsets: IntArray  # (K + 1,) into waypoints
+    lower_bounds: Array  # (K,) s
+    clearances: Array  # (K,) m
     points: TimedPoints | None = None
 
     @classmethod
@@ -115,6 +122,8 @@ class TrajectoryDatabase:
             np.array([motion.duration for motion in motions], dtype=float),
             np.concatenate([empty, *(motion.path.waypoints for motion in motions)]),
             _offsets([len(motion.path.waypoints) for motion in motions]),
+            np.array([motion.lower_bound for motion in motions], dtype=float),
+            np.array([motion.clearance for motion in motions], dtype=float),
             points,
         )
 
@@ -154,7 +163,10 @@ class TrajectoryDatabase:
 
     def _motion(self, k: int) -> CoarseMotion:
         path = JointPath(self.joint_names, self.waypoints[self.offsets[k] : self.offsets[k + 1]])
-        return CoarseMotion(self.keys[k], self.pivots[k], path, float(self.durations[k]), self._trajectory(k))
+        return CoarseMotion(
+            self.keys[k], self.pivots[k], path, float(self.durations[k]), self._trajectory(k),
+            float(self.lower_bounds[k]), float(self.clearances[k]),
+        )  # fmt: skip
 
     def _trajectory(self, k: int) -> Trajectory | None:
         points = self.points

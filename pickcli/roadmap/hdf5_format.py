@@ -1,28 +1,51 @@
-"""What our HDF5 files look like, and the checksum over what they hold."""
+"""What our HDF5 files look like, and the checksums over what they hold.
+
+A file holds tables. Each row of a table may own a piece of other datasets (an edge its polyline); the row
+names the piece's SHA-256, a SHA-256 of its own ends each row, and one over all tables and attributes seals
+the file. So one motion can be fetched and believed without reading the others, and damage has a place.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-AnyArray = NDArray[Any]
+from pickcli.geometry import Array
 
-TEXT = "S"  # fixed-length UTF-8, any length
-ANY_WIDTH = -1  # as many columns as the robot has joints
+AnyArray = NDArray[Any]
+Columns = Mapping[str, Sequence[Any] | AnyArray]  # field -> one value per row
+
+TEXT = "text"  # fixed-length UTF-8, as long as the longest
+NUMBER = "<f8"
+INDEX = "<i8"
+
+SEAL = "row_sha256"  # the last field of every table
+SHA_LENGTH = 64  # characters, hexadecimal
+MAX_TEXT = 4096  # bytes
 
 
 @dataclass(frozen=True)
-class Column:
-    """What a dataset must be: "<f8", "<i8" or TEXT; ``width`` None for one dimension, else columns of two."""
+class Table:
+    """One kind of row.
 
-    dtype: str
-    width: int | None = None
+    fields: name -> TEXT, NUMBER or INDEX
+    pieces: names of the datasets (R, c) of numbers of which each row owns some consecutive rows
+    """
+
+    fields: Mapping[str, str]
+    pieces: tuple[str, ...] = ()
+
+    def row_type(self, widths: Mapping[str, int]) -> np.dtype[Any]:
+        """How a row lies in the file, with the width in bytes of each TEXT field."""
+        own = [(name, f"S{widths[name]}" if kind == TEXT else kind) for name, kind in self.fields.items()]
+        owned = [entry for piece in self.pieces for entry in _piece_fields(piece)]
+        return np.dtype([*own, *owned, (SEAL, f"S{SHA_LENGTH}")])
 
 
 @dataclass(frozen=True)
@@ -31,7 +54,12 @@ class Format:
 
     name: str
     version: int
-    columns: Mapping[str, Column]
+    tables: Mapping[str, Table]
+
+    @property
+    def owners(self) -> dict[str, str]:
+        """Table by the dataset that its rows own pieces of."""
+        return {piece: name for name, table in self.tables.items() for piece in table.pieces}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,20 +68,46 @@ class Content:
 
     fingerprint: of the cell that it is valid for
     made: how it was made, JSON values
+    tables: table -> field -> one value per row
+    pieces: dataset -> one array (r, c) per row of the table that owns it
     """
 
     fingerprint: str
     made: Mapping[str, Any]
-    arrays: Mapping[str, AnyArray]
+    joint_names: tuple[str, ...]
+    tables: Mapping[str, Columns]
+    pieces: Mapping[str, Sequence[Array]]
 
 
-def array_digest(array: AnyArray) -> str:
+def piece_digest(rows: Array) -> str:
+    """SHA-256 over shape and bytes of a piece."""
+    rows = np.ascontiguousarray(rows)
+    digest = hashlib.sha256(f"{rows.shape}\n".encode())
+    digest.update(rows.data)
+    return digest.hexdigest()
+
+
+def row_digests(table: AnyArray) -> list[bytes]:
+    """SHA-256 of each row's bytes but for the seal itself, which is the last field."""
+    size = table.dtype.itemsize
+    whole = np.ascontiguousarray(table).tobytes()
+    starts = range(0, len(whole), size)
+    return [hashlib.sha256(whole[i : i + size - SHA_LENGTH]).hexdigest().encode() for i in starts]
+
+
+def table_digest(table: AnyArray) -> str:
     """SHA-256 over type, shape and bytes."""
-    digest = hashlib.sha256(f"{array.dtype.str} {array.shape}\n".encode())
-    digest.update(np.ascontiguousarray(array).data)
+    fields = [(name, table.dtype[name].str) for name in table.dtype.names or ()]
+    digest = hashlib.sha256(f"{fields} {table.shape}\n".encode())
+    digest.update(np.ascontiguousarray(table).tobytes())
     return digest.hexdigest()
 
 
 def content_digest(attributes: Mapping[str, str]) -> str:
-    """SHA-256 over all attributes, the digests of the arrays among them."""
+    """SHA-256 over all attributes, the digests of the tables among them."""
     return hashlib.sha256(json.dumps(dict(attributes), sort_keys=True).encode()).hexdigest()
+
+
+def _piece_fields(piece: str) -> list[tuple[str, str]]:
+    """Where a row's piece begins, how many rows it has, and its SHA-256."""
+    return [(f"{piece}_first", INDEX), (f"{piece}_count", INDEX), (f"{piece}_sha256", f"S{SHA_LENGTH}")]

@@ -1,58 +1,89 @@
-"""Reading HDF5 files that may be damaged or hostile.
-
-A file can point elsewhere (links, virtual and external data) and declare terabytes in a few kB. Everything
-that a file of ours never has is refused before any data is read: groups, links to elsewhere, virtual or
-external data, filters but the checksum, unknown names, types and sizes.
-"""
+"""Reading a file of ours: the tables at once, the pieces when they are wanted."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import h5py
+import numpy as np
 
-from pickcli.errors import DamagedError, InputError, StaleError
-from pickcli.roadmap.hdf5_format import (
-    ANY_WIDTH,
-    TEXT,
-    AnyArray,
-    Column,
-    Content,
-    Format,
-    array_digest,
-    content_digest,
-)
-
-MAX_FILE = 512 * 2**20  # bytes
-MAX_DATASET = 256 * 2**20  # bytes that one dataset may declare
-MAX_ATTRIBUTE = 60 * 2**10  # bytes
-MAX_NAMES = 64
-
-# What h5py and our own checks raise on bytes that are not what was written.
-_SYMPTOMS = (
-    OSError,
-    RuntimeError,
-    LookupError,
-    ValueError,
-    TypeError,
-    ArithmeticError,
-    MemoryError,
-    SystemError,
-)
+from pickcli.errors import InputError, StaleError
+from pickcli.geometry import Array
+from pickcli.roadmap.hdf5_format import AnyArray, Format, content_digest, piece_digest, table_digest
+from pickcli.roadmap.hdf5_guard import open_datasets, opened, read_attributes
 
 
-def read_content(
-    path: Path, kind: Format, fingerprint: str | None = None, without: Collection[str] = ()
-) -> Content:
-    """Read and check a file; with ``fingerprint``, only if it was made for that cell.
+@dataclass(frozen=True)
+class StoredFile:
+    """An open file of ours whose tables are proven to be those written. Its pieces are proven when read."""
 
-    without: datasets that are checked for shape but not read
+    kind: Format
+    attributes: Mapping[str, str]
+    tables: Mapping[str, AnyArray]
+    datasets: Mapping[str, Any]  # that pieces are read from
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the cell that the file is valid for."""
+        return self.attributes["cell_fingerprint"]
+
+    @cached_property
+    def made(self) -> dict[str, Any]:
+        """How it was made."""
+        made = json.loads(self.attributes["made"])
+        if not isinstance(made, dict):
+            raise ValueError("made is no JSON object")
+        return made
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints, in the order of the columns."""
+        return tuple(str(name) for name in json.loads(self.attributes["joint_names"]))
+
+    def texts(self, table: str, field: str) -> tuple[str, ...]:
+        """A TEXT column."""
+        return tuple(bytes(text).decode() for text in self.tables[table][field])
+
+    def piece(self, name: str, row: int) -> Array:
+        """The piece (r, c) that a row owns. Raises ValueError if it is not what was written."""
+        owner = self.tables[self.kind.owners[name]][row]
+        first, count = int(owner[f"{name}_first"]), int(owner[f"{name}_count"])
+        dataset = self.datasets[name]
+        if not 0 <= first <= first + count <= len(dataset):
+            raise ValueError(f"{name} of row {row} lie outside of the data")
+        rows: Array = dataset[first : first + count]
+        if piece_digest(rows) != bytes(owner[f"{name}_sha256"]).decode():
+            raise ValueError(f"{name} {first} to {first + count} are not what their SHA-256 says")
+        return rows
+
+    def pieces(self, name: str) -> tuple[Array, AnyArray]:
+        """All pieces of a dataset one after the other (R, c), and where each begins (K + 1,).
+
+        Raises ValueError if one of them is not what was written, or if they leave gaps.
+        """
+        owner = self.tables[self.kind.owners[name]]
+        rows: Array = self.datasets[name][...]
+        offsets = np.append(owner[f"{name}_first"], len(rows)).astype(np.int64)
+        if offsets[0] != 0 or not np.array_equal(offsets[:-1] + owner[f"{name}_count"], offsets[1:]):
+            raise ValueError(f"{name} are not divided among their owners")
+        digests = owner[f"{name}_sha256"].tolist()
+        for k, digest in enumerate(digests):
+            if piece_digest(rows[offsets[k] : offsets[k + 1]]).encode() != digest:
+                raise ValueError(f"{name} {offsets[k]} to {offsets[k + 1]} are not what their SHA-256 says")
+        return rows, offsets
+
+
+@contextmanager
+def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Iterator[StoredFile]:
+    """A file open for reading, its tables checked; with ``fingerprint``, only if made for that cell.
+
     Raises InputError for a missing file or one of another kind, DamagedError for bytes that are not those
-    written, StaleError for another version or cell.
+    written (also while it is read), StaleError for another version or cell.
     """
     with opened(path) as file:
         attributes = read_attributes(file)
@@ -60,46 +91,13 @@ def read_content(
         _check_fingerprint(path, kind, attributes.get("cell_fingerprint", ""), fingerprint)
         if attributes.pop("content_sha256", "") != content_digest(attributes):
             raise ValueError("its description is not what its SHA-256 says")
-        arrays = _read_arrays(file, kind, json.loads(attributes["arrays_sha256"]), without)
-        return Content(attributes["cell_fingerprint"], json.loads(attributes["made"]), arrays)
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """The file open for reading; whatever goes wrong while it is read becomes a DamagedError."""
-    _check_readable(path)
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            yield file
-    except _SYMPTOMS as error:
-        cause = str(error).split("\n")[0][:200] or type(error).__name__
-        raise DamagedError(f"{path}: damaged ({cause}); delete it and build it again") from None
-
-
-def read_attributes(file: Any) -> dict[str, str]:
-    """The file's attributes: short fixed-length strings, nothing else. Raises ValueError."""
-    if len(file.attrs) > MAX_NAMES:
-        raise ValueError("too many attributes")
-    found = {}
-    for name in file.attrs:
-        attribute = file.attrs.get_id(name)
-        if attribute.dtype.kind != "S" or attribute.shape != () or attribute.dtype.itemsize > MAX_ATTRIBUTE:
-            raise ValueError(f"attribute {name} is no short string")
-        found[name] = bytes(file.attrs[name]).decode()
-    return found
-
-
-def _check_readable(path: Path) -> None:
-    try:
-        if not path.is_file():
-            what = "is not a regular file" if path.exists() else "no such file"
-            raise InputError(f"{path}: {what}; build it first, or name another")
-        if path.stat().st_size > MAX_FILE:
-            raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
-        with open(path, "rb"):
-            pass
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        datasets = open_datasets(file, kind, path.stat().st_size)
+        tables = {name: np.asarray(datasets[name][...]) for name in kind.tables}
+        digests = json.loads(attributes["tables_sha256"])
+        for name, table in tables.items():
+            if table_digest(table) != digests[name]:
+                raise ValueError(f"the table {name} is not what its SHA-256 says")
+        yield StoredFile(kind, attributes, tables, {name: datasets[name] for name in kind.owners})
 
 
 def _check_kind(path: Path, kind: Format, attributes: Mapping[str, str]) -> None:
@@ -120,39 +118,3 @@ def _check_fingerprint(path: Path, kind: Format, found: str, expected: str | Non
             f"{path}: this {kind.name} was made for a cell with fingerprint {found[:16]}, "
             f"the cell in use has {expected[:16]}; build it again or use the cell that it belongs to"
         )
-
-
-def _read_arrays(
-    file: Any, kind: Format, digests: Mapping[str, str], without: Collection[str]
-) -> dict[str, AnyArray]:
-    """The datasets of the format, every one of them checked before any is read."""
-    names = sorted(file.keys()) if len(file) <= MAX_NAMES else []
-    if names != sorted(kind.columns):
-        raise ValueError(f"it holds {', '.join(names) or 'nothing'}, not what a {kind.name} does")
-    for name in names:
-        if type(file.get(name, getlink=True)) is not h5py.HardLink:
-            raise ValueError(f"{name} is a link to elsewhere")
-        if file.get(name, getclass=True) is not h5py.Dataset:
-            raise ValueError(f"{name} is no dataset")
-        _check_dataset(name, file[name], kind.columns[name])
-    arrays = {name: file[name][...] for name in names if name not in without}
-    for name, array in arrays.items():
-        if array_digest(array) != digests[name]:
-            raise ValueError(f"{name} is not what its SHA-256 says")
-    return arrays
-
-
-def _check_dataset(name: str, dataset: Any, column: Column) -> None:
-    """Refuse data that lies elsewhere, unknown filters, and types, shapes and sizes that are not ours."""
-    properties = dataset.id.get_create_plist()
-    filters = [properties.get_filter(i)[0] for i in range(properties.get_nfilters())]
-    if dataset.is_virtual or dataset.external or filters != [h5py.h5z.FILTER_FLETCHER32]:
-        raise ValueError(f"{name} has data elsewhere, or filters that are not ours")
-    dtype = dataset.dtype
-    if dtype.str != column.dtype and not (column.dtype == TEXT and dtype.kind == "S"):
-        raise ValueError(f"{name} holds {dtype}, not {column.dtype}")
-    widths = dataset.shape[1:]
-    if len(widths) != (column.width is not None) or (column.width not in (None, ANY_WIDTH, *widths)):
-        raise ValueError(f"{name} has the shape {dataset.shape}")
-    if dataset.size * dtype.itemsize > MAX_DATASET:
-        raise ValueError(f"{name} declares more than {MAX_DATASET >> 20} MB")

@@ -6,71 +6,46 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pickcli.cell.model import Cell
-from pickcli.cell.robot import PivotState
-from pickcli.errors import DamagedError, InputError
+from pickcli.errors import InputError
 from pickcli.roadmap import validate
-from pickcli.roadmap.database import MotionKey, PayloadClass, TimedPoints, TrajectoryDatabase
+from pickcli.roadmap.database import CoarseMotion, MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_format import ANY_WIDTH, TEXT, AnyArray, Column, Content, Format
-from pickcli.roadmap.hdf5_read import opened, read_attributes, read_content
+from pickcli.roadmap.hdf5_format import Format
+from pickcli.roadmap.hdf5_guard import opened, read_attributes
+from pickcli.roadmap.hdf5_read import StoredFile, stored_file
 from pickcli.roadmap.hdf5_write import to_bytes, write_content
-
-_NUMBERS, _ROWS, _INDICES, _NAMES = Column("<f8"), Column("<f8", ANY_WIDTH), Column("<i8"), Column(TEXT)
-
-ROADMAP = Format(
-    "roadmap",
-    1,
-    {
-        "joint_names": _NAMES,
-        "configurations": _ROWS,
-        "names": _NAMES,
-        "pivots": _NAMES,
-        "edges": Column("<i8", 2),
-        "lengths": _NUMBERS,
-        "waypoints": _ROWS,
-        "offsets": _INDICES,
-        "proven_for": _NAMES,
-    },
+from pickcli.roadmap.stored_database import (
+    DATABASE,
+    Missing,
+    database_content,
+    database_of,
+    missing_of,
+    motion_of,
+    row_of,
 )
+from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, gaps_of, roadmap_content, roadmap_of
 
-_POINTS = ("times", "positions", "velocities", "accelerations", "point_offsets")
-
-DATABASE = Format(
-    "trajectory database",
-    1,
-    {
-        "joint_names": _NAMES,
-        "starts": _NAMES,
-        "goals": _NAMES,
-        "payloads": _NAMES,
-        "pivots": _NAMES,
-        "durations": _NUMBERS,
-        "waypoints": _ROWS,
-        "offsets": _INDICES,
-        "times": _NUMBERS,
-        "positions": _ROWS,
-        "velocities": _ROWS,
-        "accelerations": _ROWS,
-        "point_offsets": _INDICES,
-    },
-)
+FORMATS = (ROADMAP, DATABASE)
 
 
-def write_roadmap(path: Path, roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any]) -> None:
+def write_roadmap(
+    path: Path,
+    roadmap: Roadmap,
+    fingerprint: str,
+    made: Mapping[str, Any],
+    gaps: RoadmapGaps | None = None,
+) -> None:
     """Write a roadmap that is valid for the cell of that fingerprint; ``made`` says how it was built.
 
     The same roadmap gives the same bytes. Raises InputError if the place cannot be written.
     """
-    write_content(path, ROADMAP, _roadmap_content(roadmap, fingerprint, made))
+    write_content(path, ROADMAP, roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps()))
 
 
 def roadmap_bytes(roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any]) -> bytes:
     """The bytes that ``write_roadmap`` writes."""
-    return to_bytes(ROADMAP, _roadmap_content(roadmap, fingerprint, made))
+    return to_bytes(ROADMAP, roadmap_content(roadmap, fingerprint, made, RoadmapGaps()))
 
 
 def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
@@ -78,26 +53,27 @@ def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
 
     Raises InputError (missing, another kind of file), DamagedError, StaleError.
     """
-    content = read_content(path, ROADMAP, None if cell is None else cell.fingerprint)
-    a = content.arrays
-    try:
-        (proven_for,) = (PivotState(text) for text in _texts(a["proven_for"]))
-        pivots = tuple(PivotState(text) for text in _texts(a["pivots"]))
-        roadmap = Roadmap(
-            _texts(a["joint_names"]), a["configurations"], _texts(a["names"]), pivots,
-            a["edges"], a["lengths"], a["waypoints"], a["offsets"], proven_for,
-        )  # fmt: skip
+    with stored_file(path, ROADMAP, _fingerprint(cell)) as file:
+        roadmap = roadmap_of(file)
         validate.roadmap(roadmap, cell)
-    except ValueError as error:
-        raise DamagedError(f"{path}: damaged ({error}); delete it and build it again") from None
-    return roadmap
+        return roadmap
+
+
+def read_gaps(path: Path) -> RoadmapGaps:
+    """What the build of a roadmap could not have. Raises like ``read_roadmap``."""
+    with stored_file(path, ROADMAP) as file:
+        return gaps_of(file)
 
 
 def write_database(
-    path: Path, database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any]
+    path: Path,
+    database: TrajectoryDatabase,
+    fingerprint: str,
+    made: Mapping[str, Any],
+    missing: Sequence[Missing] = (),
 ) -> None:
     """Write a trajectory database with its timed points; like ``write_roadmap``."""
-    write_content(path, DATABASE, _database_content(database, fingerprint, made))
+    write_content(path, DATABASE, database_content(database, fingerprint, made, missing))
 
 
 def read_database(path: Path, cell: Cell | None = None, points: bool = False) -> TrajectoryDatabase:
@@ -105,24 +81,30 @@ def read_database(path: Path, cell: Cell | None = None, points: bool = False) ->
 
     Raises InputError (missing, another kind of file), DamagedError, StaleError.
     """
-    fingerprint = None if cell is None else cell.fingerprint
-    a = read_content(path, DATABASE, fingerprint, without=() if points else _POINTS).arrays
-    try:
-        keys = tuple(
-            MotionKey(start, goal, PayloadClass(payload))
-            for start, goal, payload in zip(
-                _texts(a["starts"]), _texts(a["goals"]), _texts(a["payloads"]), strict=True
-            )
-        )
-        timed = TimedPoints(*(a[name] for name in _POINTS)) if points else None
-        pivots = tuple(PivotState(text) for text in _texts(a["pivots"]))
-        database = TrajectoryDatabase(
-            _texts(a["joint_names"]), keys, pivots, a["durations"], a["waypoints"], a["offsets"], timed
-        )
+    with stored_file(path, DATABASE, _fingerprint(cell)) as file:
+        database = database_of(file, points)
         validate.database(database, cell)
-    except ValueError as error:
-        raise DamagedError(f"{path}: damaged ({error}); delete it and build it again") from None
-    return database
+        return database
+
+
+def read_missing(path: Path) -> tuple[Missing, ...]:
+    """What the build of a database could not have. Raises like ``read_database``."""
+    with stored_file(path, DATABASE) as file:
+        return missing_of(file)
+
+
+def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseMotion | None:
+    """One motion with its timed points, turned round if need be, or None; the others are not read.
+
+    Raises like ``read_database``; damage elsewhere in the data does not matter.
+    """
+    with stored_file(path, DATABASE, _fingerprint(cell)) as file:
+        for wanted in (key, key.reversed()):
+            row = row_of(file, wanted)
+            if row is not None:
+                motion = _checked_motion(file, row, cell)
+                return motion if wanted == key else motion.reversed()
+    return None
 
 
 def describe(path: Path) -> dict[str, Any]:
@@ -130,61 +112,35 @@ def describe(path: Path) -> dict[str, Any]:
 
     Raises InputError for a file that is neither roadmap nor database, DamagedError.
     """
+    kind = kind_of(path)
+    with stored_file(path, kind) as file:
+        for name in kind.owners:
+            file.pieces(name)  # proves them
+        return {
+            "format": kind.name,
+            "version": kind.version,
+            "cell_fingerprint": file.fingerprint,
+            "made": dict(file.made),
+            "rows": {name: len(rows) for name, rows in (*file.tables.items(), *file.datasets.items())},
+        }
+
+
+def kind_of(path: Path) -> Format:
+    """Which of our formats a file has. Raises InputError for another, DamagedError."""
     with opened(path) as file:
         name = read_attributes(file).get("format")
-    kind = next((kind for kind in (ROADMAP, DATABASE) if kind.name == name), None)
-    if kind is None:
-        raise InputError(f"{path}: neither a roadmap nor a trajectory database; name another")
-    content = read_content(path, kind)
-    return {
-        "format": kind.name,
-        "version": kind.version,
-        "cell_fingerprint": content.fingerprint,
-        "made": dict(content.made),
-        "arrays": {name: list(array.shape) for name, array in content.arrays.items()},
-    }
+    for kind in FORMATS:
+        if kind.name == name:
+            return kind
+    raise InputError(f"{path}: neither a roadmap nor a trajectory database; name another")
 
 
-def _roadmap_content(roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any]) -> Content:
-    arrays = {
-        "joint_names": _bytes(roadmap.joint_names),
-        "configurations": roadmap.configurations,
-        "names": _bytes(roadmap.names),
-        "pivots": _bytes(roadmap.pivots),
-        "edges": roadmap.edges,
-        "lengths": roadmap.lengths,
-        "waypoints": roadmap.waypoints,
-        "offsets": roadmap.offsets,
-        "proven_for": _bytes([roadmap.proven_for]),
-    }
-    return Content(fingerprint, made, arrays)
+def _fingerprint(cell: Cell | None) -> str | None:
+    return None if cell is None else cell.fingerprint
 
 
-def _database_content(database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any]) -> Content:
-    points = database.points
-    if points is None:
-        raise ValueError("a database without its timed points cannot be written")
-    arrays = {
-        "joint_names": _bytes(database.joint_names),
-        "starts": _bytes([key.start for key in database.keys]),
-        "goals": _bytes([key.goal for key in database.keys]),
-        "payloads": _bytes([key.payload for key in database.keys]),
-        "pivots": _bytes(database.pivots),
-        "durations": database.durations,
-        "waypoints": database.waypoints,
-        "offsets": database.offsets,
-        "times": points.times,
-        "positions": points.positions,
-        "velocities": points.velocities,
-        "accelerations": points.accelerations,
-        "point_offsets": points.offsets,
-    }
-    return Content(fingerprint, made, arrays)
-
-
-def _bytes(texts: Sequence[str]) -> NDArray[np.bytes_]:
-    return np.array([str(text).encode() for text in texts] or np.zeros(0), dtype="S")
-
-
-def _texts(array: AnyArray) -> tuple[str, ...]:
-    return tuple(bytes(text).decode() for text in array)
+def _checked_motion(file: StoredFile, row: int, cell: Cell | None) -> CoarseMotion:
+    pieces = (file.piece(name, row) for name in ("waypoints", "points"))
+    motion = motion_of(file.joint_names, file.tables["motions"][row], *pieces)
+    validate.database(TrajectoryDatabase.of(file.joint_names, [motion]), cell)
+    return motion

@@ -44,6 +44,10 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
         raise ValueError("a motion is stored twice")
     if not (np.all(np.isfinite(database.durations)) and np.all(database.durations > 0.0)):
         raise ValueError("a duration is not positive")
+    bounds, kept = database.lower_bounds, database.clearances
+    _same_count("motions", count, len(bounds), len(kept))
+    if not (np.all(bounds >= 0.0) and np.all(bounds <= database.durations) and np.all(np.isfinite(kept))):
+        raise ValueError("a motion is faster than its bound, or its clearance no number")
     points = database.points
     if points is not None:
         _same_count(

@@ -70,13 +70,18 @@ def test_same_content_same_bytes_wherever_it_lies(path: Path, tmp_path: Path) ->
     assert roadmap_bytes(roadmap(), FINGERPRINT, {"seed": 8}) != path.read_bytes()
 
 
-def test_truncation_is_always_found(path: Path, tmp_path: Path) -> None:
+def test_truncation_is_found_or_harmless(path: Path, tmp_path: Path) -> None:
+    """Only the spare copy of the directory, at the end, may be missing."""
     content = path.read_bytes()
     cut = tmp_path / "cut.h5"
     for size in sorted({*range(0, len(content), len(content) // 60), 1, 7, 8, len(content) - 1}):
         cut.write_bytes(content[:size])
-        with pytest.raises((DamagedError, InputError), match=r"cut\.h5"):
-            read_roadmap(cut)
+        try:
+            _assert_same(read_roadmap(cut), roadmap())
+        except (DamagedError, InputError) as error:
+            assert "cut.h5" in str(error)
+        else:
+            assert size > len(content) // 2
 
 
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -183,7 +188,6 @@ def test_hostile_files_are_refused(path: Path, tmp_path: Path, kind: str) -> Non
         ({"offsets": np.array([0, 3, 2, 9, 12, 15])}, "do not divide"),
         ({"configurations": np.full((6, 3), np.nan)}, "finite"),
         ({"names": ("a",) * 6}, "same name"),
-        ({"names": ("a",)}, "number of nodes"),
     ],
 )
 def test_contents_that_make_no_sense_are_refused(path: Path, change: dict[str, Any], message: str) -> None:
@@ -196,8 +200,8 @@ def test_contents_that_make_no_sense_are_refused(path: Path, change: dict[str, A
 def test_a_file_describes_itself(path: Path) -> None:
     told = describe(path)
     assert (told["format"], told["cell_fingerprint"], told["made"]) == ("roadmap", FINGERPRINT, MADE)
-    assert told["arrays"]["configurations"] == [6, 3]
-    assert set(told["arrays"]) == set(ROADMAP.columns)
+    assert told["rows"]["nodes"] == told["rows"]["configurations"] == 6
+    assert set(told["rows"]) == {*ROADMAP.tables, *ROADMAP.owners}
 
 
 def _assert_same(a: Roadmap, b: Roadmap) -> None:

@@ -1,0 +1,129 @@
+"""Opening HDF5 files that may be damaged or hostile.
+
+A file can point elsewhere (links, virtual and external data) and declare terabytes in a few kB. Everything
+that a file of ours never has is refused before any data is read: groups, links to elsewhere, virtual or
+external data, filters, unknown names, types, and sizes that the file itself has no room for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pickcli.errors import DamagedError, InputError
+from pickcli.roadmap.hdf5_format import MAX_TEXT, NUMBER, TEXT, Format, Table
+
+MAX_FILE = 512 * 2**20  # bytes
+MAX_ATTRIBUTE = 60 * 2**10  # bytes
+MAX_NAMES = 64
+
+# What h5py and our own checks raise on bytes that are not what was written.
+SYMPTOMS = (
+    OSError,
+    RuntimeError,
+    LookupError,
+    ValueError,
+    TypeError,
+    ArithmeticError,
+    MemoryError,
+    SystemError,
+)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The file open for reading; whatever goes wrong while it is read becomes a DamagedError."""
+    check_readable(path)
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except SYMPTOMS as error:
+        cause = str(error).split("\n")[0][:200] or type(error).__name__
+        raise damaged(path, cause) from None
+
+
+def damaged(path: Path, cause: str) -> DamagedError:
+    """The error for a file whose bytes are not those written."""
+    return DamagedError(
+        f"{path}: damaged ({cause}); apc check {path} --repair computes again what is lost, or build it again"
+    )
+
+
+def read_attributes(file: Any) -> dict[str, str]:
+    """The file's attributes: short fixed-length strings, nothing else. Raises ValueError."""
+    if len(file.attrs) > MAX_NAMES:
+        raise ValueError("too many attributes")
+    found = {}
+    for name in file.attrs:
+        attribute = file.attrs.get_id(name)
+        dtype = attribute.dtype
+        if dtype.kind != "S" or attribute.shape != () or dtype.itemsize > MAX_ATTRIBUTE:
+            raise ValueError(f"attribute {name} is no short string")
+        text = np.empty((), dtype)
+        attribute.read(text)
+        found[name] = bytes(text[()]).decode()
+    return found
+
+
+def check_readable(path: Path) -> None:
+    """Raise InputError for what is not there, no file, larger than any of ours, or closed to us."""
+    try:
+        if not path.is_file():
+            what = "is not a regular file" if path.exists() else "no such file"
+            raise InputError(f"{path}: {what}; build it first, or name another")
+        if path.stat().st_size > MAX_FILE:
+            raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
+        with open(path, "rb"):
+            pass
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def open_datasets(file: Any, kind: Format, n_bytes: int) -> dict[str, Any]:
+    """The datasets of a file of this kind and size, all that it must not hold refused before any is read.
+
+    Raises ValueError.
+    """
+    names = sorted(file.keys()) if len(file) <= MAX_NAMES else []
+    if names != sorted([*kind.tables, *kind.owners]):
+        raise ValueError(f"it holds {', '.join(names) or 'nothing'}, not what a {kind.name} does")
+    datasets = {name: _dataset(file, name) for name in names}
+    for name, dataset in datasets.items():
+        dtype, shape = dataset.dtype, dataset.shape
+        if math.prod(shape) * dtype.itemsize > n_bytes:
+            raise ValueError(f"{name} declares more than the file holds")
+        table = kind.tables.get(name)
+        if not (len(shape) == 2 and dtype.str == NUMBER if table is None else len(shape) == 1):
+            raise ValueError(f"{name} holds {dtype} of shape {shape}")
+        if table is not None and not _is_row_type(dtype, table):
+            raise ValueError(f"the table {name} is of another type")
+    return datasets
+
+
+def _dataset(file: Any, name: str) -> Any:
+    """A dataset whose data lie in the file itself, as they are. Raises ValueError for anything else."""
+    if file.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+        raise ValueError(f"{name} is a link to elsewhere")
+    dataset = file[name]
+    if not isinstance(dataset, h5py.Dataset):
+        raise ValueError(f"{name} is no dataset")
+    properties = dataset.id.get_create_plist()
+    contiguous = properties.get_layout() == h5py.h5d.CONTIGUOUS
+    if not contiguous or properties.get_external_count() or properties.get_nfilters():
+        raise ValueError(f"{name} has data elsewhere, chunks or filters")
+    return dataset
+
+
+def _is_row_type(found: np.dtype[Any], table: Table) -> bool:
+    """Whether rows of this type are the table's own, with texts of any reasonable width."""
+    if found.names is None:
+        return False
+    texts = [field for field, kind in table.fields.items() if kind == TEXT and field in found.names]
+    widths = dict.fromkeys(table.fields, 1) | {field: found[field].itemsize for field in texts}
+    return all(0 < width <= MAX_TEXT for width in widths.values()) and found == table.row_type(widths)

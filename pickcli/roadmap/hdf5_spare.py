@@ -1,0 +1,123 @@
+"""A second copy of a file's directory, so that no single damaged place makes a file unreadable.
+
+Everything in an HDF5 file that is not data (superblock, headers, attributes) is some kB: one flipped bit
+there and HDF5 opens nothing. So a compressed copy of it follows after the end of the HDF5 file, where HDF5
+does not look:
+
+    compressed copy | SHA-256 of it, 32 bytes | its length, 8 bytes | "APCSPARE"
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Place = tuple[int, int]  # first byte, number of bytes
+
+_MAGIC = b"APCSPARE"
+_TAIL = struct.Struct("<32sQ8s")
+_PLACE = struct.Struct("<QQ")
+_MAX_COPY = 2**26  # bytes, uncompressed
+_END_IN_SUPERBLOCK = slice(28, 36)  # where superblocks of version 2 and 3 keep the file's length
+
+
+@dataclass(frozen=True)
+class Restored:
+    """A file as its spare directory says it was.
+
+    image: the HDF5 file with its directory as it was written; data are as they were found
+    has_directory, has_spare: whether these were found undamaged
+    """
+
+    image: bytes
+    has_directory: bool
+    has_spare: bool
+
+
+def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
+    """A file followed by a copy of all its bytes but those at the places of ``data``."""
+    places = _between(sorted(data), len(image))
+    copied = b"".join(image[first : first + count] for first, count in places)
+    header = struct.pack("<Q", len(places)) + b"".join(_PLACE.pack(*place) for place in places)
+    spare = zlib.compress(header + copied, 9)
+    return image + spare + _TAIL.pack(hashlib.sha256(spare).digest(), len(spare), _MAGIC)
+
+
+def restored(content: bytes) -> Restored:
+    """What is left of a file: its directory put back from the spare, or else, if it is cut off, zeros
+    where its end was.
+    """
+    spare = _spare(content)
+    if spare is None:
+        return Restored(_filled_up(content), len(content) >= _length(content), False)
+    image = bytearray(content[: len(content) - _TAIL.size - spare.size])
+    return Restored(bytes(spare.put_into(image)), spare.is_in(image), True)
+
+
+@dataclass(frozen=True)
+class _Spare:
+    places: tuple[Place, ...]
+    copied: bytes
+    size: int  # bytes that it takes in the file
+
+    def parts(self) -> list[tuple[slice, bytes]]:
+        at, found = 0, []
+        for first, count in self.places:
+            found.append((slice(first, first + count), self.copied[at : at + count]))
+            at += count
+        return found
+
+    def is_in(self, image: bytearray) -> bool:
+        return all(image[where] == part for where, part in self.parts())
+
+    def put_into(self, image: bytearray) -> bytearray:
+        whole = bytearray(image)
+        for where, part in self.parts():
+            whole[where] = part
+        return whole
+
+
+def _between(data: Sequence[Place], length: int) -> list[Place]:
+    """The places that the given ones leave."""
+    ends = [0, *(first + count for first, count in data if count)]
+    starts = [*(first for first, count in data if count), length]
+    return [(end, start - end) for end, start in zip(ends, starts, strict=True) if start > end]
+
+
+def _spare(content: bytes) -> _Spare | None:
+    """The spare at the end of a file if it is whole."""
+    if len(content) < _TAIL.size:
+        return None
+    digest, size, magic = _TAIL.unpack(content[-_TAIL.size :])
+    end = len(content) - _TAIL.size
+    packed = content[end - size : end] if size <= end else b""
+    if magic != _MAGIC or hashlib.sha256(packed).digest() != digest:
+        return None
+    return _parsed(packed, end - size)
+
+
+def _parsed(packed: bytes, length: int) -> _Spare | None:
+    """Unpacked, if it describes places in a file of that length: whoever wrote it knew how to hash."""
+    try:
+        text = zlib.decompressobj().decompress(packed, _MAX_COPY)
+        (n_places,) = struct.unpack_from("<Q", text)
+        places = tuple(_PLACE.unpack_from(text, 8 + 16 * i) for i in range(min(n_places, len(text))))
+    except (zlib.error, struct.error):
+        return None
+    copied = text[8 + 16 * len(places) :]
+    if sum(count for _, count in places) != len(copied) or any(sum(place) > length for place in places):
+        return None
+    return _Spare(places, copied, len(packed))
+
+
+def _length(content: bytes) -> int:
+    """How long the HDF5 file says it is; only as good as its superblock."""
+    return int.from_bytes(content[_END_IN_SUPERBLOCK], "little")
+
+
+def _filled_up(content: bytes) -> bytes:
+    missing = _length(content) - len(content)
+    return content + bytes(missing) if 0 < missing <= _MAX_COPY else content

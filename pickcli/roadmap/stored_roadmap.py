@@ -1,0 +1,88 @@
+"""How a roadmap lies in its file. See docs/formats/hdf5.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.hdf5_format import INDEX, NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.roadmap.hdf5_read import StoredFile
+from pickcli.roadmap.stored_reasons import reason_columns, reason_rows, reason_table
+
+Names = tuple[str, ...]
+
+ROADMAP = Format(
+    "roadmap",
+    2,
+    {
+        "nodes": Table({"name": TEXT, "pivot": TEXT}, pieces=("configurations",)),
+        "edges": Table({"a": INDEX, "b": INDEX, "length": NUMBER, "proven_for": TEXT}, pieces=("waypoints",)),
+        "refused": reason_table("name"),
+        "missing": reason_table("start", "goal"),
+    },
+)
+
+
+@dataclass(frozen=True)
+class RoadmapGaps:
+    """What a build could not have.
+
+    refused: named configurations (one name each) that are not free, and why
+    missing: pairs of names without an edge, and why
+    """
+
+    refused: tuple[tuple[Names, Reason], ...] = ()
+    missing: tuple[tuple[Names, Reason], ...] = ()
+
+
+def roadmap_content(
+    roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any], gaps: RoadmapGaps
+) -> Content:
+    """What the file of a roadmap holds."""
+    tables: dict[str, Columns] = {
+        "nodes": {"name": roadmap.names, "pivot": roadmap.pivots},
+        "edges": {
+            "a": roadmap.edges[:, 0],
+            "b": roadmap.edges[:, 1],
+            "length": roadmap.lengths,
+            "proven_for": [roadmap.proven_for] * roadmap.n_edges,
+        },
+        "refused": reason_columns(("name",), gaps.refused),
+        "missing": reason_columns(("start", "goal"), gaps.missing),
+    }
+    pieces = {
+        "configurations": list(roadmap.configurations[:, None]),
+        "waypoints": [roadmap.edge_path(edge) for edge in range(roadmap.n_edges)],
+    }
+    return Content(fingerprint, made, roadmap.joint_names, tables, pieces)
+
+
+def roadmap_of(file: StoredFile) -> Roadmap:
+    """The roadmap of a file. Raises ValueError."""
+    nodes, edges = file.tables["nodes"], file.tables["edges"]
+    configurations, first = file.pieces("configurations")
+    waypoints, offsets = file.pieces("waypoints")
+    if np.any(np.diff(first) != 1) or len(nodes) != len(configurations):
+        raise ValueError("a node has not exactly one configuration")
+    proven_for = {PivotState(text) for text in file.texts("edges", "proven_for")} or {PivotState.MOVING}
+    if len(proven_for) != 1:
+        raise ValueError("edges are proven for different pivot states")
+    return Roadmap(
+        file.joint_names, configurations, file.texts("nodes", "name"),
+        tuple(PivotState(text) for text in file.texts("nodes", "pivot")),
+        np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets, proven_for.pop(),
+    )  # fmt: skip
+
+
+def gaps_of(file: StoredFile) -> RoadmapGaps:
+    """What the build could not have."""
+    tables = file.tables
+    return RoadmapGaps(
+        reason_rows(("name",), tables["refused"]), reason_rows(("start", "goal"), tables["missing"])
+    )
