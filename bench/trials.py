@@ -20,9 +20,10 @@ from pickcli.planning.context import Planner
 from pickcli.precompute.artifacts import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.trial.arena import SimulatedArena, crew_of
-from pickcli.trial.loop import TrialSettings, run_trial
+from pickcli.trial.loop import run_trial
 from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import read_order
+from pickcli.trial.player import TrialSettings
 from pickcli.trial.result import Outcome, TrialResult
 
 ORDERS = ("jsk_pick_sample", "delft_pick_2", "delft_pick_3", "delft_pick_4", "delft_pick_5")

@@ -66,8 +66,9 @@ def command(
     """
     from pickcli.cell.load import load_cell
     from pickcli.trial.folder import refuse_existing_folder, write_folder
-    from pickcli.trial.loop import TrialSettings, require_pick, run_trial
+    from pickcli.trial.loop import require_pick, run_trial
     from pickcli.trial.order import read_order
+    from pickcli.trial.player import TrialSettings
     from pickcli.trial.record import trial_record
 
     cell = load_cell(cell_name)

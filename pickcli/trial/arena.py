@@ -83,12 +83,13 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
         scene: Scene,
         bin_name: str,
         item: str,
+        into: str,
         q: Array,
         pivot: PivotState,
         seed: int,
         exclude: Sequence[Grasp],
     ) -> Plan:
-        return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude)
+        return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude, into=into)
 
     def recover(scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
         return plan_recovery(planner, scene, Start(q, pivot), seed)

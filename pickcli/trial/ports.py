@@ -77,6 +77,7 @@ class PlanPick(Protocol):
         scene: Scene,
         bin_name: str,
         item: str,
+        into: str,
         q: Array,
         pivot: PivotState,
         seed: int,

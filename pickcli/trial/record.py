@@ -106,6 +106,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
     return {
         "bin": attempt.target.bin,
         "item": attempt.item or attempt.target.item,
+        "into": attempt.into,
         "number": attempt.number,
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,

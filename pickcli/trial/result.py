@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.motion.plan import Plan
 from pickcli.trial.order import Order, Target
 from pickcli.trial.ports import Execution
@@ -16,6 +16,7 @@ class Outcome(StrEnum):
     """How an attempt ended."""
 
     IN_TOTE = "in tote"
+    MOVED = "moved aside"  # into another bin, so that a target can be picked
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # by the verifier: nothing was executed
     NOT_PICKED = "not picked"  # the sensor read no vacuum after the retreat
@@ -26,8 +27,9 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """One try at one target.
+    """One try at one target, or at moving aside what is in its way.
 
+    item: id of what is to be moved; into: where to, a bin for what is moved aside
     number: 1 for the first try at this target
     t_start: s on the clock of the trial
     plan: what was executed (or rejected); recovery: the motions that brought the arm out afterwards
@@ -40,6 +42,7 @@ class Attempt:
     t_start: float
     outcome: Outcome
     reason: str = ""
+    into: str = TOTE
     plan: Plan | None = None
     execution: Execution | None = None
     recovery: tuple[Execution, ...] = ()

@@ -11,6 +11,7 @@ from pickcli.trial.order import Order, Target
 from pickcli.trial.score import target_points
 
 MAX_ATTEMPTS = 2  # one retry
+MAX_CLEARED = 3  # items that are moved aside for one target, each of which gives it another attempt
 PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released
 TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
 PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
@@ -27,6 +28,7 @@ class Job:
     seconds: estimated duration of the next attempt
     can_hold: whether the tool can hold it at all; what it cannot hold comes last
     failed_grasps: what has been tried in vain, so that the next attempt takes another
+    cleared: how many items were moved aside for it
     """
 
     index: int
@@ -36,6 +38,7 @@ class Job:
     can_hold: bool = True
     attempts: int = 0
     failed_grasps: tuple[Grasp, ...] = ()
+    cleared: int = 0
 
     @property
     def rate(self) -> float:
@@ -46,13 +49,27 @@ class Job:
     @property
     def is_retriable(self) -> bool:
         """Whether another attempt is allowed and makes sense."""
-        return self.can_hold and self.attempts < MAX_ATTEMPTS
+        return self.can_hold and self.attempts < MAX_ATTEMPTS + self.cleared
+
+    @property
+    def is_clearable(self) -> bool:
+        """Whether something may be moved aside for it."""
+        return self.can_hold and self.cleared < MAX_CLEARED
 
     def failed(self, grasp: Grasp | None = None, seconds: float | None = None) -> Job:
         """The job after an attempt that failed with a grasp (None: none was found) and that duration."""
         failed = self.failed_grasps if grasp is None else (*self.failed_grasps, grasp)
         estimate = self.seconds if seconds is None else seconds
         return replace(self, attempts=self.attempts + 1, failed_grasps=failed, seconds=estimate)
+
+    def cleared_once(self) -> Job:
+        """The job after one more item was moved aside for it."""
+        return replace(self, cleared=self.cleared + 1)
+
+
+def may_move_others(year: int) -> bool:
+    """Whether the rules let items that are no targets go elsewhere: 2015 took 12 points for each."""
+    return year != 2015
 
 
 def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[Job, ...]:

@@ -39,6 +39,7 @@ class FakeCrew:
 
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
     clings: items that stay in the cup when their motion stops
+    blocked: items that cannot be picked while another one is in their bin
     executions: per item, what its executions are, one after the other; then it is delivered
     """
 
@@ -46,6 +47,7 @@ class FakeCrew:
     no_plan: frozenset[str] = frozenset()
     rejects: frozenset[str] = frozenset()
     clings: frozenset[str] = frozenset()
+    blocked: dict[str, str] = field(default_factory=dict)
     executions: dict[str, list[Execution]] = field(default_factory=dict)
     duration: float = DURATION
     held: str | None = None
@@ -62,16 +64,18 @@ class FakeCrew:
     def now(self) -> Scene:
         return self.scene if self.held is None else self.scene.without(self.held)
 
-    def plan(self, scene: Scene, bin_name: str, item: str, q: Array, pivot: PivotState, seed: int,
-             exclude: Sequence[Grasp]) -> Plan:  # fmt: skip
+    def plan(self, scene: Scene, bin_name: str, item: str, into: str, q: Array, pivot: PivotState,
+             seed: int, exclude: Sequence[Grasp]) -> Plan:  # fmt: skip
         self.perceived.append(scene)
         self.planned.append((item, seed, tuple(exclude)))
         if item in self.no_plan:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
+        if self.blocked.get(item) in {placed.id for placed in scene.in_location(bin_name)}:
+            raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
         grasp = Grasp(
             item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), 0.0, 0.0, 0.0
         )
-        return self._motion(f"pick {item}", seed, grasp)
+        return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
     def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
         if "recover" in self.no_plan:
@@ -93,7 +97,7 @@ class FakeCrew:
         if script:
             self.held = plan.grasp.item if plan.grasp.item in self.clings else None
             return script.pop(0)
-        self.put(plan.grasp.item, TOTE)
+        self.put(plan.grasp.item, plan.query.partition(" into ")[2] or TOTE)
         return Execution(self.duration, has_item=True)
 
     def release(self) -> Execution:

@@ -11,6 +11,7 @@ from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import TOTE
 from pickcli.trial.arena import LET_GO, SimulatedArena
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
@@ -32,7 +33,7 @@ def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -
 def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena) -> None:
     cell = arena.now().cell
     fake = FakeCrew(arena.now())
-    plan = fake.plan(arena.now(), "bin_A", "crayola_24_ct", arena.q, arena.pivot, 0, ())
+    plan = fake.plan(arena.now(), "bin_A", "crayola_24_ct", TOTE, arena.q, arena.pivot, 0, ())
     before = arena.q.copy()
     done = arena.execute(replace(plan, cell_fingerprint=cell.fingerprint))
     assert "refusing to start" in done.stopped

@@ -13,8 +13,9 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.loop import TrialSettings, run_trial
+from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.player import TrialSettings
 from pickcli.trial.ports import Execution
 from pickcli.trial.record import record_text, trial_record
 from pickcli.trial.report import rows, summary
@@ -94,6 +95,37 @@ def test_there_is_no_third_attempt(cell: Cell) -> None:
     result = play(fake)
     assert [item for item, _, _ in fake.planned].count("scotch_duct_tape") == 2
     assert outcomes(result)["scotch_duct_tape"] is Outcome.NOT_PICKED
+
+
+def test_what_is_in_the_way_is_moved_into_the_emptiest_bin_once_all_else_is_done(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    result = play(fake)
+    assert result.items_in_tote == 4 and result.is_clean
+    assert result.score.total == result.score.maximum
+    queries = [plan.query for plan in fake.executed]
+    assert queries[-2:] == ["pick jane_eyre_dvd into bin_C", "pick scotch_duct_tape"]
+    # Empty since the bottle was picked, and the first of several by name.
+    aside = next(a for a in result.attempts if a.outcome is Outcome.MOVED)
+    assert (aside.target.item, aside.item, aside.into) == ("scotch_duct_tape", "jane_eyre_dvd", "bin_C")
+    assert result.final.claim is not None
+    assert "jane_eyre_dvd" in result.final.claim.bin_contents["bin_C"]
+
+
+def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell) -> None:
+    fixed = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    result = play(replace(fixed, no_plan=frozenset({"jane_eyre_dvd"})))
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.NO_PLAN
+    tries = [(a.item, a.outcome) for a in result.attempts if a.target.item == "scotch_duct_tape"]
+    assert tries == [("scotch_duct_tape", Outcome.NO_PLAN)] * 2 + [("jane_eyre_dvd", Outcome.NO_PLAN)]
+    useless = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
+    assert not any(" into " in plan.query for plan in useless.executed)
+
+
+def test_in_2015_nothing_else_is_moved(cell: Cell) -> None:
+    order = replace(ORDER, year=2015)
+    fake = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    assert outcomes(play(fake, order))["scotch_duct_tape"] is Outcome.NO_PLAN
+    assert not any(" into " in plan.query for plan in fake.executed)
 
 
 def test_no_plan_is_an_outcome_with_its_reason(cell: Cell) -> None:

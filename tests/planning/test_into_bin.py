@@ -1,0 +1,148 @@
+"""Into another bin: a pick that ends on a free place of a floor, certified, or says why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import Scene
+from pickcli.errors import Reason, UnknownNameError
+from pickcli.geometry import Array, inverse, pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
+from pickcli.planning.context import Planner
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.verification.verify import verify
+
+SceneWith = Callable[..., Scene]
+
+ITEM, FROM, INTO = "crayola_24_ct", "bin_B", "bin_F"
+
+
+@pytest.fixture(scope="module")
+def scene(scene_with: SceneWith) -> Scene:
+    return scene_with((ITEM, FROM, 0.2, 0.0), ("dove_beauty_bar", INTO, 0.35, 0.03))
+
+
+@pytest.fixture(scope="module")
+def moved(planner: Planner, cell: Cell, scene: Scene) -> Plan:
+    home = cell.configurations["home"]
+    return plan_pick(planner, scene, FROM, ITEM, Start(home.q, home.pivot), seed=2, into=INTO)
+
+
+def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
+    segments = list(plan.segments)
+    segments[k] = replace(segments[k], **changes)  # type: ignore[arg-type]
+    return replace(plan, segments=tuple(segments))
+
+
+def release(plan: Plan) -> int:
+    return max(k for k, segment in enumerate(plan.segments) if segment.held is not None)
+
+
+def set_down(planner: Planner, plan: Plan) -> Array:
+    """Pose (4, 4) in the world of the item when it is let go."""
+    contact, last = (
+        next(s for s in plan.segments if s.kind is SegmentKind.CONTACT),
+        plan.segments[release(plan)],
+    )
+    assert plan.grasp is not None
+
+    def tip(s: Segment) -> Array:
+        return planner.arm.tip(plan.trajectory.sample(s.t_end)[0], s.pivot)
+
+    # It has not moved relative to the cup since the contact.
+    return np.asarray(tip(last) @ inverse(tip(contact)))
+
+
+def test_it_goes_in_straight_and_comes_out_empty_certified(moved: Plan, scene: Scene) -> None:
+    kinds = list(dict.fromkeys(s.kind for s in moved.segments))
+    after = kinds[kinds.index(SegmentKind.TRANSFER) :]
+    assert after == [SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE, SegmentKind.DEPART]
+    assert moved.segments[-1].held is None
+    verdict = verify(moved, scene)
+    assert verdict.reasons == ()
+    assert "valve off" in {f"{e.device} {e.action}" for e in moved.events}
+
+
+def test_it_is_let_go_just_over_the_floor_inside_the_bin(planner: Planner, moved: Plan, scene: Scene) -> None:
+    cell_bin, placed = scene.cell.pod.bins[INTO], scene.find(ITEM)
+    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ set_down(planner, moved) @ placed.T_world_item
+    reach = placed.item.shape.reach(T[:3, :3])
+    low, high = T[:3, 3] - reach, T[:3, 3] + reach
+    assert low[0] > 0.02 and high[0] < cell_bin.depth
+    assert cell_bin.y_range[0] < low[1] and high[1] < cell_bin.y_range[1]
+    height, _ = cell_bin.rest(np.asarray(T[0, 3]), reach[0])
+    assert 0.0 < T[2, 3] - reach[2] - float(height) < scene.noise.bound(placed.item) + 0.002
+
+
+def test_the_item_stands_in_the_way_of_the_cup_that_left_it(moved: Plan, scene: Scene) -> None:
+    """The verifier follows an item that is set down: without leave to touch it, the cup collides with it."""
+    off = release(moved) + 1
+    assert ITEM in moved.segments[off].touching
+    verdict = verify(with_segment(moved, off, touching=()), scene)
+    assert any(ITEM in reason.detail for reason in verdict.reasons)
+
+
+@pytest.mark.parametrize("kind", [SegmentKind.INSERT, SegmentKind.TRANSFER])
+def test_nothing_may_be_touched_before_the_last_stretch(moved: Plan, scene: Scene, kind: SegmentKind) -> None:
+    k = next(k for k, s in enumerate(moved.segments) if s.kind is kind)
+    floor = scene.cell.pod.bins[INTO].floor
+    reasons = verify(with_segment(moved, k, touching=floor), scene).reasons
+    assert [r.what for r in reasons] == ["touching not allowed"] * len(reasons) != []
+
+
+def test_every_place_is_clear_of_what_lies_there(planner: Planner, scene_with: SceneWith) -> None:
+    scene = scene_with(
+        (ITEM, FROM, 0.2, 0.0),
+        ("dove_beauty_bar", INTO, 0.2, 0.05),
+        ("expo_dry_erase_board_eraser", INTO, 0.35, -0.05),
+    )
+    placed = scene.items[0]
+    spots = bin_spots(planner, scene, placed, np.eye(3), scene.cell.pod.bins[INTO], n_most=50)
+    assert not isinstance(spots, Reason) and len(spots) > 5
+    for spot in spots:
+        reach = spot.item.shape.reach(spot.T_world_item[:3, :3])
+        for other in scene.items[1:]:
+            theirs = other.item.shape.reach(other.T_world_item[:3, :3])
+            gap = np.abs(spot.T_world_item[:3, 3] - other.T_world_item[:3, 3]) - reach - theirs
+            assert gap.max() > scene.cell.clearance
+
+
+def test_a_full_bin_and_a_thin_thing_say_why(planner: Planner, scene_with: SceneWith) -> None:
+    full = scene_with(
+        (ITEM, FROM, 0.2, 0.0),
+        *(("dove_beauty_bar", INTO, x, y) for x in (0.1, 0.22, 0.34) for y in (-0.08, 0.0, 0.08)),
+    )
+    cell_bin = full.cell.pod.bins[INTO]
+    none = bin_spots(planner, full, full.items[0], np.eye(3), cell_bin)
+    assert isinstance(none, Reason) and none.what == "no free place on the floor"
+    thin = replace(full.items[0], item=full.cell.item("i_am_a_bunny_book"))
+    extents = thin.item.shape.extents
+    thinnest = int(np.argmin(extents))
+    R = np.roll(np.eye(3), 2 - (thinnest + 1), axis=0)  # another axis than the thinnest upwards
+    reach = thin.item.shape.reach(R)
+    assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
+    falls = bin_spots(planner, full.moved(thin), thin, R, cell_bin)
+    assert isinstance(falls, Reason) and falls.what == "would fall over"
+
+
+def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) -> None:
+    leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
+    spots = bin_spots(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
+    assert not isinstance(spots, Reason)
+    T_world_bin = scene.T_world_pod @ scene.cell.pod.bins[INTO].T_pod_bin
+    for spot in spots:
+        R = (inverse(T_world_bin) @ spot.T_world_item)[:3, :3]
+        assert abs(R[1, 2]) < 1e-9  # no roll; its pitch is that of the floor
+
+
+def test_a_place_that_is_not_in_the_cell_is_named(planner: Planner, cell: Cell, scene: Scene) -> None:
+    home = Start(cell.configurations["home"].q, cell.configurations["home"].pivot)
+    with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
+        plan_pick(planner, scene, FROM, ITEM, home, into="bin_X")

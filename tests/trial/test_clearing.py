@@ -1,0 +1,78 @@
+"""What is in the way is found by thinking it away, and nothing more than that is moved."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import combinations
+
+import pytest
+from fake_crew import scene_of
+from hypothesis import given
+from hypothesis import strategies as st
+from order_builders import pick_order
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.scene import Scene
+from pickcli.errors import NoPlanError, Reason
+from pickcli.trial.clearing import MOST_IN_THE_WAY, N_BINS, destinations, in_the_way
+from pickcli.trial.order import Target
+
+NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
+ORDER = pick_order(
+    {"bin_A": ("crayola_24_ct", *NAMES), "bin_B": ("dasani_water_bottle",)}, ("bin_A", "crayola_24_ct")
+)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return scene_of(ORDER, load_cell("apc2016_delft"))
+
+
+class Planner:
+    """Plans once a set of items is gone; blames what is left of it, and decoys, by rank."""
+
+    def __init__(self, needed: frozenset[str], blamed: tuple[str, ...] = NAMES) -> None:
+        self.needed, self.blamed = needed, blamed
+        self.n_calls = 0
+
+    def __call__(self, scene: Scene) -> None:
+        self.n_calls += 1
+        there = {placed.id for placed in scene.items}
+        if self.needed & there:
+            ranked = [name for name in self.blamed if name in there]
+            counts = Counter({name: len(ranked) - k for k, name in enumerate(ranked)})
+            raise NoPlanError("pick", [Reason("collision", "", "", name) for name in counts.elements()])
+
+
+@given(st.sets(st.sampled_from(NAMES), max_size=3))
+def test_those_and_no_others_are_found(scene: Scene, needed: set[str]) -> None:
+    ranked = (*sorted(needed), *(name for name in NAMES if name not in needed))
+    assert set(in_the_way(Planner(frozenset(needed), ranked), scene, "bin_A")) == needed
+
+
+def test_decoys_are_dropped_again(scene: Scene) -> None:
+    decoy, needed = NAMES[0], NAMES[1]
+    assert in_the_way(Planner(frozenset({needed}), NAMES), scene, "bin_A") == (needed,)
+    assert decoy != needed
+
+
+def test_too_many_in_the_way_or_something_that_is_fixed_is_no_help(scene: Scene) -> None:
+    assert in_the_way(Planner(frozenset(NAMES)), scene, "bin_A") == ()
+    elsewhere = Planner(frozenset({"dasani_water_bottle"}), ("dasani_water_bottle",))
+    assert in_the_way(elsewhere, scene, "bin_A") == ()
+    assert elsewhere.n_calls == 1
+
+
+@pytest.mark.parametrize("needed", [*combinations(NAMES, MOST_IN_THE_WAY)])
+def test_the_planner_is_asked_a_bounded_number_of_times(scene: Scene, needed: tuple[str, ...]) -> None:
+    planner = Planner(frozenset(needed))
+    in_the_way(planner, scene, "bin_A")
+    assert planner.n_calls <= 2 * MOST_IN_THE_WAY
+
+
+def test_the_emptiest_bin_comes_first_and_one_with_targets_last(scene: Scene) -> None:
+    bins = list(destinations(scene, "bin_A", [Target("bin_C", "jane_eyre_dvd")]))
+    assert "bin_A" not in bins and "bin_C" not in bins
+    assert bins[0] == "bin_D" and len(bins) == N_BINS
+    few = list(destinations(scene, "bin_A", [Target(f"bin_{c}", "x") for c in "CDEFGHIJKL"]))
+    assert few[0] == "bin_B"  # it holds something, but no target waits there
