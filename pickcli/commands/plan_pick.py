@@ -27,6 +27,13 @@ from pickcli.commands.scene_options import open_scene, scene_options
 @click.option(
     "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
 )
+@click.option(
+    "--into",
+    metavar="PLACE",
+    default="tote",
+    show_default=True,
+    help="Where the item is brought: tote, or a bin, onto its floor.",
+)
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"]), default="avoid", show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
 @verify_option
@@ -35,11 +42,12 @@ from pickcli.commands.scene_options import open_scene, scene_options
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, neighbours: str,
+    scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, into: str,
+    neighbours: str,
     no_verify: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool, output: Path,
     overwrite: bool,
 ) -> None:  # fmt: skip
-    """Plan one pick, from leaving for the bin to the item in the tote.
+    """Plan one pick, from leaving for the bin to the item in the tote, or in another bin.
 
     The plan is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when
     there is no plan; nothing is written then.
@@ -58,7 +66,8 @@ def command(
     q, pivot = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)
-    plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=Neighbours(neighbours))
+    how = Neighbours(neighbours)
+    plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
     if not no_verify:
         plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
     write_plan(plan, output)
