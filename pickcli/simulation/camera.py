@@ -26,6 +26,7 @@ class View:
 
 CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
 POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the bins
+SMALL = (480, 360)  # pixels
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
 
@@ -43,7 +44,13 @@ def write_png(picture: NDArray[np.uint8], path: Path) -> None:
     write_bytes(path, content.getvalue())
 
 
-def picture_of(scene: Scene, view: View = POD_VIEW) -> NDArray[np.uint8]:
+def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
+    """The cell with its robot; beside it what the robot may hide, without it: the bins and the tote."""
+    aside = [picture_of(scene, view, SMALL) for view in (POD_VIEW, TOTE_VIEW)]
+    return np.hstack([take_picture(engine, CELL_VIEW), np.vstack(aside)])
+
+
+def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
     """A scene without the robot."""
     from pickcli.simulation.world import add_items, add_statics
 
@@ -51,7 +58,7 @@ def picture_of(scene: Scene, view: View = POD_VIEW) -> NDArray[np.uint8]:
     try:
         add_statics(engine, scene)
         add_items(engine, scene)
-        return take_picture(engine, view)
+        return take_picture(engine, view, size)
     finally:
         engine.close()
 

@@ -10,7 +10,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
-from pickcli.simulation.camera import CELL_VIEW, take_picture
+from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import StartError, execute
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
@@ -72,8 +72,8 @@ class SimulatedArena:
         return Execution(self._world.t - began)
 
     def picture(self) -> NDArray[np.uint8]:
-        """The cell as it looks now, (height, width, 3)."""
-        return take_picture(self._world.engine, CELL_VIEW)
+        """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""
+        return overview(self._world.engine, self.now())
 
 
 def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
