@@ -15,7 +15,7 @@ from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, rotation_axis_angle
 
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
 LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
@@ -46,17 +46,25 @@ class LiftPoses:
     lift: Array
     retreat: tuple[Array, ...]
 
+    @classmethod
+    def of(cls, poses: Array) -> LiftPoses:
+        """Of the poses (K, 4, 4) to which the pushes of a corridor bring the tool."""
+        freed, lift, *retreat = poses
+        return cls(freed, lift, tuple(retreat))
 
-def along(corridor: Corridor, T_world_bin: Array, T_world_item: Array, contact: Array) -> LiftPoses:
-    """The tool poses of a corridor that starts with the tool at ``contact`` on the item."""
+
+def pushes(corridor: Corridor, T_world_bin: Array, T_world_item: Array) -> Array:
+    """What a corridor does to everything that moves with the item: (K, 4, 4), each for a pose in the world.
+
+    K: the end of the first stretch, of the lift, and of each push of the retreat.
+    """
     R, centre = T_world_bin[:3, :3], T_world_item[:3, 3]
-
-    def moved(d: Array) -> Array:
-        turn = R @ _turned(d[3], d[4]) @ R.T
-        return pose(centre + R @ d[:3] + turn @ (contact[:3, 3] - centre), R=turn @ contact[:3, :3])
-
-    retreat = tuple(moved(d) for d in corridor.retreat)
-    return LiftPoses(moved(corridor.freed), moved(corridor.lift), retreat)
+    displacements = np.stack([corridor.freed, corridor.lift, *corridor.retreat])
+    M = np.tile(np.eye(4), (len(displacements), 1, 1))
+    for T, d in zip(M, displacements, strict=True):
+        T[:3, :3] = R @ _turned(d[3], d[4]) @ R.T
+        T[:3, 3] = centre + R @ d[:3] - T[:3, :3] @ centre
+    return M
 
 
 def corridors(
@@ -66,7 +74,7 @@ def corridors(
     leaving: Ghost,
     carrying: Ghost,
     first: float,
-    n_most: int = 4,
+    n_most: int,
 ) -> tuple[Corridor, ...] | Reason:
     """Proven corridors, the shortest first; or why there is none.
 

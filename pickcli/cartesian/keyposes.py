@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pickcli.cartesian.line import shifted
 from pickcli.geometry import Array
 
@@ -26,18 +28,21 @@ class PickPoses:
 
 
 def pick_poses(
-    T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float
-) -> PickPoses:
+    T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
+    aside: tuple[float, float] = (0.0, 0.0),
+) -> PickPoses:  # fmt: skip
     """Poses up to contact.
 
     offset: m of approach along the tool axis. overtravel: m by which the cup is pressed beyond the
-    surface, so that it meets an item that is farther away than its pose says.
+    surface, so that it meets an item that is farther away than its pose says. aside: m along y and z of the
+    bin by which the pre-approach begins off the straight way in.
     """
     surface = T_world_item @ T_item_tip
     axis = surface[:3, 2]
     approach = shifted(surface, -offset * axis)
     x_bin = T_world_bin[:3, 0]
     depth = float((approach[:3, 3] - T_world_bin[:3, 3]) @ x_bin)
-    preapproach = shifted(approach, -max(0.0, depth + PREAPPROACH_DISTANCE) * x_bin)
+    way_in = -max(0.0, depth + PREAPPROACH_DISTANCE) * x_bin + T_world_bin[:3, 1:3] @ np.array(aside)
+    preapproach = shifted(approach, way_in)
     touch = shifted(surface, -min(offset, overtravel + CONTACT_DISTANCE) * axis)
     return PickPoses(preapproach, approach, touch, shifted(surface, overtravel * axis))

@@ -15,15 +15,15 @@ from pickcli.cell.robot import PivotState, Tool
 from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.aims import aims
 from pickcli.grasping.holding import static_load
+from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned
 from pickcli.motion.plan import Grasp
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
 MAX_PIVOTED_TILT = np.radians(25.0)
-# How far the lance may be turned away from the bin's axis when the cup is pivoted.
-LANCE_YAWS = (0.0, np.radians(15.0), np.radians(-15.0), np.radians(30.0), np.radians(-30.0))
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivoted
 TRIES_PER_PLACE = 8
@@ -40,24 +40,23 @@ class CandidateSet:
 
 def sample_grasps(
     item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator,
-    n_per_face: int = 6,
+    search: Search = USUAL,
 ) -> CandidateSet:  # fmt: skip
     """Candidates for an item whose pose (4, 4) in the bin frame is known.
 
     Frontal grasps use the straight cup, top-down and side grasps the pivoted one. Each face yields its
-    centre and ``n_per_face`` random places. The order follows ``Grasp.score``: load over limit plus
-    penalties for tilt and turn.
+    centre, random places and those of the search's grid. The order follows ``Grasp.score``: load over limit
+    plus penalties for tilt and turn.
     """
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", item_id, item.why_not),))
     found: list[Grasp] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
-        poses = [face.region.centre(), *_reachable(face, T_bin_item, tool, cell_bin, rng, n_per_face)]
-        if face.name in ("mantle", "sphere"):  # curved: aim the middle of the region at the tool's ways in
-            poses += _facing(face.name, item, T_bin_item)
-        for T_item_tip in poses:
-            grasps, reason = _placements(item_id, item, face.name, T_bin_item, T_item_tip, tool)
+        places = [face.region.centre(), *_reachable(face, T_bin_item, tool, cell_bin, rng, search.n_random)]
+        places += aims(face, item, T_bin_item, search)
+        for T_item_tip in places:
+            grasps, reason = _placements(item_id, item, face.name, T_bin_item, T_item_tip, tool, search)
             found += grasps
             if reason is not None:
                 rejected.append(reason)
@@ -87,60 +86,45 @@ def _reachable(
     return list(samples[is_clear][:n])
 
 
-def _facing(face: str, item: Item, T_bin_item: Array) -> list[Array]:
-    """Places on a curved face that point straight at the mouth, up, or to the sides."""
-    radius = item.shape.size[0]
-    out = []
-    for toward in np.array([[-1.0, 0, 0], [0, 0, 1.0], [0, 1.0, 0], [0, -1.0, 0]]):
-        outward = T_bin_item[:3, :3].T @ toward
-        if face == "mantle":
-            outward[2] = 0.0  # around the cylinder's axis only
-        if np.linalg.norm(outward) < 0.3:
-            continue
-        outward /= np.linalg.norm(outward)
-        helper = np.array([0.0, 0.0, 1.0]) if abs(outward[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-        x = np.cross(helper, -outward)
-        x /= np.linalg.norm(x)
-        T = np.eye(4)
-        T[:3, :3] = np.column_stack([x, np.cross(-outward, x), -outward])
-        T[:3, 3] = radius * outward
-        out.append(T)
-    return out
-
-
 def _placements(
-    item_id: str, item: Item, face: str, T_bin_item: Array, T_item_tip: Array, tool: Tool
+    item_id: str, item: Item, face: str, T_bin_item: Array, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[list[Grasp], Reason | None]:
-    """The ways in which the tool can point at one place: at most a few turns about the cup's axis."""
+    """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
     R = T_bin_item[:3, :3] @ T_item_tip[:3, :3]
     along = R[:, 2]  # the cup's axis in the bin frame
-    where = f"{item_id}, face {face}"
-    if along[0] >= np.cos(MAX_FRONTAL_TILT):
-        kind, pivot, tilt = "frontal", PivotState.STRAIGHT, np.arccos(min(1.0, along[0]))
-        # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
-        targets = [(np.array([0.0, 0.0, -1.0]), 0.0), (np.array([0.0, 0.0, 1.0]), 0.0)]
-    else:
-        sideways = max(-along[2], abs(along[1]))
-        if sideways < np.cos(MAX_PIVOTED_TILT):
-            return [], None  # faces away from every way in: not a failure, just another side
-        kind = "top-down" if -along[2] >= abs(along[1]) else "side"
-        pivot, tilt = PivotState.DOWN, np.arccos(min(1.0, sideways))
-        # with the cup pivoted the lance runs along -x of the tool frame
-        targets = [(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in LANCE_YAWS]
+    kind, pivot, off = _kind(along)
+    if kind is None:
+        return [], None  # faces away from every way in: not a failure, just another side
     p_tip_com = inverse(T_item_tip)[:3, 3]
     load = static_load(item.mass, R, p_tip_com)
     hanging = static_load(item.mass, DOWN, p_tip_com)
     ratio = max(load.ratio(tool), hanging.ratio(tool))
     if ratio >= 1.0:
+        where = f"{item_id}, face {face}"
         return [], Reason("does not hold", where, f"{load} at rest, limits exceeded {ratio:.2f} times")
     grasps = []
-    for x_target, turn in targets:
-        T = turned(T_item_tip, _turn_towards(R, x_target))
-        if kind == "top-down":
-            T = tilted(T, _tilt_over_the_lip(T_bin_item @ T, tool.cup_tilt))
-        score = ratio + tilt / np.pi + 0.3 * turn / np.pi + (0.15 if kind == "side" else 0.0)
-        grasps.append(Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear))
+    worse = off / np.pi + (0.15 if kind == "side" else 0.0)
+    for x_target, turn in search.turns(kind):
+        T_turned = turned(T_item_tip, _turn_towards(R, x_target))
+        least = _tilt_over_the_lip(T_bin_item @ T_turned, tool.cup_tilt) if kind == "top-down" else 0.0
+        for share in (None, *search.tilts):
+            tilt = least if share is None else share * tool.cup_tilt
+            T = tilted(T_turned, tilt)
+            score = ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
+            grasps.append(
+                Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear)
+            )
     return grasps, None
+
+
+def _kind(along: Array) -> tuple[str | None, PivotState, float]:
+    """The kind of grasp for a cup's axis (3,) in the bin frame, and how many rad that is off its ideal."""
+    if along[0] >= np.cos(MAX_FRONTAL_TILT):
+        return "frontal", PivotState.STRAIGHT, float(np.arccos(min(1.0, along[0])))
+    best = max(-along[2], abs(along[1]))
+    kind = "top-down" if -along[2] >= abs(along[1]) else "side"
+    off = float(np.arccos(min(1.0, best)))
+    return kind if off <= MAX_PIVOTED_TILT else None, PivotState.DOWN, off
 
 
 def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:

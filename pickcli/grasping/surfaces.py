@@ -36,7 +36,7 @@ def sagitta(radius: float, cup_radius: float) -> float:
     return float(radius - np.sqrt(max(0.0, radius**2 - cup_radius**2)))
 
 
-def _into(outward: Array) -> Array:
+def into(outward: Array) -> Array:
     """Rotation (3, 3) whose z axis is -outward; its x axis is any perpendicular direction."""
     z = -outward / np.linalg.norm(outward)
     helper = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
@@ -46,10 +46,10 @@ def _into(outward: Array) -> Array:
 
 
 def _flat(name: str, centre: Array, outward: Array, half: tuple[float, float]) -> Face:
-    """A rectangle of tip positions around ``centre``, axes as given by ``_into``."""
+    """A rectangle of tip positions around ``centre``, axes as given by ``into``."""
     bounds = np.zeros((6, 2))
     bounds[0], bounds[1] = (-half[0], half[0]), (-half[1], half[1])
-    return Face(name, TaskSpaceRegion(pose(centre, R=_into(outward)), np.eye(4), bounds))
+    return Face(name, TaskSpaceRegion(pose(centre, R=into(outward)), np.eye(4), bounds))
 
 
 def _box_faces(item: Item, inset: float) -> tuple[Face, ...]:
@@ -59,7 +59,7 @@ def _box_faces(item: Item, inset: float) -> tuple[Face, ...]:
         for sign in (1.0, -1.0):
             outward = np.zeros(3)
             outward[axis] = sign
-            R = _into(outward)
+            R = into(outward)
             # extents of the face along the tool's x and y axes
             room = [float(abs(R[:, k]) @ half) - inset for k in (0, 1)]
             if min(room) < 0.0:
@@ -82,7 +82,7 @@ def _cylinder_faces(item: Item, inset: float, stroke: float) -> tuple[Face, ...]
     if along >= 0.0 and radius > inset and sagitta(radius, inset) <= 0.75 * stroke:
         bounds = np.zeros((6, 2))
         bounds[2], bounds[5] = (-along, along), (-np.pi, np.pi)
-        T_region_tool = pose([radius, 0.0, 0.0], R=_into(np.array([1.0, 0.0, 0.0])))
+        T_region_tool = pose([radius, 0.0, 0.0], R=into(np.array([1.0, 0.0, 0.0])))
         found.append(Face("mantle", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)))
     return tuple(found)
 
@@ -93,7 +93,7 @@ def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
         return ()
     bounds = np.zeros((6, 2))
     bounds[4], bounds[5] = (-np.pi / 2, np.pi / 2), (-np.pi, np.pi)
-    T_region_tool = pose([radius, 0.0, 0.0], R=_into(np.array([1.0, 0.0, 0.0])))
+    T_region_tool = pose([radius, 0.0, 0.0], R=into(np.array([1.0, 0.0, 0.0])))
     return (Face("sphere", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)),)
 
 

@@ -7,18 +7,22 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cartesian.corridor import Corridor, corridors
+from pickcli.cartesian.corridor import Corridor, corridors, pushes
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
+from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
-from pickcli.planning.context import Planner
+from pickcli.planning.context import NONE, Planner
 from pickcli.planning.exit import planned_corridors
 from pickcli.planning.settings import Neighbours
 from pickcli.seeds import derived_seed
+
+N_FEW, N_MANY = 4, 40  # simple ways out at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +79,34 @@ class BinQuery:
         }
 
     @cached_property
+    def met(self) -> frozenset[str]:
+        """What the cup may touch at contact: the target, and the floor that a thin one lies on."""
+        return frozenset({self.target.id}) | (self.touching & frozenset(self.cell_bin.floor))
+
+    @cached_property
     def meeting(self) -> dict[PivotState, SceneChecker]:
-        """The same, where the cup may touch the target, and come near the floor that a thin one lies on."""
-        near = frozenset({self.target.id}) | (self.touching & frozenset(self.cell_bin.floor))
+        """The same, where the cup may touch what it meets."""
         return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=near)
+            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=self.met)
             for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
         }
 
-    def ghost(self, touching: frozenset[str] = frozenset()) -> Ghost:
+    def tool(
+        self, pivot: PivotState, touching: frozenset[str] = NONE, without: frozenset[str] = NONE
+    ) -> ToolGhost:
+        """The empty tool by itself. touching: names that the cup may touch. without: ids of items, gone."""
+        key = pivot, touching, without
+        if key not in self._tools:
+            axes, gone = self.T_world_bin[:3, :3], self.ignored | without
+            self._tools[key] = ToolGhost(self.planner.model, self.scene, pivot, axes, gone, touching)
+        return self._tools[key]
+
+    @cached_property
+    def _tools(self) -> dict[tuple[PivotState, frozenset[str], frozenset[str]], ToolGhost]:
+        """Those made so far."""
+        return {}
+
+    def ghost(self, touching: frozenset[str] = NONE) -> Ghost:
         """The target by itself, displaced along the bin's axes."""
         if touching not in self._ghosts:
             self._ghosts[touching] = Ghost(
@@ -99,12 +122,40 @@ class BinQuery:
 
     @cached_property
     def corridors(self) -> tuple[Corridor, ...] | Reason:
-        """The ways out for the target by itself: simple ones, else planned ones."""
-        shape = self.target.item.shape.inflated(self.uncertainty)
-        first = self.planner.settings.lift_contact
-        leaving, carrying = self.ghost(self.touching), self.ghost()
-        simple = corridors(self.cell_bin, self.T_bin_item, shape, leaving, carrying, first)
+        """The ways out for the target by itself: the shortest simple ones, else planned ones."""
+        simple = self._simple(N_FEW)
         if not isinstance(simple, Reason):
             return simple
-        seed = derived_seed(0, "exit", self.target.id)
-        return planned_corridors(self.T_bin_item, shape, leaving, carrying, first, seed) or simple
+        return self._planned or simple
+
+    def pushes(self, is_wide: bool) -> tuple[Array, ...]:
+        """What each way out does to the tool, (K, 4, 4) as in ``cartesian.corridor``; () where there is none.
+
+        is_wide: many ways, for where no grasp can go the few shortest
+        """
+        return self._many_pushes if is_wide else self._few_pushes
+
+    @cached_property
+    def _few_pushes(self) -> tuple[Array, ...]:
+        return () if isinstance(self.corridors, Reason) else self._pushes(self.corridors)
+
+    @cached_property
+    def _many_pushes(self) -> tuple[Array, ...]:
+        simple = self._simple(N_MANY)
+        return self._pushes((*(() if isinstance(simple, Reason) else simple), *self._planned))
+
+    def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
+        return tuple(pushes(way, self.T_world_bin, self.target.T_world_item) for way in ways)
+
+    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Reason:
+        return corridors(self.cell_bin, self.T_bin_item, *self._exit, n_most)
+
+    @cached_property
+    def _planned(self) -> tuple[Corridor, ...]:
+        return planned_corridors(self.T_bin_item, *self._exit, derived_seed(0, "exit", self.target.id))
+
+    @cached_property
+    def _exit(self) -> tuple[Shape, Ghost, Ghost, float]:
+        """The grown target, its ghosts on leaving and when carried, the stretch in which it may touch."""
+        shape = self.target.item.shape.inflated(self.uncertainty)
+        return shape, self.ghost(self.touching), self.ghost(), self.planner.settings.lift_contact

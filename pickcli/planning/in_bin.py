@@ -6,19 +6,21 @@ linear segment; the first thing that fails discards the candidate.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cartesian.corridor import LiftPoses, along
+from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.follow import Line, follow_line
-from pickcli.cartesian.keyposes import PickPoses, pick_poses
+from pickcli.cartesian.keyposes import PickPoses
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.surfaces import tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.tool_ways import tool_ways_in, tool_ways_out
 
 PRESS = 0.001  # m that the bellows are pressed at least
 
@@ -39,30 +41,40 @@ class InBin:
     ignored: frozenset[str]  # neighbours that are not considered (--neighbours ignore)
 
 
-def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBin | list[Reason]:
-    """The first solution for one grasp, over the branches and redundancy of the arm; or every reason."""
+def plan_in_bin(
+    query: BinQuery, grasp: Grasp, rng: np.random.Generator, is_wide: bool = False
+) -> InBin | list[Reason]:
+    """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
+
+    is_wide: ways out are chosen among many, not among the shortest few.
+    """
     planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
     if isinstance(query.corridors, Reason):
         return [query.corridors]
-    poses = _poses(query, grasp)
-    solutions = planner.arm.solve(poses.contact, grasp.pivot, _seeds(query, rng))
+    ways_in = tool_ways_in(query, grasp, _overtravel(query, grasp))
+    if isinstance(ways_in, Reason):
+        return [ways_in.at(f"{where}, {ways_in.where}")]
+    contact = ways_in[0].contact
+    ways_out = tool_ways_out(query, grasp, contact, is_wide)
+    if isinstance(ways_out, Reason):
+        return [ways_out.at(f"{where}, {ways_out.where}")]
+    solutions = planner.arm.solve(contact, grasp.pivot, _seeds(query, rng))
     if len(solutions) == 0:
-        return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(poses.contact))]
-    empty, meeting = query.empty[grasp.pivot], query.meeting[grasp.pivot]
+        return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact))]
+    meeting = query.meeting[grasp.pivot]
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
-    T_tip_item = inverse(poses.contact) @ query.target.T_world_item
-    held = Held(query.target.item, T_tip_item, query.uncertainty)
+    held = Held(query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty)
     reasons: list[Reason] = []
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
         if not meeting.is_free(q_contact):
             reason = meeting.explain(q_contact)
             reasons.append(reason.at(f"{where}, contact"))
             continue
-        way_in = _way_in(query, grasp, poses, q_contact, empty, meeting, where)
-        if isinstance(way_in, Reason):
-            reasons.append(way_in)
+        way_in = _way_in(query, grasp, ways_in, q_contact, where)
+        if isinstance(way_in, list):
+            reasons += way_in
             continue
-        way_out = _way_out(query, grasp, poses, held, q_contact, where)
+        way_out = _way_out(query, grasp, contact, ways_out, held, q_contact, where)
         if isinstance(way_out, list):
             reasons += way_out
             continue
@@ -70,18 +82,14 @@ def plan_in_bin(query: BinQuery, grasp: Grasp, rng: np.random.Generator) -> InBi
     return reasons
 
 
-def _poses(query: BinQuery, grasp: Grasp) -> PickPoses:
-    tool = query.planner.cell.robot.tool
-    noise = query.scene.noise
+def _overtravel(query: BinQuery, grasp: Grasp) -> float:
+    """How far in m the cup is pressed beyond the surface, so that all of it meets the item for certain."""
+    tool, noise = query.planner.cell.robot.tool, query.scene.noise
     aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
     # The side of a tilted cup that is farther away must meet it as well.
     lag = tool.cup_radius * float(np.sin(tilt_on(query.target.item, grasp.face, grasp.T_item_tip)))
-    overtravel = min(noise.position + noise.angle * aside + PRESS + lag, 0.75 * tool.cup_stroke)
-    return pick_poses(
-        query.T_world_bin, query.target.T_world_item, grasp.T_item_tip,
-        query.planner.settings.approach_offset, overtravel,
-    )  # fmt: skip
+    return min(noise.position + noise.angle * aside + PRESS + lag, 0.75 * tool.cup_stroke)
 
 
 def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
@@ -94,11 +102,24 @@ def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
 
 
 def _way_in(
-    query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array,
-    empty: SceneChecker, meeting: SceneChecker, where: str,
-) -> tuple[Line, Line, Line] | Reason:  # fmt: skip
+    query: BinQuery, grasp: Grasp, ways: Sequence[PickPoses], q_contact: Array, where: str
+) -> tuple[Line, Line, Line] | list[Reason]:
+    """Pre-approach, approach and contact along the first way that the arm can follow."""
+    reasons: list[Reason] = []
+    for poses in ways:
+        lines = _lines_in(query, grasp, poses, q_contact, where)
+        if not isinstance(lines, Reason):
+            return lines
+        reasons.append(lines)
+    return reasons
+
+
+def _lines_in(
+    query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array, where: str
+) -> tuple[Line, Line, Line] | Reason:
     """Pre-approach, approach and contact, followed backwards from the contact configuration."""
     arm, pivot = query.planner.arm, grasp.pivot
+    empty, meeting = query.empty[pivot], query.meeting[pivot]
     contact = follow_line(arm, meeting, poses.contact, poses.touch, pivot, q_contact, f"{where}, contact")
     if isinstance(contact, Reason):
         return contact
@@ -118,18 +139,17 @@ def _backwards(line: Line) -> Line:
 
 
 def _way_out(
-    query: BinQuery, grasp: Grasp, poses: PickPoses, held: Held, q_contact: Array, where: str
-) -> tuple[Line, Line, tuple[Line, ...]] | list[Reason]:
-    """Lift and retreat with the item held, along the first corridor that the arm can follow."""
+    query: BinQuery, grasp: Grasp, contact: Array, ways: Sequence[LiftPoses], held: Held,
+    q_contact: Array, where: str,
+) -> tuple[Line, Line, tuple[Line, ...]] | list[Reason]:  # fmt: skip
+    """Lift and retreat with the item held, along the first way that the arm can follow."""
     planner = query.planner
     gone = query.ignored | {query.target.id}
     carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
     leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=query.touching)
-    assert not isinstance(query.corridors, Reason)
     reasons = []
-    for corridor in query.corridors:
-        option = along(corridor, query.T_world_bin, query.target.T_world_item, poses.contact)
-        out = _lines_out(query, grasp, poses.contact, option, q_contact, leaving, carrying, where)
+    for option in ways:
+        out = _lines_out(query, grasp, contact, option, q_contact, leaving, carrying, where)
         if isinstance(out, Reason):
             reasons.append(out)
         else:

@@ -12,21 +12,19 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
-from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import RESERVE, Planner
-from pickcli.planning.in_bin import InBin, plan_in_bin
+from pickcli.planning.grasps import feasible_grasps
+from pickcli.planning.in_bin import InBin
 from pickcli.planning.into_bin import into_bin
 from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
 from pickcli.roadmap.cost import estimated_duration
-from pickcli.seeds import derived_rng, derived_seed
-
-SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
+from pickcli.seeds import derived_seed
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +72,7 @@ def plan_pick(
     target = scene.find(item, bin_name)
     label = f"pick {target.id} from {bin_name}" + ("" if into == TOTE else f" into {into}")
     query = BinQuery(planner, scene, planner.cell.pod.bins[bin_name], target, neighbours)
-    feasible, reasons = _feasible_grasps(query, seed, exclude)
+    feasible, reasons = feasible_grasps(query, seed, exclude)
     grasped = time.perf_counter()
     for option in _ways_in(query, feasible, start, seed, reasons):
         motion = _carried_out(query, option, into, seed, reasons)
@@ -93,36 +91,6 @@ def plan_pick(
         )
         return plan
     raise NoPlanError(label, reasons)
-
-
-def _feasible_grasps(
-    query: BinQuery, seed: int, exclude: Sequence[Grasp]
-) -> tuple[list[InBin], list[Reason]]:
-    """Grasps whose lines inside the bin are all proven, at most ``wanted`` of them, best first."""
-    planner, target = query.planner, query.target
-    rng = derived_rng(seed, "grasps", target.id)
-    tool = planner.cell.robot.tool
-    candidates = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng)
-    reasons = list(candidates.rejected)
-    if candidates.grasps and isinstance(query.corridors, Reason):
-        return [], [*reasons, query.corridors]
-    feasible: list[InBin] = []
-    tried = [g for g in candidates.grasps if not any(_same(g, e) for e in exclude)]
-    for grasp in tried[: planner.settings.max_candidates]:
-        result = plan_in_bin(query, grasp, rng)
-        if isinstance(result, list):
-            reasons += result
-            continue
-        feasible.append(result)
-        if len(feasible) >= planner.settings.wanted:
-            break
-    return feasible, reasons
-
-
-def _same(a: Grasp, b: Grasp) -> bool:
-    """Whether two grasps put the cup on the same place in the same way."""
-    near = float(np.linalg.norm(a.T_item_tip[:3, 3] - b.T_item_tip[:3, 3])) < SAME_GRASP
-    return a.face == b.face and a.kind == b.kind and near
 
 
 def _ways_in(

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, along, corridors
+from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, corridors, pushes
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.station import Bin
 from pickcli.collision.explain import Contact
@@ -21,6 +21,8 @@ BIN = Bin(
     0.21, 0.255, 0.236, ("slope", "flat"),
 )  # fmt: skip
 FIRST = 0.05
+MOST = 4
+MOST = 4
 
 
 class Open:
@@ -63,12 +65,12 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     extents = (size, size * 0.7, size * 0.9)
     T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
     found = corridors(
-        BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST
+        BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, MOST
     )
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
     for corridor in found:
-        poses = along(corridor, BIN.T_pod_bin, T_item, contact)
+        poses = LiftPoses.of(pushes(corridor, BIN.T_pod_bin, T_item) @ contact)
         moved = inverse(BIN.T_pod_bin) @ poses.lift @ inverse(contact) @ T_item
         at_lift = corners(moved, extents)
         assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9
@@ -82,14 +84,14 @@ def test_the_item_passes_the_mouth_and_ends_outside(
 def test_an_item_that_only_fits_when_turned_is_turned() -> None:
     T_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, 0.35])
     shape = Shape(ShapeKind.BOX, (0.15, 0.27, 0.05))  # 0.305 m wide as it lies, the mouth has 0.299
-    found = corridors(BIN, T_item, shape, ghost(), ghost(), FIRST)
+    found = corridors(BIN, T_item, shape, ghost(), ghost(), FIRST, MOST)
     assert isinstance(found, tuple)
     assert all(abs(c.lift[3] + 0.35) < 0.02 for c in found)
 
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
     reason = corridors(
-        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST
+        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST, MOST
     )
     assert isinstance(reason, Reason)
     assert "100 x 230 mm" in reason.detail
@@ -97,7 +99,7 @@ def test_too_tall_an_item_is_refused_with_its_size() -> None:
 
 def test_higher_lifts_are_tried_and_a_wall_is_named() -> None:
     shape = Shape(ShapeKind.BOX, (0.1, 0.1, 0.05))
-    found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(0.1), ghost(0.1), FIRST)
+    found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(0.1), ghost(0.1), FIRST, MOST)
     assert isinstance(found, tuple) and min(c.lift[2] for c in found) >= 0.1
-    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(9.0), ghost(9.0), FIRST)
+    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(9.0), ghost(9.0), FIRST, MOST)
     assert isinstance(reason, Reason) and "neighbour" in reason.detail

@@ -1,0 +1,61 @@
+"""How wide grasps are looked for: few of them where that does, many where nothing else was found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pickcli.geometry import Array
+
+
+class Turn(NamedTuple):
+    """Where the tool's x axis points in the bin frame (3,), and by how many rad that is off the usual."""
+
+    x_target: Array
+    off: float
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is tried on every face. Angles in rad.
+
+    n_random: places beside the centre. grid: places along each side of a flat face, its edges included.
+    fan: angles off straight, about both axes, from which curved faces are aimed at.
+    yaws: of the lance away from the bin's axis, over an item. pitches: of the lance beside an item, positive
+    where it rises towards the mouth. tilts: of the cup off the face's normal, as shares of the tool's most,
+    beside the least that leads over the lip.
+    """
+
+    n_random: int
+    grid: int
+    fan: tuple[float, ...]
+    yaws: tuple[float, ...]
+    pitches: tuple[float, ...]
+    tilts: tuple[float, ...]
+
+    def turns(self, kind: str) -> list[Turn]:
+        """Turns about the cup's axis for one kind of grasp."""
+        if kind == "frontal":
+            # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
+            return [Turn(np.array([0.0, 0.0, -1.0]), 0.0), Turn(np.array([0.0, 0.0, 1.0]), 0.0)]
+        # with the cup pivoted the lance leaves it along +x of the tool frame
+        if kind == "top-down":
+            return [Turn(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
+        return [Turn(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
+
+
+def _degrees(*angles: float) -> tuple[float, ...]:
+    return tuple(float(np.radians(a)) for a in angles)
+
+
+USUAL = Search(
+    n_random=6, grid=0, fan=(0.0,),
+    yaws=_degrees(0, 15, -15, 30, -30), pitches=_degrees(0, 10, 20, 30, -10), tilts=(),
+)  # fmt: skip
+WIDE = Search(
+    n_random=0, grid=5, fan=_degrees(0, 14, -14, 28, -28),
+    yaws=_degrees(0, 8, -8, 16, -16, 24, -24, 32, -32), pitches=_degrees(0, 8, 16, 24, 32, -8),
+    tilts=(-1.0, -0.5, 0.0, 0.5, 1.0),
+)  # fmt: skip

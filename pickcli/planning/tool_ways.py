@@ -1,0 +1,109 @@
+"""What the tool alone could do for one grasp: ways to the item, and ways out that leave the lance room.
+
+Asked before any inverse kinematics, of the tool as it flies through the bin by itself: most grasps that fail
+do so here, for a hundredth of what following a line with the arm costs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from pickcli.cartesian.corridor import LiftPoses
+from pickcli.cartesian.keyposes import CONTACT_DISTANCE, PickPoses, pick_poses
+from pickcli.cell.robot import PivotState
+from pickcli.collision.tool_ghost import ToolGhost
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp
+from pickcli.planning.bin_query import BinQuery
+
+# m along y and z of the bin, by which the pre-approach begins off the straight way; the least first.
+SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
+ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
+STRAIGHT_IN = (0.0, 0.0)
+N_WAYS = 2  # that the arm tries to follow
+N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
+LIFTED = 1  # where the pushes of a way out have the end of the lift
+
+
+def with_room(query: BinQuery, grasps: Sequence[Grasp], is_wide: bool, reasons: list[Reason]) -> list[Grasp]:
+    """Those with room for the tool at the target and where it has been lifted; reasons against the others."""
+    T = query.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
+    has_room = np.zeros(len(grasps), dtype=bool)
+    for pivot in {g.pivot for g in grasps}:
+        mine = np.flatnonzero([g.pivot is pivot for g in grasps])
+        mine = mine[_meeting(query, pivot).are_free(T[mine])]
+        lifted = np.stack([pushed[LIFTED] for pushed in query.pushes(is_wide)]) @ T[mine, None]
+        is_free = _carrying(query, pivot).are_free(lifted.reshape(-1, 4, 4))
+        has_room[mine] = is_free.reshape(lifted.shape[:2]).any(axis=1)
+    without = np.flatnonzero(~has_room)
+    for i in without[:: 1 + len(without) // N_EXPLAINED]:
+        reasons.append(_why_no_room(query, grasps[i], T[i], is_wide))
+    return [g for g, has in zip(grasps, has_room, strict=True) if has]
+
+
+def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, is_wide: bool) -> Reason:
+    where = f"{grasp.kind} grasp on face {grasp.face}"
+    tool = _meeting(query, grasp.pivot)
+    if not tool.are_free(T[None])[0]:
+        return _blocked(query, tool, T, f"{where}, contact")
+    return _blocked(
+        query, _carrying(query, grasp.pivot), query.pushes(is_wide)[0][LIFTED] @ T, f"{where}, lift"
+    )
+
+
+def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[PickPoses, ...] | Reason:
+    """Ways to the contact that the tool alone can go, the plainest first; or what is in its way."""
+    empty, meeting = query.tool(grasp.pivot), _meeting(query, grasp.pivot)
+    usual, shortest = query.planner.settings.approach_offset, overtravel + CONTACT_DISTANCE
+    plain = _poses(query, grasp, usual, overtravel, STRAIGHT_IN)
+    if meeting.path_is_free(np.stack([plain.contact, plain.touch])) != -1:
+        return _blocked(query, meeting, plain.contact, "contact")
+    found: list[PickPoses] = []
+    for offset in (usual, shortest):
+        poses = _poses(query, grasp, offset, overtravel, STRAIGHT_IN)
+        if empty.path_is_free(np.stack([poses.touch, poses.approach])) != -1:
+            continue
+        for aside in ASIDE:
+            poses = _poses(query, grasp, offset, overtravel, aside)
+            if empty.path_is_free(np.stack([poses.approach, poses.preapproach])) == -1:
+                found.append(poses)
+            if len(found) == N_WAYS:
+                return tuple(found)
+    return tuple(found) or _blocked(query, empty, plain.approach, "approach")
+
+
+def tool_ways_out(
+    query: BinQuery, grasp: Grasp, contact: Array, is_wide: bool
+) -> tuple[LiftPoses, ...] | Reason:
+    """Ways out of the target on which lance and cup keep clear of everything; or what is in their way."""
+    tool = _carrying(query, grasp.pivot)
+    ways = [pushed @ contact for pushed in query.pushes(is_wide)]
+    found = [poses for poses in ways if tool.are_free(poses).all() and tool.path_is_free(poses) == -1]
+    return tuple(LiftPoses.of(poses) for poses in found) or _blocked(query, tool, ways[0][LIFTED], "lift")
+
+
+def _meeting(query: BinQuery, pivot: PivotState) -> ToolGhost:
+    return query.tool(pivot, touching=query.met)
+
+
+def _carrying(query: BinQuery, pivot: PivotState) -> ToolGhost:
+    return query.tool(pivot, without=frozenset({query.target.id}))
+
+
+def _poses(
+    query: BinQuery, grasp: Grasp, offset: float, overtravel: float, aside: tuple[float, float]
+) -> PickPoses:
+    return pick_poses(
+        query.T_world_bin, query.target.T_world_item, grasp.T_item_tip, offset, overtravel, aside
+    )
+
+
+def _blocked(query: BinQuery, tool: ToolGhost, T: Array, where: str) -> Reason:
+    contact = tool.clearance(T)
+    detail = f"{contact}, {1e3 * (tool.margin - contact.distance):.0f} mm too close"
+    in_the_way = contact.item if contact.item != query.target.id else ""
+    return Reason("no room for the tool", where, detail, in_the_way)

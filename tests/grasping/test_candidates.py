@@ -1,0 +1,72 @@
+"""What candidates promise: cups whole on a face, the lance where the search wants it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.load import load_cell
+from pickcli.geometry import Array, is_pose, pose
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.search import USUAL, WIDE, Search
+from pickcli.grasping.surfaces import faces, tilt_on
+from pickcli.motion.plan import Grasp
+
+CELL = load_cell("apc2016_delft")
+TOOL, BIN = CELL.robot.tool, CELL.pod.bins["bin_E"]
+FLAT = pose([0.25, 0.0, -0.01], rpy=[0.0, 0.02, 0.3])
+ON_EDGE = pose([0.2, 0.1, 0.01], rpy=[np.pi / 2, 0.0, 0.02])
+ITEMS = [
+    ("crayola_24_ct", FLAT),
+    ("crayola_24_ct", ON_EDGE),
+    ("rawlings_baseball", FLAT),
+    ("folgers_classic_roast_coffee", FLAT),
+    ("folgers_classic_roast_coffee", ON_EDGE),
+]
+
+
+def sampled(name: str, T: Array, search: Search, seed: int = 0) -> tuple[Grasp, ...]:
+    item = CELL.item(name)
+    rng = np.random.default_rng(seed)
+    return sample_grasps(name, item, T, TOOL, BIN, rng, search).grasps
+
+
+@pytest.mark.parametrize("search", [USUAL, WIDE])
+@pytest.mark.parametrize(("name", "T"), ITEMS)
+def test_every_cup_is_whole_on_its_face_and_nearly_square(name: str, T: Array, search: Search) -> None:
+    item = CELL.item(name)
+    regions = {face.name: face.region for face in faces(item, TOOL)}
+    grasps = sampled(name, T, search)
+    assert grasps
+    for grasp in grasps:
+        assert is_pose(grasp.T_item_tip)
+        assert tilt_on(item, grasp.face, grasp.T_item_tip) <= TOOL.cup_tilt + 1e-6
+        at = np.abs(regions[grasp.face].displacement(grasp.T_item_tip)[:3])
+        if grasp.face not in ("mantle", "sphere"):
+            assert (at <= regions[grasp.face].bounds[:3, 1] + 1e-9).all()
+        else:
+            radius = np.linalg.norm(grasp.T_item_tip[: 3 if grasp.face == "sphere" else 2, 3])
+            assert radius == pytest.approx(item.shape.size[0])
+    assert list(grasps) == sorted(grasps, key=lambda g: g.score)
+
+
+def test_a_grid_reaches_the_edges_of_a_face() -> None:
+    region = next(f.region for f in faces(CELL.item("crayola_24_ct"), TOOL) if f.name == "+z")
+    grasps = sampled("crayola_24_ct", FLAT, WIDE)
+    places = np.array([region.displacement(g.T_item_tip)[:2] for g in grasps if g.face == "+z"])
+    assert np.allclose([places.min(axis=0), places.max(axis=0)], region.bounds[:2].T)
+
+
+def test_beside_an_item_the_lance_rises_towards_the_mouth_as_the_search_says() -> None:
+    grasps = [g for g in sampled("crayola_24_ct", ON_EDGE, USUAL) if g.kind == "side"]
+    lances = np.array([(ON_EDGE @ g.T_item_tip)[:3, 0] for g in grasps])
+    assert (lances[:, 0] < 0.0).all()  # towards the mouth
+    pitches = np.unique(np.round(np.arcsin(lances[:, 2]), 3))
+    assert np.allclose(pitches, sorted(USUAL.pitches), atol=0.01)
+
+
+@pytest.mark.parametrize(("name", "T"), ITEMS)
+def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
+    a, b = sampled(name, T, USUAL, 7), sampled(name, T, USUAL, 7)
+    assert [g.score for g in a] == [g.score for g in b]
+    assert all((g.T_item_tip == h.T_item_tip).all() for g, h in zip(a, b, strict=True))
