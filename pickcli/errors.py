@@ -9,6 +9,7 @@ ApcError
 │   └── RejectedError     4  the verifier said no
 ├── NoPlanError           5  no motion exists that the planner could find; carries every reason
 ├── TrialAbortedError     6  a trial that had to stop
+├── WorkerLostError       1  a task of a build that ended the processes which tried it
 └── LimitError            1  our own bug: a trajectory that breaks a limit reached the end of timing
 
 The number is the exit code of the command that meets it. Anything outside the tree is a bug: exit 1.
@@ -124,6 +125,10 @@ class TrialAbortedError(ApcError):
     """The trial could not go on."""
 
     exit_code = 6
+
+
+class WorkerLostError(ApcError):
+    """A task crashed the processes that tried it, or the machine has too little memory for it."""
 
 
 class LimitError(ApcError):
