@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.building import building, jobs_option
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -13,7 +14,6 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.roadmap.planners import PlannerName
 
@@ -27,17 +27,18 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
 @click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
               help="Most iterations of the planner for one edge.")  # fmt: skip
+@jobs_option
 @seed_option
 @json_option
 @output_option("roadmap")
 def command(
-    cell_name: str, planner: str, neighbours: int, iterations: int, seed: int, as_json: bool, output: Path,
-    overwrite: bool,
+    cell_name: str, planner: str, neighbours: int, iterations: int, jobs: int | None, seed: int,
+    as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
 
     Section IV of their paper. Every edge is proven free. Configurations that are not free and pairs without
-    a path are reported.
+    a path are reported. An interrupted build goes on when the same command is given again.
 
     \b
     Example:
@@ -45,14 +46,14 @@ def command(
     """
     from pickcli.cell.load import load_cell
     from pickcli.precompute.artifacts import make_roadmap
-    from pickcli.precompute.build_roadmap import RoadmapSettings
+    from pickcli.precompute.edge_recipe import RoadmapSettings
     from pickcli.roadmap.store import read_roadmap
 
     refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
-    with progress("building the roadmap") as report:
-        built = make_roadmap(cell, output, settings, report)
+    with building("building the roadmap", output, jobs, as_json) as means:
+        built = make_roadmap(cell, output, settings, means)
     roadmap = read_roadmap(output, cell)
     summary = {
         "roadmap": str(output),
@@ -60,15 +61,17 @@ def command(
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,
         **built.summary(),
+        "refused": [f"{name}: {reason}" for (name,), reason in built.gaps.refused],
+        "missing": [str(reason) for _, reason in built.gaps.missing],
     }
     if as_json:
         emit_json(summary)
         return
     click.echo(f"{output}: {roadmap.n_nodes} nodes, {roadmap.n_edges} edges, k = {neighbours}, {planner}")
-    for name, reason in built.refused:
+    for (name,), reason in built.gaps.refused:
         click.echo(f"not free: {name}: {reason}")
-    for a, b in built.failed:
-        click.echo(f"no path: {a} to {b} (another --seed or more --iterations may find one)")
+    for (a, b), reason in built.gaps.missing:
+        click.echo(f"no edge: {a} to {b}: {reason.detail} (another --seed or more --iterations may find one)")
     for a, b in built.bridges:
         click.echo(f"joined on top of the k nearest: {a} to {b}")
     if built.n_components > 1:

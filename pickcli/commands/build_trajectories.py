@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.building import building, jobs_option
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -13,7 +14,6 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.roadmap.planners import PlannerName
 
@@ -29,17 +29,19 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
               help="Paths per pair that compete; the fastest is kept.")  # fmt: skip
 @click.option("--iterations", type=click.IntRange(1), default=5000, show_default=True,
               help="Most iterations of the planner for one try.")  # fmt: skip
+@jobs_option
 @seed_option
 @json_option
 @output_option("trajectory database")
 def command(
-    cell_name: str, planner: str, tries: int, iterations: int, seed: int, as_json: bool, output: Path,
-    overwrite: bool,
+    cell_name: str, planner: str, tries: int, iterations: int, jobs: int | None, seed: int, as_json: bool,
+    output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: Delft's database of coarse motions.
 
     Timed motions between named configurations (section 1 of their paper). Every motion is proven free,
-    corners included, and within its limits; pairs without one are reported.
+    corners included, and within its limits; pairs without one are reported. An interrupted
+    build goes on when the same command is given again.
 
     \b
     Example:
@@ -53,14 +55,15 @@ def command(
     refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, max_iterations=iterations, seed=seed)
-    with progress("building the trajectories") as report:
-        built = make_trajectories(cell, output, settings, report)
+    with building("building the trajectories", output, jobs, as_json) as means:
+        built = make_trajectories(cell, output, settings, means)
     n_motions = len(read_database(output, cell))
     summary = {
         "trajectories": str(output),
         "cell_fingerprint": cell.fingerprint,
         "motions": n_motions,
         **built.summary(),
+        "missing": [f"{key.start} to {key.goal}, {key.payload}: {reason}" for key, reason in built.missing],
     }
     if as_json:
         emit_json(summary)
@@ -70,5 +73,5 @@ def command(
         f"{output}: {n_motions} motions, {built.duration:.1f} s in all, {ratio:.3f} times the bound of "
         "the slowest joints alone"
     )
-    for key, reason in built.failed:
+    for key, reason in built.missing:
         click.echo(f"no motion: {key.start} to {key.goal}, {key.payload}: {reason}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.progress import progress
+from pickcli.commands.building import build_report
 from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -81,9 +81,14 @@ def _build_missing(cell: Cell) -> None:
     from contextlib import ExitStack
 
     from pickcli.precompute.artifacts import ensure_artifacts
+    from pickcli.precompute.runner import available_cores, runner
 
     with ExitStack() as bars:
-        ensure_artifacts(cell, lambda what: bars.enter_context(progress(f"building the {what}")))
+        ensure_artifacts(
+            cell,
+            lambda what: bars.enter_context(build_report(f"building the {what}")),
+            runner(min(2, available_cores())),
+        )
 
 
 def certified(plan: Plan, scene: Scene, advice: str) -> Plan:

@@ -6,84 +6,59 @@ k nearest, never as a star around home, so that A* finds a way between two bins 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from pickcli.cell.model import Cell, NamedConfiguration
+from pickcli.cell.model import NamedConfiguration
 from pickcli.cell.robot import PivotState
-from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
-from pickcli.precompute.empty_scene import RESERVE, checker
-from pickcli.roadmap.database import PayloadClass
+from pickcli.precompute.build import Build
+from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
-from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import EdgeChecker, JointSpace
-from pickcli.seeds import derived_seed
+from pickcli.roadmap.stored_roadmap import RoadmapGaps
 
-Progress = Callable[[int, int, str], None]
 Pair = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class RoadmapSettings:
-    """How a roadmap is built; all of it is stored with the result.
-
-    n_neighbours: k, edges are tried from each node to its k nearest
-    max_iterations: of the planner for one edge; RRT* uses them all unless the straight edge is free
-    """
-
-    planner: PlannerName = PlannerName.RRT_STAR
-    n_neighbours: int = 6
-    max_iterations: int = 3000
-    n_shortcuts: int = 200
-    seed: int = 0
 
 
 @dataclass(frozen=True)
 class RoadmapReport:
     """What a build could not do, and what it did beyond the k nearest.
 
-    refused: named configurations that are not free, with the reason
-    failed: pairs that the planner found no path for
+    gaps: named configurations that are not free, and pairs without an edge, with their reasons
     bridges: pairs joined on top, to connect parts that the k nearest left apart
     n_components: 1 if every node can be reached from every other
     """
 
     settings: RoadmapSettings
-    refused: tuple[tuple[str, Reason], ...]
-    failed: tuple[tuple[str, str], ...]
+    gaps: RoadmapGaps
     bridges: tuple[tuple[str, str], ...]
     n_components: int
 
     def summary(self) -> dict[str, Any]:
-        """The report as JSON values."""
+        """The figures of the report as JSON values."""
         return {
             "n_neighbours": self.settings.n_neighbours,
             "n_components": self.n_components,
-            "refused": [f"{name}: {reason}" for name, reason in self.refused],
-            "failed": [f"{a} to {b}" for a, b in self.failed],
+            "n_refused": len(self.gaps.refused),
+            "n_missing": len(self.gaps.missing),
             "bridges": [f"{a} to {b}" for a, b in self.bridges],
         }
 
 
-def build_roadmap(
-    cell: Cell, settings: RoadmapSettings | None = None, progress: Progress | None = None
-) -> tuple[Roadmap, RoadmapReport]:
+def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
     """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
-    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. Each edge's seed
-    follows from the names of its ends: the order of the edges does not matter. ``progress`` gets edges done,
-    edges in all, and the edge in work.
+    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. Each edge depends
+    on its ends and the settings alone.
 
+    build: of that recipe, where it has a journal or workers
     Raises InputError if not one configuration is free.
     """
-    builder = _Builder(cell, settings or RoadmapSettings(), progress or _silent)
+    builder = _Builder(recipe, build or Build(recipe))
     builder.join_nearest()
     builder.join_components()
     return builder.roadmap, builder.report()
@@ -99,86 +74,63 @@ def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
 
 @dataclass
 class _Builder:
-    """One build in progress."""
+    """A roadmap that grows."""
 
-    cell: Cell
-    settings: RoadmapSettings
-    progress: Progress
+    recipe: EdgeRecipe
+    build: Build
     roadmap: Roadmap = field(init=False)
-    checker: EdgeChecker = field(init=False)
-    space: JointSpace = field(init=False)
-    refused: list[tuple[str, Reason]] = field(default_factory=list)
-    failed: list[Pair] = field(default_factory=list)
+    refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
+    failed: dict[Pair, Reason] = field(default_factory=dict)
     bridges: list[Pair] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.space = JointSpace.of(self.cell.robot)
-        self.checker = checker(CollisionModel(self.cell), PivotState.MOVING, PayloadClass.EMPTY, RESERVE)
-        self.roadmap = Roadmap.empty(self.space.joint_names, PivotState.MOVING)
-        for named in self.cell.configurations.values():
+        cell = self.recipe.cell
+        self.roadmap = Roadmap.empty(cell.robot.joint_names, PivotState.MOVING)
+        for named in cell.configurations.values():
             self._add_node(named)
         if self.roadmap.n_nodes == 0:
             raise InputError(
-                f"{self.cell.path}: no named configuration is free; see apc inspect, and correct them"
+                f"{cell.path}: no named configuration is free; see apc inspect, and correct them"
             )
 
     def join_nearest(self) -> None:
         """Edges from each node to its k nearest."""
-        pairs = nearest_pairs(self.roadmap.configurations, self.settings.n_neighbours)
-        for done, pair in enumerate(pairs):
-            self.progress(done, len(pairs), " to ".join(self._names(pair)))
-            if not self._join(pair):
-                self.failed.append(pair)
-        self.progress(len(pairs), len(pairs), "")
+        self._join(nearest_pairs(self.roadmap.configurations, self.recipe.settings.n_neighbours))
 
     def join_components(self) -> None:
         """Edges between parts that are still apart, nearest pairs first, until there are none."""
-        apart = self._pairs_apart()
-        while apart:
-            pair = apart.pop(0)
-            if self._join(pair):
-                self.bridges.append(pair)
-                apart = [other for other in self._pairs_apart() if other not in self.failed]
-            else:
-                self.failed.append(pair)
+        while apart := self._pairs_apart():
+            self.bridges += self._join(apart[:1])
 
     def report(self) -> RoadmapReport:
         """What happened."""
+        missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
-            self.settings,
-            tuple(self.refused),
-            tuple(self._names(pair) for pair in self.failed),
+            self.recipe.settings,
+            RoadmapGaps(tuple(self.refused), missing),
             tuple(self._names(pair) for pair in self.bridges),
             len(set(self.roadmap.components().tolist())),
         )
 
     def _add_node(self, named: NamedConfiguration) -> None:
-        if self.checker.is_free(named.q):
+        tests = self.recipe.checker
+        if tests.is_free(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.pivot)
         else:
-            self.refused.append((named.name, self.checker.explain(named.q)))
+            self.refused.append(((named.name,), tests.explain(named.q)))
 
-    def _join(self, pair: Pair) -> bool:
-        """Add the edge of a pair, planned in the order of the names; False if the planner finds none."""
-        pair = min(pair, pair[::-1], key=self._names)
-        seed = derived_seed(self.settings.seed, "edge", *self._names(pair))
-        a, b = (self.roadmap.configurations[i] for i in pair)
-        found = plan(
-            self.checker,
-            self.space,
-            a,
-            b[None],
-            seed=seed,
-            planner=self.settings.planner,
-            max_iterations=self.settings.max_iterations,
-        )
-        if found is None:
-            return False
-        path = shorten(self.checker, self.space, found, seed=seed, iterations=self.settings.n_shortcuts)
-        if self.checker.path_is_free(path.waypoints) != -1:
-            return False
-        self.roadmap = self.roadmap.with_edge(*pair, path.waypoints)
-        return True
+    def _join(self, pairs: Sequence[Pair]) -> list[Pair]:
+        """Add the edges of these pairs, each planned in the order of the names; those that were found."""
+        ordered = [min(pair, pair[::-1], key=self._names) for pair in pairs]
+        records = self.build.records([self._names(pair) for pair in ordered])
+        found = []
+        for pair, ends, record in zip(pairs, ordered, records, strict=True):
+            if record.reason is None:
+                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"])
+                found.append(pair)
+            else:
+                self.failed[pair] = record.reason
+        return found
 
     def _pairs_apart(self) -> list[Pair]:
         """Pairs of nodes of different parts that have not failed yet, nearest first."""
@@ -193,7 +145,3 @@ class _Builder:
 
     def _names(self, pair: Pair) -> tuple[str, str]:
         return self.roadmap.names[pair[0]], self.roadmap.names[pair[1]]
-
-
-def _silent(done: int, total: int, what: str) -> None:
-    """No progress wanted."""

@@ -5,79 +5,54 @@ Delft computed theirs by RRT-Connect, kept them, and replayed them between the a
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from pickcli.cell.model import Cell
 from pickcli.errors import Reason
-from pickcli.geometry import Array
-from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.build import Build
+from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
 from pickcli.precompute.pairs import coarse_pairs
-from pickcli.roadmap.database import CoarseMotion, MotionKey, TrajectoryDatabase
-from pickcli.roadmap.space import JointSpace
-
-Progress = Callable[[int, int, str], None]
+from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
+from pickcli.roadmap.stored_database import Missing
 
 
 @dataclass(frozen=True)
 class TrajectoryReport:
     """What a build could not do, and how good the rest is.
 
-    failed: pairs without a motion, with the reason: an end that is not free, or no path
+    missing: motions that could not be had, with the reason: an end that is not free, or no path
     duration: s, sum over the stored motions
-    lower_bound: s, sum over the same of what no motion can undercut (each joint alone, without jerk limit)
+    lower_bound: s, sum over the same of what no motion can undercut
     """
 
     settings: TrajectorySettings
-    failed: tuple[tuple[MotionKey, Reason], ...]
+    missing: tuple[Missing, ...]
     duration: float
     lower_bound: float
 
     def summary(self) -> dict[str, Any]:
-        """The report as JSON values, to the ms."""
+        """The figures of the report as JSON values, to the ms."""
         return {
             "duration_s": round(self.duration, 3),
             "lower_bound_s": round(self.lower_bound, 3),
-            "failed": [f"{key.start} to {key.goal}, {key.payload}: {reason}" for key, reason in self.failed],
+            "n_missing": len(self.missing),
         }
 
 
 def build_trajectories(
-    cell: Cell, settings: TrajectorySettings | None = None, progress: Progress | None = None
+    recipe: MotionRecipe, build: Build | None = None
 ) -> tuple[TrajectoryDatabase, TrajectoryReport]:
     """The database of a cell, every motion proven with the cell's clearance and timed within its limits.
 
-    Each pair's seeds follow from its names: the order of the pairs does not matter. ``progress`` gets pairs
-    done, pairs in all, and the pair in work.
+    build: of that recipe, where it has a journal or workers
     """
-    maker = MotionMaker(cell, settings or TrajectorySettings())
-    motions: list[CoarseMotion] = []
-    failed: list[tuple[MotionKey, Reason]] = []
-    keys = coarse_pairs(cell)
-    for done, key in enumerate(keys):
-        if progress is not None:
-            progress(done, len(keys), f"{key.start} to {key.goal}")
-        made = maker.make(key)
-        if isinstance(made, Reason):
-            failed.append((key, made))
-        else:
-            motions.append(made)
-    if progress is not None:
-        progress(len(keys), len(keys), "")
-    database = TrajectoryDatabase.of(cell.robot.joint_names, motions)
-    space = JointSpace.of(cell.robot, cell.speed_scale)
-    bound = sum(lower_bound(space, motion.path.start, motion.path.end) for motion in motions)
-    duration = float(database.durations.sum())
-    return database, TrajectoryReport(maker.settings, tuple(failed), duration, bound)
-
-
-def lower_bound(space: JointSpace, q0: Array, q1: Array) -> float:
-    """s that no motion from rest to rest can undercut: the slowest joint alone, without jerk limit."""
-    distance = np.abs(q1 - q0)
-    ramp = space.velocity / space.acceleration
-    triangles = 2 * np.sqrt(distance / space.acceleration)
-    trapezoids = distance / space.velocity + ramp
-    return float(np.where(distance < space.velocity * ramp, triangles, trapezoids).max())
+    keys = coarse_pairs(recipe.cell)
+    records = (build or Build(recipe)).records([task_key(key) for key in keys])
+    names = recipe.cell.robot.joint_names
+    made = [(key, made_of(key, record, names)) for key, record in zip(keys, records, strict=True)]
+    motions = [motion for _, motion in made if isinstance(motion, CoarseMotion)]
+    missing = tuple((key, reason) for key, reason in made if isinstance(reason, Reason))
+    database = TrajectoryDatabase.of(names, motions)
+    bound = float(database.lower_bounds.sum())
+    return database, TrajectoryReport(recipe.settings, missing, float(database.durations.sum()), bound)

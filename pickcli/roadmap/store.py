@@ -125,6 +125,12 @@ def describe(path: Path) -> dict[str, Any]:
         }
 
 
+def how_made(path: Path) -> dict[str, Any]:
+    """What a file says of how it was made: JSON values. Raises like ``describe``."""
+    with stored_file(path, kind_of(path)) as file:
+        return file.made
+
+
 def kind_of(path: Path) -> Format:
     """Which of our formats a file has. Raises InputError for another, DamagedError."""
     with opened(path) as file:

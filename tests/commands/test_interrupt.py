@@ -6,12 +6,14 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import Made, apc
 
 import pickcli.precompute.artifacts
 import pickcli.trial.arena  # noqa: F401  imported here, so that no import is what gets interrupted
+from pickcli.precompute.journal import Journal
 
 
 @contextmanager
@@ -27,16 +29,38 @@ def interrupted_after(seconds: float) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("seconds", [0.3, 1.1])
-@pytest.mark.parametrize("name", ["build-roadmap", "build-trajectories", "run-trial"])
-def test_nothing_is_left(name: str, seconds: float, made: Made, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    argv: dict[str, tuple[object, ...]] = {
-        "build-roadmap": ("build-roadmap", "--iterations", 100_000, "-o", out),
-        "build-trajectories": ("build-trajectories", "--tries", 100, "-o", out),
-        "run-trial": ("run-trial", made.order, "-o", out),
-    }
+def test_a_trial_leaves_nothing(seconds: float, made: Made, tmp_path: Path) -> None:
     with interrupted_after(seconds):
-        answer = apc(*argv[name])
+        answer = apc("run-trial", made.order, "-o", tmp_path / "out")
     assert answer.code == 130
     assert answer.out == "" and answer.err.strip() == "interrupted"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("name", ["build-roadmap", "build-trajectories"])
+def test_a_build_leaves_its_journal_and_says_how_to_go_on(
+    name: str, jobs: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    append, n_left = Journal.append, 2
+
+    def interrupted(*arguments: Any) -> None:
+        nonlocal n_left
+        n_left -= 1
+        append(*arguments)
+        if not n_left:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Journal, "append", interrupted)
+    answer = apc(name, "--jobs", jobs, "-o", tmp_path / "out.h5")
+    assert answer.code == 130 and answer.out == ""
+    (journal,) = tmp_path.iterdir()
+    assert f"kept in {journal}; the same command goes on from there" in answer.err
+    assert answer.err.splitlines()[-1] == "interrupted"
+
+
+def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
+    with interrupted_after(0.05):
+        answer = apc("build-roadmap", "-o", tmp_path / "out.h5")
+    assert answer.code == 130 and answer.err.strip() == "interrupted"
     assert list(tmp_path.iterdir()) == []

@@ -1,13 +1,19 @@
-"""The default cell with a few of its named configurations."""
+"""The default cell with a few of its named configurations, and little effort for its motions."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
+from pickcli.precompute.coarse_motion import TrajectorySettings
 
 FEW = ("home", "bin_A", "bin_E", "bin_L", "cam_E", "tote", "drop_00", "tote_10h")
+
+# One of everything that is counted: motions that are free, not fast.
+LEAST_EFFORT = TrajectorySettings(
+    **{field.name: 1 for field in fields(TrajectorySettings) if field.name.startswith("n_")}
+)
 
 
 def small_cell(*names: str) -> Cell:

@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_cell import small_cell
+from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.precompute import artifacts
 from pickcli.precompute.artifacts import default_paths, ensure_artifacts, make_roadmap, make_trajectories
-from pickcli.precompute.build_roadmap import RoadmapSettings
-from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
 
@@ -40,7 +39,7 @@ def test_what_is_missing_is_built_once(cell: Cell) -> None:
 
     def progress(what: str):  # type: ignore[no-untyped-def]
         asked.append(what)
-        return lambda done, total, name: None
+        return lambda progress: None
 
     paths = ensure_artifacts(cell, progress)
     assert asked == ["roadmap", "trajectories"]
@@ -60,6 +59,14 @@ def test_what_is_damaged_or_stale_is_built_again_to_the_same_bytes(cell: Cell) -
     assert describe(paths.trajectories)["cell_fingerprint"] == cell.fingerprint
 
 
+def test_other_named_configurations_make_other_files(cell: Cell) -> None:
+    """They are not in the fingerprint, so the folder is the same."""
+    ensure_artifacts(cell)
+    paths = ensure_artifacts(small_cell("home", "bin_A", "drop_00"))
+    assert "drop_00" in read_roadmap(paths.roadmap).names
+    assert {key.goal for key in read_database(paths.trajectories).keys} == {"bin_A", "drop_00"}
+
+
 def test_a_file_says_how_it_was_made(cell: Cell, tmp_path: Path) -> None:
     settings = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=1, seed=5)
     make_roadmap(cell, tmp_path / "r.h5", settings)
@@ -74,7 +81,7 @@ def test_other_seeds_make_other_bytes(tmp_path: Path) -> None:
     contents = []
     for i, seed in enumerate((0, 0, 1)):
         path = tmp_path / f"{i}.h5"
-        make_trajectories(cell, path, TrajectorySettings(n_tries=1, n_polish=20, seed=seed))
+        make_trajectories(cell, path, replace(LEAST_EFFORT, seed=seed))
         contents.append(path.read_bytes())
     assert contents[0] == contents[1] != contents[2]
 

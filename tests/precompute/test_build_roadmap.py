@@ -12,18 +12,19 @@ from small_cell import FEW, small_cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError
-from pickcli.precompute.build_roadmap import RoadmapSettings, build_roadmap, nearest_pairs
+from pickcli.precompute.build import Build, Means
+from pickcli.precompute.build_roadmap import build_roadmap, nearest_pairs
+from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.empty_scene import checker
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.store import roadmap_bytes
 
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)
 
 
 def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() -> None:
     cell = small_cell()
-    roadmap, _ = build_roadmap(cell, QUICK)
+    roadmap, _ = build_roadmap(EdgeRecipe(cell, QUICK))
     model = CollisionModel(cell)
     for pivot in PivotState:
         tests = checker(model, pivot, PayloadClass.EMPTY)
@@ -34,14 +35,15 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
 
 
 def test_nodes_are_the_free_configurations_and_the_rest_is_reported_with_its_reason() -> None:
-    roadmap, report = build_roadmap(small_cell(), QUICK)
+    roadmap, report = build_roadmap(EdgeRecipe(small_cell(), QUICK))
     assert set(roadmap.names) == set(FEW) - {"tote_10h"}
-    assert [name for name, _ in report.refused] == ["tote_10h"]
-    assert report.refused[0][1].what == "collision" and "tote" in report.refused[0][1].detail
+    ((names, reason),) = report.gaps.refused
+    assert names == ("tote_10h",)
+    assert reason.what == "collision" and "tote" in reason.detail
 
 
 def test_the_roadmap_is_connected_and_no_star() -> None:
-    roadmap, report = build_roadmap(small_cell(), QUICK)
+    roadmap, report = build_roadmap(EdgeRecipe(small_cell(), QUICK))
     graph = nx.Graph(roadmap.edges.tolist())
     assert nx.is_connected(graph) and report.n_components == 1
     home = roadmap.index("home")
@@ -51,7 +53,7 @@ def test_the_roadmap_is_connected_and_no_star() -> None:
 
 def test_parts_that_the_nearest_leave_apart_are_bridged_and_the_bridge_is_told() -> None:
     cell = small_cell("tote", "drop_01", "bin_G", "bin_J")
-    roadmap, report = build_roadmap(cell, replace(QUICK, n_neighbours=1))
+    roadmap, report = build_roadmap(EdgeRecipe(cell, replace(QUICK, n_neighbours=1)))
     assert report.n_components == 1
     assert len(report.bridges) == 1
     assert roadmap.n_edges == 3
@@ -60,9 +62,10 @@ def test_parts_that_the_nearest_leave_apart_are_bridged_and_the_bridge_is_told()
 def test_pairs_that_fail_are_told() -> None:
     cell = small_cell("home", "drop_00_down", "cam_D")
     hopeless = replace(QUICK, n_neighbours=2, max_iterations=1)
-    roadmap, report = build_roadmap(cell, hopeless)
-    assert ("cam_D", "drop_00_down") in report.failed
-    assert roadmap.n_edges + len(report.failed) == 3
+    roadmap, report = build_roadmap(EdgeRecipe(cell, hopeless))
+    told = dict(report.gaps.missing)
+    assert "RRTConnect gave up after 1 iterations" in told["cam_D", "drop_00_down"].detail
+    assert roadmap.n_edges + len(told) == 3
 
 
 def test_the_order_of_the_configurations_changes_no_edge() -> None:
@@ -70,7 +73,7 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
     turned = replace(cell, configurations=dict(reversed(cell.configurations.items())))
     edges = []
     for variant in (cell, turned):
-        roadmap, _ = build_roadmap(variant, QUICK)
+        roadmap, _ = build_roadmap(EdgeRecipe(variant, QUICK))
         named = {}
         for m, (a, b) in enumerate(roadmap.edges.tolist()):
             key = frozenset((roadmap.names[a], roadmap.names[b]))
@@ -79,12 +82,12 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
     assert edges[0] == edges[1]
 
 
-def test_same_seed_same_bytes_and_progress_counts_up() -> None:
-    cell, calls = small_cell("home", "bin_A", "drop_00_down", "tote"), []
-    first, _ = build_roadmap(cell, QUICK, lambda done, total, what: calls.append((done, total)))
-    second, _ = build_roadmap(cell, QUICK)
-    assert roadmap_bytes(first, "", {}) == roadmap_bytes(second, "", {})
-    assert [done for done, _ in calls] == list(range(calls[-1][1] + 1))
+def test_progress_counts_each_edge_once() -> None:
+    recipe, told = EdgeRecipe(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
+    roadmap, report = build_roadmap(recipe, Build(recipe, Means(report=told.append)))
+    assert [p.n_done for p in told] == list(range(told[-1].n_total + 1))
+    assert told[-1].n_total == roadmap.n_edges + len(report.gaps.missing)
+    assert told[-1].coverage == 1.0 and told[-1].n_kept == 0
 
 
 def test_nearest_pairs_name_each_pair_once() -> None:
@@ -95,4 +98,4 @@ def test_nearest_pairs_name_each_pair_once() -> None:
 
 def test_a_cell_without_a_free_configuration_is_refused() -> None:
     with pytest.raises(InputError, match="no named configuration is free"):
-        build_roadmap(small_cell("tote_10h"), QUICK)
+        build_roadmap(EdgeRecipe(small_cell("tote_10h"), QUICK))

@@ -7,18 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_cell import small_cell
+from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.load import load_cell
 from pickcli.collision.model import CollisionModel
-from pickcli.precompute.build_trajectories import build_trajectories, lower_bound
-from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.build_trajectories import build_trajectories
+from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.motion_recipe import MotionRecipe, made_of, record_of
 from pickcli.precompute.pairs import coarse_pairs
+from pickcli.precompute.record import Record
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
-from pickcli.roadmap.space import JointSpace
-
-QUICK = TrajectorySettings(n_tries=2, n_finalists=1, n_shortcuts=60, n_polish=60)
 
 
 def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:
@@ -37,7 +36,7 @@ def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:
 
 @pytest.fixture(scope="module")
 def built():  # type: ignore[no-untyped-def]
-    return build_trajectories(small_cell(), QUICK)
+    return build_trajectories(MotionRecipe(small_cell(), LEAST_EFFORT))
 
 
 def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # type: ignore[no-untyped-def]
@@ -56,39 +55,44 @@ def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # 
 
 def test_every_motion_keeps_the_limits_and_the_bound(built) -> None:  # type: ignore[no-untyped-def]
     database, report = built
-    limits, space = small_cell().robot.limits, JointSpace.of(small_cell().robot)
+    limits = small_cell().robot.limits
     for motion in database:
         t = np.arange(0.0, motion.duration, 1e-3)
         for derivative, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
             assert np.all(np.abs(motion.trajectory.sample(t, derivative)) <= limit * (1 + 1e-9))
-        assert motion.duration >= lower_bound(space, motion.path.start, motion.path.end)
-    assert report.lower_bound < report.duration < 1.6 * report.lower_bound
+        assert motion.duration >= motion.lower_bound
+    assert report.lower_bound == pytest.approx(sum(motion.lower_bound for motion in database))
+    assert report.duration == pytest.approx(sum(motion.duration for motion in database))
 
 
 def test_pairs_with_an_end_that_is_not_free_are_told_with_the_reason(built) -> None:  # type: ignore[no-untyped-def]
     _, report = built
-    told = {(key.start, key.goal): reason for key, reason in report.failed}
+    told = {(key.start, key.goal): reason for key, reason in report.missing}
     assert told["tote", "tote_10h"].what == "collision"
     assert told["tote", "tote_10h"].where == "tote_10h"
 
 
 def test_a_motion_depends_on_its_names_and_seed_alone() -> None:
     key = MotionKey("bin_E", "drop_00_down", PayloadClass.EMPTY)
-    alone = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), QUICK), key)
-    maker = MotionMaker(small_cell("bin_E", "drop_00_down", "home"), QUICK)
+    alone = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), LEAST_EFFORT), key)
+    maker = MotionMaker(small_cell("bin_E", "drop_00_down", "home"), LEAST_EFFORT)
     maker.make(MotionKey("home", "drop_00_down", PayloadClass.EMPTY))
     after_another = _made(maker, key)
     assert alone.path.waypoints.tobytes() == after_another.path.waypoints.tobytes()
     assert alone.trajectory is not None and after_another.trajectory is not None
     assert alone.trajectory.positions.tobytes() == after_another.trajectory.positions.tobytes()
-    other = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), replace(QUICK, seed=1)), key)
+    other = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), replace(LEAST_EFFORT, seed=1)), key)
     assert other.path.waypoints.tobytes() != alone.path.waypoints.tobytes()
 
 
-def test_lower_bound_of_a_trapezoid_and_of_a_triangle() -> None:
-    space = JointSpace(("a", "b"), -np.ones(2), np.ones(2), np.array([1.0, 9.0]), np.array([2.0, 4.0]))
-    assert lower_bound(space, np.zeros(2), np.array([2.0, 0.0])) == pytest.approx(2.5)
-    assert lower_bound(space, np.zeros(2), np.array([0.0, 1.0])) == pytest.approx(1.0)
+def test_a_record_gives_back_its_motion_to_the_bit(built) -> None:  # type: ignore[no-untyped-def]
+    database, report = built
+    for motion in database:
+        content = record_of(motion).to_bytes()
+        again = made_of(motion.key, Record.of_bytes(content), database.joint_names)
+        assert record_of(again).to_bytes() == content
+    for key, reason in report.missing:
+        assert made_of(key, Record.of_bytes(record_of(reason).to_bytes()), ()) == reason
 
 
 def _made(maker: MotionMaker, key: MotionKey) -> CoarseMotion:

@@ -1,0 +1,115 @@
+"""What the building commands share: jobs, progress, and how an interrupted build goes on."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.commands.progress import LINE_PERIOD, progress
+
+if TYPE_CHECKING:
+    from pickcli.precompute.build import Means, Progress, Report
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def jobs_option(function: F) -> F:
+    """--jobs N."""
+    return click.option(
+        "--jobs", type=click.IntRange(1, 1024), metavar="N",
+        help="Processes that work at once; the bytes are the same.  [default: one per core]",
+    )(function)  # fmt: skip
+
+
+@contextmanager
+def building(label: str, output: Path, jobs: int | None, as_json: bool) -> Iterator[Means]:
+    """The means of a build that tells its progress and, when it is interrupted, how it goes on."""
+    from pickcli.precompute.build import Means
+    from pickcli.precompute.runner import available_cores, runner
+
+    try:
+        with build_report(label, as_json) as report:
+            yield Means(runner(jobs or available_cores()), report=report)
+    except KeyboardInterrupt:
+        for journal in journals(output):
+            click.echo(
+                f"what is finished is kept in {journal}; the same command goes on from there", err=True
+            )
+        raise
+    for journal in journals(output):
+        click.echo(
+            f"note: {journal} is left from an interrupted build with other settings, another cell or another "
+            "version; delete it unless that build is to go on",
+            err=True,
+        )
+
+
+def journals(output: Path) -> list[Path]:
+    """Journals of interrupted builds of this output."""
+    return sorted(output.parent.glob(f"{output.name}.*.journal"))
+
+
+@contextmanager
+def build_report(label: str, as_json: bool = False) -> Iterator[Report]:
+    """Progress on stderr: a line of JSON per task, a bar on a terminal, else a line now and then."""
+    if as_json:
+        yield _telling_json()
+    elif sys.stderr.isatty():
+        with progress(label) as bar:
+            yield lambda p: bar(p.n_done, p.n_total, details(p))
+    else:
+        yield _telling_lines(label)
+
+
+def _telling_json() -> Report:
+    began = time.monotonic()
+
+    def report(p: Progress) -> None:
+        left = seconds_left(p, time.monotonic() - began)
+        told = {
+            "event": "progress", "done": p.n_done, "total": p.n_total, "kept": p.n_kept,
+            "failed": p.n_failed, "coverage": round(p.coverage, 4), "task": p.task,
+            "seconds_left": None if left is None else round(left, 1),
+        }  # fmt: skip
+        click.echo(json.dumps(told), err=True)
+
+    return report
+
+
+def _telling_lines(label: str) -> Report:
+    began = said = time.monotonic()
+
+    def report(p: Progress) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if now - said >= LINE_PERIOD:
+            said = now
+            click.echo(f"{label}: {line(p, now - began)}", err=True)
+
+    return report
+
+
+def line(p: Progress, elapsed: float) -> str:
+    """One line of a log, after ``elapsed`` s."""
+    left = seconds_left(p, elapsed)
+    time_left = "" if left is None else f", about {left:.0f} s left"
+    return f"{p.n_done}/{p.n_total}{time_left}, {details(p)}"
+
+
+def details(p: Progress) -> str:
+    """Failures, coverage, what is kept from before and the last task."""
+    kept = f", {p.n_kept} kept from before" if p.n_kept else ""
+    return f"{p.n_failed} failed, coverage {100 * p.coverage:.0f} %{kept}" + (f": {p.task}" if p.task else "")
+
+
+def seconds_left(p: Progress, elapsed: float) -> float | None:
+    """Time left, by the mean of the tasks that were done in ``elapsed`` s; None before the first."""
+    n_now = p.n_done - p.n_kept
+    return elapsed * (p.n_total - p.n_done) / n_now if n_now > 0 else None

@@ -1,0 +1,86 @@
+"""The tasks of a trajectory database: one coarse motion each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.motion.path import JointPath
+from pickcli.motion.trajectory import Trajectory
+from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.recipe import Key, inputs_digest
+from pickcli.precompute.record import Record
+from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRecipe:
+    """Motions of one cell; the key of a task is (start, goal, payload class)."""
+
+    cell: Cell
+    settings: TrajectorySettings
+
+    @cached_property
+    def inputs(self) -> str:
+        """See Recipe."""
+        return inputs_digest(self.cell, "coarse motion", self.settings)
+
+    def make(self, key: Key) -> Record:
+        """See Recipe."""
+        return record_of(self._maker.make(motion_key(key)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Without what was made for the work: that belongs to this process.
+        return MotionRecipe, (self.cell, self.settings)
+
+    @cached_property
+    def _maker(self) -> MotionMaker:
+        return MotionMaker(self.cell, self.settings)
+
+
+def task_key(key: MotionKey) -> Key:
+    """The name of the task that makes this motion."""
+    return (key.start, key.goal, str(key.payload))
+
+
+def motion_key(key: Key) -> MotionKey:
+    """The motion that a task of this name makes."""
+    return MotionKey(key[0], key[1], PayloadClass(key[2]))
+
+
+def record_of(made: CoarseMotion | Reason) -> Record:
+    """A motion, or why there is none, as a record."""
+    if isinstance(made, Reason):
+        return Record(reason=made)
+    timed = made.trajectory
+    if timed is None:
+        raise ValueError("a motion without its timed points cannot be kept")
+    values = {
+        "pivot": str(made.pivot),
+        "duration": made.duration,
+        "lower_bound": made.lower_bound,
+        "clearance": made.clearance,
+    }
+    arrays = {
+        "waypoints": made.path.waypoints,
+        "times": timed.times,
+        "positions": timed.positions,
+        "velocities": timed.velocities,
+        "accelerations": timed.accelerations,
+    }
+    return Record(values, arrays)
+
+
+def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
+    """The other way round."""
+    if record.reason is not None:
+        return record.reason
+    v, a = record.values, record.arrays
+    timed = Trajectory(joint_names, a["times"], a["positions"], a["velocities"], a["accelerations"])
+    path = JointPath(joint_names, a["waypoints"])
+    pivot = PivotState(v["pivot"])
+    return CoarseMotion(key, pivot, path, v["duration"], timed, v["lower_bound"], v["clearance"])

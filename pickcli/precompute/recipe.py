@@ -1,0 +1,57 @@
+"""Tasks that can be done in any order, anywhere, more than once."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+import pickcli
+from pickcli.cell.fingerprint import digest
+from pickcli.cell.model import Cell
+from pickcli.precompute.record import Record
+
+Key: TypeAlias = tuple[str, ...]  # the name of a task, unique in its build
+
+
+class Recipe(Protocol):
+    """How the tasks of one build are done.
+
+    It travels to other processes by pickle, so it is small, and what it needs for its work it makes there
+    when it is first used. What ``make`` leaves depends on the key and the recipe alone: not on tasks before
+    it, nor on the process, nor on the clock. A task may be done twice; its records are the same bytes.
+    """
+
+    @property
+    def inputs(self) -> str:
+        """SHA-256 over all that records depend on besides the key; records of other inputs are not ours."""
+
+    def make(self, key: Key) -> Record:
+        """Do one task."""
+
+
+def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
+    """The ``inputs`` of a recipe of this kind: cell, settings (a dataclass of JSON values) and our code."""
+    return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), code_digest()])
+
+
+def configurations_digest(cell: Cell) -> str:
+    """SHA-256 over the named configurations: bits, pivot states and kinds. No fingerprint covers them."""
+    named = [
+        [c.name, np.asarray(c.q, "<f8").tobytes().hex(), c.pivot.value, c.kind]
+        for c in cell.configurations.values()
+    ]
+    return digest(named)
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over this package's sources and binaries: other code may give other bytes."""
+    root = Path(pickcli.__file__).parent
+    total = hashlib.sha256()
+    for path in sorted([*root.rglob("*.py"), *root.rglob("*.so")]):
+        total.update(f"{path.relative_to(root)}\n{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
+    return total.hexdigest()

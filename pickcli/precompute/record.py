@@ -1,0 +1,62 @@
+"""What one task leaves: numbers and values, or why there is nothing. As bytes it travels and is kept."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from pickcli.errors import DamagedError, Reason
+from pickcli.geometry import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The outcome of a task.
+
+    values: JSON values
+    arrays: of float64
+    reason: why the task has no result, or None
+    """
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+    arrays: Mapping[str, Array] = field(default_factory=dict)
+    reason: Reason | None = None
+
+    def to_bytes(self) -> bytes:
+        """One line of JSON, then the arrays one after the other. Same content, same bytes."""
+        reason = self.reason
+        head = {
+            "values": dict(self.values),
+            "arrays": [[name, list(array.shape)] for name, array in self.arrays.items()],
+            "reason": None if reason is None else [reason.what, reason.where, reason.detail],
+        }
+        line = json.dumps(head, sort_keys=True, allow_nan=False).encode() + b"\n"
+        return line + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in self.arrays.values())
+
+    @classmethod
+    def of_bytes(cls, content: bytes) -> Record:
+        """The record of those bytes. Raises DamagedError if they are none."""
+        try:
+            return _parsed(content)
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
+            raise DamagedError(f"a record that is none ({error}); delete the journal it is in") from None
+
+
+def _parsed(content: bytes) -> Record:
+    line, _, rest = content.partition(b"\n")
+    head = json.loads(line)
+    arrays: dict[str, Array] = {}
+    for name, shape in head["arrays"]:
+        size = math.prod(shape)
+        if size < 0:
+            raise ValueError(f"an array of shape {shape}")
+        arrays[name] = np.frombuffer(rest, "<f8", size).reshape(shape).copy()
+        rest = rest[8 * size :]
+    if rest:
+        raise ValueError("more bytes than numbers")
+    return Record(head["values"], arrays, Reason(*head["reason"]) if head["reason"] else None)

@@ -1,0 +1,189 @@
+"""A build is the same bytes on one process or two, and however often it was killed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_cell import LEAST_EFFORT, small_cell
+
+from pickcli.cell.model import Cell
+from pickcli.errors import InputError
+from pickcli.precompute import recipe
+from pickcli.precompute.artifacts import make_roadmap, make_trajectories
+from pickcli.precompute.build import Means, Progress
+from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.journal import Journal
+from pickcli.precompute.motion_recipe import MotionRecipe
+from pickcli.precompute.runner import Processes
+from pickcli.roadmap.planners import PlannerName
+from pickcli.roadmap.store import read_roadmap
+
+NAMES = ("home", "bin_A", "bin_E", "tote", "drop_00_down", "tote_10h")
+EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
+BUILDS = {"motions": (make_trajectories, LEAST_EFFORT), "edges": (make_roadmap, EDGES)}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def same_code() -> Iterator[None]:
+    """Someone may be editing the sources while the tests run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recipe, "code_digest", lambda: "the same")
+        yield
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return small_cell(*NAMES)
+
+
+@pytest.fixture(scope="module")
+def good(cell: Cell, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The bytes of undisturbed builds on one process."""
+    folder = tmp_path_factory.mktemp("good")
+    return {kind: _built(folder, cell, kind) for kind in BUILDS}
+
+
+def _built(folder: Path, cell: Cell, kind: str, means: Means | None = None) -> bytes:
+    make, settings = BUILDS[kind]
+    make(cell, folder / kind, settings, means)  # type: ignore[operator]
+    return (folder / kind).read_bytes()
+
+
+@pytest.mark.parametrize("kind", BUILDS)
+def test_two_jobs_make_the_same_bytes_as_one(
+    kind: str, good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    assert _built(tmp_path, cell, kind, Means(Processes(2))) == good[kind]
+    assert [path.name for path in tmp_path.iterdir()] == [kind]
+
+
+@pytest.mark.parametrize("kind", BUILDS)
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
+    kind: str, n_jobs: int, good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    told: list[Progress] = []
+
+    def interrupt(progress: Progress) -> None:
+        if progress.n_done == 4:
+            raise KeyboardInterrupt
+
+    runner = {} if n_jobs == 1 else {"runner": Processes(n_jobs)}
+    with pytest.raises(KeyboardInterrupt):
+        _built(tmp_path, cell, kind, Means(**runner, report=interrupt))
+    assert not (tmp_path / kind).exists()
+    assert _built(tmp_path, cell, kind, Means(**runner, report=told.append)) == good[kind]
+    assert told[0].n_kept == told[0].n_done == 4
+    assert told[-1].n_done == told[-1].n_total and told[-1].n_kept == 4
+    assert [path.name for path in tmp_path.iterdir()] == [kind]
+
+
+def test_a_journal_of_other_settings_is_neither_used_nor_lost(
+    good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    other = Journal(tmp_path / "motions", MotionRecipe(cell, TrajectorySettings(seed=9)).inputs)
+    other.append(("home", "bin_A", "empty"), b"of another build")
+    assert _built(tmp_path, cell, "motions") == good["motions"]
+    assert other.path.exists()
+
+
+def test_other_configurations_or_code_are_other_inputs(cell: Cell, monkeypatch: Any) -> None:
+    inputs = MotionRecipe(cell, LEAST_EFFORT).inputs
+    assert MotionRecipe(small_cell(*NAMES), LEAST_EFFORT).inputs == inputs
+    assert MotionRecipe(small_cell(*NAMES[:-1]), LEAST_EFFORT).inputs != inputs
+    monkeypatch.setattr(recipe, "code_digest", lambda: "other")
+    assert MotionRecipe(cell, LEAST_EFFORT).inputs != inputs
+
+
+def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(
+    good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    (tmp_path / "motions").write_bytes(b"old")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for limit in (len(good["motions"]) // 3, len(good["motions"]) - 1):  # reached by the journal, by the file
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+        try:
+            with pytest.raises(InputError, match="cannot be written: File too large"):
+                _built(tmp_path, cell, "motions")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert (tmp_path / "motions").read_bytes() == b"old"
+    assert _built(tmp_path, cell, "motions") == good["motions"]
+    assert [path.name for path in tmp_path.iterdir()] == ["motions"]
+
+
+PROGRAM = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from pathlib import Path
+from test_resume import BUILDS, NAMES, small_cell
+from pickcli.precompute import recipe
+from pickcli.precompute.build import Means
+from pickcli.precompute.runner import runner
+recipe.code_digest = lambda: "the same"
+make, settings = BUILDS["motions"]
+make(small_cell(*NAMES), Path(sys.argv[1]), settings, Means(runner(int(sys.argv[2]))))
+"""
+
+
+@pytest.mark.parametrize("n_jobs", [1, 2])
+def test_a_killed_build_loses_at_most_what_was_in_hand(
+    n_jobs: int, good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    out = tmp_path / "motions.h5"
+    journal = Journal(out, MotionRecipe(cell, LEAST_EFFORT).inputs)
+    for n_records in (1, 7):
+        command = [sys.executable, "-c", PROGRAM, str(out), str(n_jobs)]
+        _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)
+    assert not out.exists() and len(journal.read()) >= 7
+    told: list[Progress] = []
+    make_trajectories(cell, out, LEAST_EFFORT, Means(report=told.append))
+    assert told[0].n_kept >= 7
+    assert out.read_bytes() == good["motions"]
+
+
+@pytest.mark.slow
+def test_kills_at_random_moments(tmp_path: Path) -> None:
+    """Of the command on the real cell. The file that was there always opens; the end is the same."""
+    rng, out = random.Random(1), tmp_path / "out.h5"
+    command = [str(Path(sys.executable).with_name("apc")), "build-roadmap", "-o", str(out), "--overwrite"]
+    subprocess.run([*command, "--jobs", "1"], check=True, capture_output=True)
+    good, n_kept = _sha(out), 0
+    for _ in range(12):
+        building = subprocess.Popen(
+            [*command, "--jobs", "2"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        time.sleep(rng.uniform(0.2, 3.0))
+        building.kill()
+        building.wait()
+        assert len(read_roadmap(out).names) > 0 and _sha(out) == good
+        n_records = sum(path.read_bytes().count(b"APCTASK\n") for path in tmp_path.glob("*.journal"))
+        assert n_records >= n_kept or not n_records  # none: it was done, and began again
+        n_kept = n_records
+    subprocess.run(command, check=True, capture_output=True)
+    assert _sha(out) == good
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def _killed_when(process: subprocess.Popen[bytes], is_time: Callable[[], bool]) -> None:
+    while not is_time():
+        assert process.poll() is None, "the build ended before it was killed"
+        time.sleep(0.001)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _sha(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

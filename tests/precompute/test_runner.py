@@ -1,0 +1,91 @@
+"""Tasks get done, each once, whatever happens to those who do them."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+from toy_recipe import MANY, Toy
+
+from pickcli.errors import InputError, WorkerLostError
+from pickcli.precompute.runner import Here, Processes, Runner, available_cores, runner
+
+
+@pytest.mark.parametrize("n_jobs", [2, 3])
+def test_processes_leave_the_bytes_that_this_process_leaves(n_jobs: int) -> None:
+    keys = [*MANY, ("none",)]
+    here = dict(Here().run(Toy(), keys))
+    there = list(Processes(n_jobs).run(Toy(), keys))
+    assert len(there) == len(keys) and dict(there) == here
+
+
+def test_a_worker_that_dies_is_replaced_and_its_task_done_again(tmp_path: Path) -> None:
+    keys = [("crash once",), *MANY]
+    assert {key for key, _ in Processes(2).run(Toy(tmp_path), keys)} == set(keys)
+    assert (tmp_path / "crashed").exists()
+
+
+def test_a_task_that_ends_its_workers_is_blamed_by_name(tmp_path: Path) -> None:
+    with pytest.raises(WorkerLostError, match="the task crash, here ended 3 processes"):
+        list(Processes(2).run(Toy(tmp_path), [("crash", "here"), *MANY]))
+
+
+@pytest.mark.parametrize("by", [Here(), Processes(2)])
+def test_what_a_task_raises_is_raised(by: Runner) -> None:
+    with pytest.raises(InputError, match="said by the task") as raised:
+        list(by.run(Toy(), [*MANY[:3], ("raise",)]))
+    if isinstance(by, Processes):
+        assert "in the task raise:" in raised.value.__notes__[0]
+
+
+def test_closing_ends_the_workers_at_once() -> None:
+    running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
+    assert next(running)[0] == MANY[0]
+    children = _children()
+    assert len(children) == 2
+    running.close()
+    assert _children() & children == set()
+
+
+def test_no_more_workers_than_tasks() -> None:
+    running = Processes(8).run(Toy(), MANY[:2])
+    next(running)
+    assert len(_children()) <= 2
+    running.close()
+    assert list(Processes(2).run(Toy(), [])) == []
+
+
+def test_a_worker_ends_with_the_process_that_asked(tmp_path: Path) -> None:
+    """Also when that was killed: the end of the pipe ends it."""
+    reading = os.fork()
+    if reading == 0:
+        running = Processes(1).run(Toy(), MANY)
+        next(running)
+        (tmp_path / "worker").write_text(" ".join(map(str, _children())))
+        os._exit(9)
+    os.waitpid(reading, 0)
+    (worker,) = (tmp_path / "worker").read_text().split()
+    for _ in range(200):
+        if not _is_running(int(worker)):
+            return
+        time.sleep(0.05)
+    raise AssertionError("the worker goes on")
+
+
+def test_one_job_needs_no_process() -> None:
+    assert isinstance(runner(1), Here) and runner(2) == Processes(2)
+    assert available_cores() >= 1
+
+
+def _children() -> set[int]:
+    text = Path(f"/proc/self/task/{os.getpid()}/children").read_text()
+    return {int(pid) for pid in text.split()}
+
+
+def _is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

@@ -1,0 +1,43 @@
+"""A recipe whose tasks take no time, fail, crash or raise, as their names say."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pickcli.errors import InputError, Reason
+from pickcli.precompute.recipe import Key
+from pickcli.precompute.record import Record
+from pickcli.seeds import derived_rng
+
+MANY = [("number", str(i)) for i in range(24)]
+
+
+@dataclass(frozen=True)
+class Toy:
+    """Numbers from the key; special keys begin with what they do.
+
+    folder: where "crash once" leaves its mark
+    """
+
+    folder: Path = Path()
+    inputs: str = "0123456789abcdef"
+
+    def make(self, key: Key) -> Record:
+        """See Recipe."""
+        what, *_ = key
+        if what == "none":
+            return Record(reason=Reason("no path", "here", "ö"))
+        if what == "raise":
+            raise InputError("said by the task")
+        if what == "crash" or (what == "crash once" and not (self.folder / "crashed").exists()):
+            (self.folder / "crashed").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        if what == "sleep":
+            time.sleep(60)
+        return Record({"pid": 0}, {"x": derived_rng(*key).normal(size=(3, 2)), "none": np.zeros((0, 2))})
