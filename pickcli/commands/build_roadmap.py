@@ -45,8 +45,8 @@ def command(
       apc build-roadmap --cell apc2016_delft -o roadmap.h5
     """
     from pickcli.cell.load import load_cell
-    from pickcli.precompute.artifacts import make_roadmap
     from pickcli.precompute.edge_recipe import RoadmapSettings
+    from pickcli.precompute.make import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
     refuse_output(output, overwrite)

@@ -48,8 +48,8 @@ def command(
       apc build-trajectories --cell apc2016_delft -o trajectories.h5
     """
     from pickcli.cell.load import load_cell
-    from pickcli.precompute.artifacts import make_trajectories
     from pickcli.precompute.coarse_motion import TrajectorySettings
+    from pickcli.precompute.make import make_trajectories
     from pickcli.roadmap.store import read_database
 
     refuse_output(output, overwrite)

@@ -21,6 +21,7 @@ COMMANDS: dict[str, str] = {
     "verify": "Let the independent verifier check a plan.",
     "execute": "Run a plan in pybullet.",
     "run-trial": "Play a whole order by the rules and keep score.",
+    "check": "Find damage in a roadmap or trajectory database.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
 }
 

@@ -26,6 +26,7 @@ class StoredFile:
     attributes: Mapping[str, str]
     tables: Mapping[str, AnyArray]
     datasets: Mapping[str, Any]  # that pieces are read from
+    seal: str  # SHA-256 over everything
 
     @property
     def fingerprint(self) -> str:
@@ -89,7 +90,8 @@ def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Ite
         attributes = read_attributes(file)
         _check_kind(path, kind, attributes)
         _check_fingerprint(path, kind, attributes.get("cell_fingerprint", ""), fingerprint)
-        if attributes.pop("content_sha256", "") != content_digest(attributes):
+        seal = attributes.pop("content_sha256", "")
+        if seal != content_digest(attributes):
             raise ValueError("its description is not what its SHA-256 says")
         datasets = open_datasets(file, kind, path.stat().st_size)
         tables = {name: np.asarray(datasets[name][...]) for name in kind.tables}
@@ -97,7 +99,7 @@ def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Ite
         for name, table in tables.items():
             if table_digest(table) != digests[name]:
                 raise ValueError(f"the table {name} is not what its SHA-256 says")
-        yield StoredFile(kind, attributes, tables, {name: datasets[name] for name in kind.owners})
+        yield StoredFile(kind, attributes, tables, {name: datasets[name] for name in kind.owners}, seal)
 
 
 def _check_kind(path: Path, kind: Format, attributes: Mapping[str, str]) -> None:

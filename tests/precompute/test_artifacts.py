@@ -11,8 +11,9 @@ from small_cell import LEAST_EFFORT, small_cell
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.precompute import artifacts
-from pickcli.precompute.artifacts import default_paths, ensure_artifacts, make_roadmap, make_trajectories
+from pickcli.precompute.artifacts import default_paths, ensure_artifacts
 from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
 

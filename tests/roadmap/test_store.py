@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -141,6 +142,19 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(path: Path, monkeyp
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(InputError, match="No space left"):
         write_roadmap(path, Roadmap.empty(JOINTS), FINGERPRINT, MADE)
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_file_size_limit_leaves_the_old_file_and_nothing_else(path: Path) -> None:
+    """As a full disk does: an error of ours, not a crash of HDF5."""
+    before, limits = path.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(InputError, match="File too large; nothing was changed"):
+            write_roadmap(path, Roadmap.empty(JOINTS), FINGERPRINT, MADE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 

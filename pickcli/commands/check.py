@@ -1,0 +1,87 @@
+"""``apc check``: every byte of a roadmap or trajectory database, and making it whole again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.building import building, jobs_option
+from pickcli.commands.options import cell_option, json_option
+from pickcli.commands.report import emit_json
+from pickcli.errors import DamagedError
+
+if TYPE_CHECKING:
+    from pickcli.precompute.repair import Repair
+    from pickcli.roadmap.hdf5_survey import Survey
+
+MOST_LINES = 20  # damaged blocks that are listed for people
+
+
+@click.command("check")
+@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
+@cell_option
+@jobs_option
+@json_option
+def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_json: bool) -> None:
+    """Find damage in a roadmap or trajectory database.
+
+    Every damaged block is named, and what is lost with it. With --repair the file is made whole again: what
+    is intact is kept, the rest computed anew, for the same cell. Exit code 4 where damage is left.
+
+    \b
+    Example:
+      apc check trajectories.h5 --repair
+    """
+    from pickcli.roadmap.hdf5_survey import survey
+    from pickcli.roadmap.store import FORMATS, describe
+
+    found = survey(path, FORMATS)
+    done = None
+    if found.damage and is_repair:
+        done = _repaired(path, found, cell_name, jobs, as_json)
+    if done is not None or not found.damage:
+        describe(path)
+    if as_json:
+        emit_json(_summary(path, found, done))
+    else:
+        click.echo("\n".join(_lines(path, found, done)))
+    if found.damage and done is None:
+        raise DamagedError(f"{path}: damaged in {len(found.damage)} places; add --repair, or build it again")
+
+
+def _repaired(path: Path, found: Survey, cell_name: str, jobs: int | None, as_json: bool) -> Repair:
+    from pickcli.cell.load import load_cell
+    from pickcli.precompute.repair import repair
+
+    with building(f"repairing {path.name}", path, jobs, as_json) as means:
+        return repair(path, found, load_cell(cell_name), means)
+
+
+def _summary(path: Path, found: Survey, done: Repair | None) -> dict[str, Any]:
+    return {
+        "file": str(path),
+        "format": found.kind.name,
+        "cell_fingerprint": found.fingerprint,
+        "damage": [{"where": damage.where, "lost": damage.lost or None} for damage in found.damage],
+        "intact": {name: len(rows) for name, rows in found.intact.items()},
+        "repair": None
+        if done is None
+        else {"kept": done.n_kept, "computed": done.n_done, "same_bytes_as_made": done.is_same},
+    }
+
+
+def _lines(path: Path, found: Survey, done: Repair | None) -> list[str]:
+    intact = ", ".join(f"{len(rows)} {name}" for name, rows in found.intact.items())
+    if not found.damage:
+        return [f"{path}: {found.kind.name}, undamaged: {intact}"]
+    listed = [f"  {d.where}: {'lost: ' + d.lost if d.lost else 'nothing is lost'}" for d in found.damage]
+    more = len(listed) - MOST_LINES
+    lines = [f"{path}: {found.kind.name}, damaged; intact: {intact}", *listed[:MOST_LINES]]
+    lines += [f"  and {more} more"] if more > 0 else []
+    if done is not None:
+        same = "the same bytes as when it was made" if done.is_same else "not the bytes that were made then"
+        lines += [f"repaired: {done.n_kept} tasks kept, {done.n_done} computed again; {same}"]
+    return lines

@@ -1,0 +1,152 @@
+"""Every flipped bit has a place, and what is said to be intact is what was written."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stored_samples import FINGERPRINT, MADE, database, roadmap
+
+from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
+from pickcli.roadmap.database import MotionKey, PayloadClass
+from pickcli.roadmap.hdf5_survey import Survey, survey
+from pickcli.roadmap.store import (
+    DATABASE,
+    FORMATS,
+    read_database,
+    read_motion,
+    read_roadmap,
+    write_database,
+    write_roadmap,
+)
+from pickcli.roadmap.stored_roadmap import RoadmapGaps
+
+MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
+GAPS = RoadmapGaps(((("z",), MISSING[0][1]),), ((("a", "z"), MISSING[0][1]),))
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> dict[str, Path]:
+    paths = {kind.name: tmp_path / f"{kind.name}.h5" for kind in FORMATS}
+    write_roadmap(paths["roadmap"], roadmap(), FINGERPRINT, MADE, GAPS)
+    write_database(paths["trajectory database"], database(), FINGERPRINT, MADE, MISSING)
+    return paths
+
+
+def _flipped(path: Path, place: int, bit: int) -> Path:
+    content = bytearray(path.read_bytes())
+    content[place] ^= 1 << bit
+    other = path.with_name("flipped.h5")
+    other.write_bytes(content)
+    return other
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in FORMATS])
+def test_an_undamaged_file_is_intact_whole(kind: str, stored: dict[str, Path]) -> None:
+    found = survey(stored[kind], FORMATS)
+    assert found.damage == () and found.fingerprint == FINGERPRINT and found.made == MADE
+    counts = {name: len(rows) for name, rows in found.intact.items()}
+    expected = {
+        "roadmap": {"nodes": 6, "edges": 5, "refused": 1, "missing": 1},
+        "trajectory database": {"motions": 3, "missing": 1},
+    }
+    assert counts == expected[kind]
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in FORMATS])
+def test_500_flipped_bits_are_all_found_and_never_served(kind: str, stored: dict[str, Path]) -> None:
+    rng, path = random.Random(7), stored[kind]
+    whole, size = survey(path, FORMATS), path.stat().st_size
+    for _ in range(500):
+        flipped = _flipped(path, rng.randrange(size), rng.randrange(8))
+        found = survey(flipped, FORMATS)
+        assert len(found.damage) == 1
+        _assert_intact_rows_are_those_of(found, whole)
+        _assert_read_or_refused(kind, flipped)
+
+
+def _assert_intact_rows_are_those_of(found: Survey, whole: Survey) -> None:
+    n_lost = 0
+    for name, rows in whole.intact.items():
+        written = {row.row.tobytes(): row.pieces for row in rows}
+        for row in found.intact[name]:
+            for piece, values in written[row.row.tobytes()].items():
+                np.testing.assert_array_equal(row.pieces[piece], values)
+        n_lost += len(rows) - len(found.intact[name])
+    assert n_lost == sum(bool(damage.lost) for damage in found.damage) <= 1
+
+
+def _assert_read_or_refused(kind: str, path: Path) -> None:
+    try:
+        if kind == "roadmap":
+            np.testing.assert_array_equal(read_roadmap(path).waypoints, roadmap().waypoints)
+        else:
+            read = read_database(path, points=True)
+            assert read.points is not None and database().points is not None
+            np.testing.assert_array_equal(read.points.positions, database().points.positions)
+    except ApcError:
+        pass
+
+
+def test_one_motion_is_served_beside_a_damaged_one(stored: dict[str, Path]) -> None:
+    path = stored["trajectory database"]
+    content = path.read_bytes()
+    # The second motion's first position, wherever it lies.
+    row = list(database())[1].trajectory
+    assert row is not None
+    flipped = _flipped(path, content.index(np.concatenate([[0.0], row.positions[0]]).tobytes()) + 8, 3)
+    motion = read_motion(flipped, next(iter(database())).key)
+    assert motion is not None and motion.trajectory is not None
+    with pytest.raises(DamagedError, match="points"):
+        read_motion(flipped, list(database())[1].key)
+    (damage,) = survey(flipped, FORMATS).damage
+    assert damage.where == "points of row 1 of motions" and damage.lost == "motions: b, c, empty, moving"
+
+
+def test_one_motion_is_found_in_both_directions(stored: dict[str, Path]) -> None:
+    path, there = stored["trajectory database"], next(iter(database()))
+    back = read_motion(path, there.key.reversed())
+    assert back is not None and back.key == there.key.reversed()
+    np.testing.assert_array_equal(back.path.waypoints, there.path.waypoints[::-1])
+    assert read_motion(path, MotionKey("a", "nowhere", PayloadClass.EMPTY)) is None
+
+
+def test_what_a_truncation_leaves_is_intact(stored: dict[str, Path]) -> None:
+    path = stored["roadmap"]
+    content, whole = path.read_bytes(), survey(path, FORMATS)
+    n_told = 0
+    for size in range(0, len(content), max(1, len(content) // 80)):
+        cut = path.with_name("cut.h5")
+        cut.write_bytes(content[:size])
+        try:
+            found = survey(cut, FORMATS)
+        except (DamagedError, InputError):
+            continue
+        n_told += 1
+        assert found.damage and all(
+            len(found.intact[name]) <= len(rows) for name, rows in whole.intact.items()
+        )
+        assert all(edge.pieces["waypoints"].any() for edge in found.intact["edges"])
+    assert n_told > 5
+
+
+def test_a_directory_damaged_in_both_copies_is_beyond_repair(stored: dict[str, Path]) -> None:
+    path = stored["roadmap"]
+    content = bytearray(path.read_bytes())
+    content[60] ^= 1
+    content[-60] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(DamagedError, match="beyond repair"):
+        survey(path, FORMATS)
+
+
+def test_other_kinds_and_versions_are_told_apart(stored: dict[str, Path], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="expected a trajectory database, found roadmap"):
+        survey(stored["roadmap"], [DATABASE])
+    with pytest.raises(InputError, match="no such file"):
+        survey(tmp_path / "nothing.h5", FORMATS)
+    other = DATABASE.__class__(DATABASE.name, 99, DATABASE.tables)
+    with pytest.raises(StaleError, match="of version 2, this is version 99"):
+        survey(stored["trajectory database"], [other])
