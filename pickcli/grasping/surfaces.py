@@ -111,13 +111,17 @@ def tilted(T_item_tip: Array, angle: float) -> Array:
     return T
 
 
-def tilt_on(item: Item, face: str, T_item_tip: Array) -> float:
+def flat_normal(face: str) -> Array | None:
+    """Unit normal (3,) of a flat face in the item frame, outwards; None for a curved one."""
+    if face in ("mantle", "sphere"):
+        return None
+    return np.asarray(np.eye(3)["xyz".index(face[1])] * (1.0 if face[0] == "+" else -1.0))
+
+
+def tilt_on(face: str, T_item_tip: Array) -> float:
     """Angle in rad between the cup's axis and the normal of the face that it sits on."""
-    outward = T_item_tip[:3, 3].copy()
-    if face == "mantle":
-        outward[2] = 0.0
-    elif face != "sphere":
-        outward = np.zeros(3)
-        outward["xyz".index(face[1])] = 1.0 if face[0] == "+" else -1.0
+    outward = flat_normal(face)
+    if outward is None:
+        outward = T_item_tip[:3, 3] * (1.0, 1.0, 0.0 if face == "mantle" else 1.0)
     cosine = -float(T_item_tip[:3, 2] @ outward) / float(np.linalg.norm(outward))
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -10,18 +10,21 @@ import numpy as np
 from pickcli.cartesian.corridor import Corridor, corridors, pushes
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import Shape
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
 from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.surfaces import flat_normal
+from pickcli.motion.plan import Grasp
 from pickcli.planning.context import NONE, Planner
 from pickcli.planning.exit import planned_corridors
 from pickcli.planning.settings import Neighbours
 from pickcli.seeds import derived_seed
 
+LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
 N_FEW, N_MANY = 4, 40  # simple ways out at most
 
 
@@ -78,18 +81,33 @@ class BinQuery:
             for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
         }
 
-    @cached_property
-    def met(self) -> frozenset[str]:
-        """What the cup may touch at contact: the target, and the floor that a thin one lies on."""
-        return frozenset({self.target.id}) | (self.touching & frozenset(self.cell_bin.floor))
+    def met(self, face: str) -> frozenset[str]:
+        """What the cup may touch at contact on a face: the target, and what a thin one lies on."""
+        if face not in self._met:
+            under = {p.id for p in self.scene.items if p.id in self.touching and self._is_under(p, face)}
+            floor = self.touching & frozenset(self.cell_bin.floor)
+            self._met[face] = frozenset({self.target.id}) | floor | under
+        return self._met[face]
 
     @cached_property
-    def meeting(self) -> dict[PivotState, SceneChecker]:
-        """The same, where the cup may touch what it meets."""
-        return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored, touching=self.met)
-            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
-        }
+    def _met(self) -> dict[str, frozenset[str]]:
+        """Those asked for so far."""
+        return {}
+
+    def _is_under(self, other: PlacedItem, face: str) -> bool:
+        """Whether all of an item lies behind a flat face of the target: only through it can it be met."""
+        outward = flat_normal(face)
+        if outward is None:
+            return False
+        T_target_other = inverse(self.target.T_world_item) @ other.T_world_item
+        reach = other.item.shape.reach(outward[None] @ T_target_other[:3, :3])[0]
+        height = np.abs(outward) @ self.target.item.shape.extents / 2
+        return bool(outward @ T_target_other[:3, 3] + reach <= height)
+
+    def meeting(self, grasp: Grasp) -> SceneChecker:
+        """A checker of the empty tool where the cup may touch what it meets."""
+        met = self.met(grasp.face)
+        return self.planner.checker(self.scene, grasp.pivot, without=self.ignored, touching=met)
 
     def tool(
         self, pivot: PivotState, touching: frozenset[str] = NONE, without: frozenset[str] = NONE
@@ -109,10 +127,7 @@ class BinQuery:
     def ghost(self, touching: frozenset[str] = NONE) -> Ghost:
         """The target by itself, displaced along the bin's axes."""
         if touching not in self._ghosts:
-            self._ghosts[touching] = Ghost(
-                self.planner.model, self.scene, self.target.item, self.target.T_world_item,
-                self.T_world_bin[:3, :3], self.uncertainty, self.ignored | {self.target.id}, touching,
-            )  # fmt: skip
+            self._ghosts[touching] = self._ghost(touching, self.ignored | {self.target.id})
         return self._ghosts[touching]
 
     @cached_property
@@ -158,4 +173,28 @@ class BinQuery:
     def _exit(self) -> tuple[Shape, Ghost, Ghost, float]:
         """The grown target, its ghosts on leaving and when carried, the stretch in which it may touch."""
         shape = self.target.item.shape.inflated(self.uncertainty)
-        return shape, self.ghost(self.touching), self.ghost(), self.planner.settings.lift_contact
+        return shape, self._leaving, self.ghost(), self.planner.settings.lift_contact
+
+    @cached_property
+    def _leaving(self) -> Ghost:
+        """The target where it may touch what it is near to, but not push what would roll along with it."""
+        rolling = [p.id for p in self.scene.items if p.id in self.touching and can_roll(p)]
+        standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
+        others = frozenset(p.id for p in self.scene.items)
+        beside = tuple(self._ghost(frozenset(standing), others - {name}) for name in rolling)
+        return self._ghost(self.touching, self.ignored | {self.target.id}, beside)
+
+    def _ghost(
+        self, touching: frozenset[str], without: frozenset[str], beside: tuple[Ghost, ...] = ()
+    ) -> Ghost:
+        return Ghost(
+            self.planner.model, self.scene, self.target.item, self.target.T_world_item,
+            self.T_world_bin[:3, :3], self.uncertainty, without, touching, beside,
+        )  # fmt: skip
+
+
+def can_roll(placed: PlacedItem) -> bool:
+    """Whether an item rolls away, or along, when it is pushed: a ball, or a cylinder that lies."""
+    kind = placed.item.shape.kind
+    is_lying = abs(float(placed.T_world_item[2, 2])) < LYING
+    return kind is ShapeKind.SPHERE or (kind is ShapeKind.CYLINDER and is_lying)

@@ -61,7 +61,7 @@ def plan_in_bin(
     solutions = planner.arm.solve(contact, grasp.pivot, _seeds(query, rng))
     if len(solutions) == 0:
         return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact))]
-    meeting = query.meeting[grasp.pivot]
+    meeting = query.meeting(grasp)
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
     held = Held(query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty)
     reasons: list[Reason] = []
@@ -88,7 +88,7 @@ def _overtravel(query: BinQuery, grasp: Grasp) -> float:
     aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
     # The side of a tilted cup that is farther away must meet it as well.
-    lag = tool.cup_radius * float(np.sin(tilt_on(query.target.item, grasp.face, grasp.T_item_tip)))
+    lag = tool.cup_radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))
     return min(noise.position + noise.angle * aside + PRESS + lag, 0.75 * tool.cup_stroke)
 
 
@@ -119,7 +119,7 @@ def _lines_in(
 ) -> tuple[Line, Line, Line] | Reason:
     """Pre-approach, approach and contact, followed backwards from the contact configuration."""
     arm, pivot = query.planner.arm, grasp.pivot
-    empty, meeting = query.empty[pivot], query.meeting[pivot]
+    empty, meeting = query.empty[pivot], query.meeting(grasp)
     contact = follow_line(arm, meeting, poses.contact, poses.touch, pivot, q_contact, f"{where}, contact")
     if isinstance(contact, Reason):
         return contact

@@ -51,7 +51,7 @@ def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
     gone = as_picked.ignored | {there.target.id}
     carrying = planner.checker(there.scene, pivot, held=held, without=gone)
     lowering = planner.checker(there.scene, pivot, held=held, without=gone, touching=floor)
-    empty, meeting = there.empty[pivot], there.meeting[pivot]
+    empty, meeting = there.empty[pivot], there.meeting(as_picked.grasp)
     inward = (
         *(
             Step(kind.INSERT, backwards(push), carrying, settings.retreat_speed)

@@ -57,7 +57,7 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
     """From where the robot is to the cup pressed on the item."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
     pivot, kind = in_bin.grasp.pivot, SegmentKind
-    empty, meeting = query.empty[pivot], query.meeting[pivot]
+    empty, meeting = query.empty[pivot], query.meeting(in_bin.grasp)
     transit = planner.checker(query.scene, motion.transit_pivot)
     # The cup touches the target; once it holds it, the target still touches what it rests on.
     touching = frozenset({query.target.id}) | in_bin.touching

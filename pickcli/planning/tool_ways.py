@@ -33,11 +33,12 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], is_wide: bool, reasons: 
     """Those with room for the tool at the target and where it has been lifted; reasons against the others."""
     T = query.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
-    for pivot in {g.pivot for g in grasps}:
-        mine = np.flatnonzero([g.pivot is pivot for g in grasps])
-        mine = mine[_meeting(query, pivot).are_free(T[mine])]
+    kinds = [(g.pivot, g.face) for g in grasps]
+    for kind in dict.fromkeys(kinds):
+        mine = np.flatnonzero([k == kind for k in kinds])
+        mine = mine[_meeting(query, *kind).are_free(T[mine])]
         lifted = np.stack([pushed[LIFTED] for pushed in query.pushes(is_wide)]) @ T[mine, None]
-        is_free = _carrying(query, pivot).are_free(lifted.reshape(-1, 4, 4))
+        is_free = _carrying(query, kind[0]).are_free(lifted.reshape(-1, 4, 4))
         has_room[mine] = is_free.reshape(lifted.shape[:2]).any(axis=1)
     without = np.flatnonzero(~has_room)
     for i in without[:: 1 + len(without) // N_EXPLAINED]:
@@ -47,7 +48,7 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], is_wide: bool, reasons: 
 
 def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, is_wide: bool) -> Reason:
     where = f"{grasp.kind} grasp on face {grasp.face}"
-    tool = _meeting(query, grasp.pivot)
+    tool = _meeting(query, grasp.pivot, grasp.face)
     if not tool.are_free(T[None])[0]:
         return _blocked(query, tool, T, f"{where}, contact")
     return _blocked(
@@ -57,7 +58,7 @@ def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, is_wide: bool) -> Reas
 
 def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[PickPoses, ...] | Reason:
     """Ways to the contact that the tool alone can go, the plainest first; or what is in its way."""
-    empty, meeting = query.tool(grasp.pivot), _meeting(query, grasp.pivot)
+    empty, meeting = query.tool(grasp.pivot), _meeting(query, grasp.pivot, grasp.face)
     usual, shortest = query.planner.settings.approach_offset, overtravel + CONTACT_DISTANCE
     plain = _poses(query, grasp, usual, overtravel, STRAIGHT_IN)
     if meeting.path_is_free(np.stack([plain.contact, plain.touch])) != -1:
@@ -86,8 +87,8 @@ def tool_ways_out(
     return tuple(LiftPoses.of(poses) for poses in found) or _blocked(query, tool, ways[0][LIFTED], "lift")
 
 
-def _meeting(query: BinQuery, pivot: PivotState) -> ToolGhost:
-    return query.tool(pivot, touching=query.met)
+def _meeting(query: BinQuery, pivot: PivotState, face: str) -> ToolGhost:
+    return query.tool(pivot, touching=query.met(face))
 
 
 def _carrying(query: BinQuery, pivot: PivotState) -> ToolGhost:

@@ -40,7 +40,7 @@ def test_every_cup_is_whole_on_its_face_and_nearly_square(name: str, T: Array, s
     assert grasps
     for grasp in grasps:
         assert is_pose(grasp.T_item_tip)
-        assert tilt_on(item, grasp.face, grasp.T_item_tip) <= TOOL.cup_tilt + 1e-6
+        assert tilt_on(grasp.face, grasp.T_item_tip) <= TOOL.cup_tilt + 1e-6
         at = np.abs(regions[grasp.face].displacement(grasp.T_item_tip)[:3])
         if grasp.face not in ("mantle", "sphere"):
             assert (at <= regions[grasp.face].bounds[:3, 1] + 1e-9).all()

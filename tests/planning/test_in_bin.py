@@ -1,0 +1,99 @@
+"""Which grasps lead in and out of a bin: what is in the way of the tool, and what is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import Array, pose
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.context import Planner
+from pickcli.planning.grasps import feasible_grasps
+from pickcli.planning.in_bin import InBin
+from pickcli.planning.settings import Neighbours
+
+BIN = "bin_E"
+
+
+def scene_of(cell: Cell, *placed: tuple[str, Array]) -> Scene:
+    """Items (name, pose in the bin's frame) in one bin."""
+    T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
+    items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
+    return Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+
+
+def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn: float) -> tuple[str, Array]:
+    """An item on the back part of the floor, ``up`` m above it, on its flat side or turned by ``roll``."""
+    R = pose(rpy=[turn.get("roll", 0.0), turn.get("pitch", 0.0), turn.get("yaw", 0.0)])[:3, :3]
+    z = cell.pod.bins[BIN].floor_back + float(cell.item(name).shape.reach(R)[2]) + 0.0005 + up
+    return name, pose([x, y, z], R=R)
+
+
+def query_of(planner: Planner, scene: Scene, name: str) -> BinQuery:
+    return BinQuery(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), Neighbours.AVOID)
+
+
+def grasps_of(planner: Planner, scene: Scene, name: str) -> list[InBin]:
+    return feasible_grasps(query_of(planner, scene, name), 1, [])[0]
+
+
+def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: Planner) -> None:
+    liner = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0)
+    gloves = on_floor(cell, "womens_knit_gloves", 0.25, 0.0, up=0.0355)
+    scene = scene_of(cell, liner, gloves)
+    query = query_of(planner, scene, "womens_knit_gloves")
+    assert "peva_shower_curtain_liner" in query.met("+z")
+    assert "peva_shower_curtain_liner" not in query.met("-z")
+    assert grasps_of(planner, scene, "womens_knit_gloves")
+
+
+def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(cell: Cell, planner: Planner) -> None:
+    cards = on_floor(cell, "staples_index_cards", 0.25, 0.0)
+    bar = on_floor(cell, "dove_beauty_bar", 0.25, 0.0715)  # beside it, 2 mm away, and higher
+    query = query_of(planner, scene_of(cell, cards, bar), "staples_index_cards")
+    assert "dove_beauty_bar" in query.touching
+    assert "dove_beauty_bar" not in query.met("+z")
+
+
+def test_a_lance_that_rises_passes_what_a_level_one_meets(cell: Cell, planner: Planner) -> None:
+    """An item on its edge beside the wall, a lower one in front where a level lance would lie."""
+    standing = on_floor(cell, "crayola_24_ct", 0.25, -0.09, roll=np.pi / 2)
+    low = on_floor(cell, "expo_dry_erase_board_eraser", 0.10, -0.045, yaw=np.pi / 2)
+    found = grasps_of(planner, scene_of(cell, standing, low), "crayola_24_ct")
+    assert found
+    assert {f.grasp.kind for f in found} == {"side"}
+    for f in found:
+        rise = (standing[1][:3, :3] @ f.grasp.T_item_tip[:3, 0])[2]
+        assert rise > np.sin(np.radians(5.0))
+
+
+def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, planner: Planner) -> None:
+    standing = on_floor(cell, "crayola_24_ct", 0.15, -0.1, roll=np.pi / 2)
+    wall = on_floor(cell, "jane_eyre_dvd", 0.12, -0.005, roll=np.pi / 2)  # 75 mm beside the free face
+    found = grasps_of(planner, scene_of(cell, standing, wall), "crayola_24_ct")
+    assert found
+    for f in found:
+        a, b = (planner.arm.tip(q, f.grasp.pivot)[:3, 3] for q in f.approach.waypoints[[0, -1]])
+        assert np.linalg.norm(b - a) < planner.settings.approach_offset / 2
+
+
+@pytest.mark.parametrize("name", ["womens_knit_gloves", "i_am_a_bunny_book"])
+def test_under_a_large_item_nothing_is_held_and_it_is_named(cell: Cell, planner: Planner, name: str) -> None:
+    flat = on_floor(cell, name, 0.25, 0.0)
+    up = float(cell.item(name).shape.extents[2]) + 0.001
+    cover = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0, up=up, yaw=np.pi / 2)
+    query = query_of(planner, scene_of(cell, flat, cover), name)
+    found, reasons = feasible_grasps(query, 1, [])
+    assert not found
+    assert "peva_shower_curtain_liner" in {reason.in_the_way for reason in reasons}
+
+
+def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: Planner) -> None:
+    name = next(n for (n, _), item in cell.items.items() if not item.suction and cell.item(n) is item)
+    query = query_of(planner, scene_of(cell, on_floor(cell, name, 0.2, 0.0)), name)
+    found, reasons = feasible_grasps(query, 1, [])
+    assert not found
+    assert [reason.what for reason in reasons] == ["cannot be held by suction"]
+    assert not {"corridors", "touching"} & set(vars(query))
