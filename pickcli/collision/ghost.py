@@ -5,6 +5,8 @@ The kernel proves it as it proves an arm: the item is a robot of three prismatic
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from pickcli.cell.item import Item
@@ -15,6 +17,8 @@ from pickcli.collision.world import KERNEL_KINDS, build_world
 from pickcli.geometry import Array, pose
 from pickcli.kernel import Chain, Checker
 
+NUDGE = 0.0005  # m that an item may come nearer to what it must not push
+APART = 0.015  # m of lead over what rolls after it: at 5 degrees that takes a ball 0.2 s
 FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
 
 
@@ -24,12 +28,16 @@ class Ghost:
     It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m,
     uncertainty of the item's own pose.
     without: ids of items that are not there (the item itself among them). touching: names it may touch.
+    beside: the item with nothing but one neighbour each that may roll along: it must never come nearer to
+    those than it starts, and end well apart from them.
     """
 
     def __init__(
         self, model: CollisionModel, scene: Scene, item: Item, T_world_item: Array, R_world_axes: Array,
         inflate: float, without: frozenset[str], touching: frozenset[str] = frozenset(),
+        beside: tuple[Ghost, ...] = (),
     ) -> None:  # fmt: skip
+        self._beside = beside
         self.item, self.margin = item, model.cell.clearance + FOLLOWING
         world = build_world(model, scene)
         self._kept = np.flatnonzero(world.is_kept(without))
@@ -53,7 +61,19 @@ class Ghost:
 
     def path_is_free(self, D: Array) -> int:
         """Index of the first straight push of the polyline D (N, 5) that is not proven free, or -1."""
-        return int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
+        blocked = int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
+        return blocked if blocked >= 0 else self._first_pursued(D)
+
+    def _first_pursued(self, D: Array) -> int:
+        """Index of the first push on which something beside the item could stay with it, or -1."""
+        for ghost in self._beside:
+            start = ghost.clearance(D[0]).distance
+            for i, (a, b) in enumerate(pairwise(D)):
+                if min(ghost.clearance(d).distance for d in ((a + b) / 2, b)) < start - NUDGE:
+                    return i
+            if ghost.clearance(D[-1]).distance < start + APART:
+                return len(D) - 2
+        return -1
 
     def clearance(self, d: Array) -> Contact:
         """What is closest to the item when displaced by d (5,)."""
