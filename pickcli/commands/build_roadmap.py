@@ -62,7 +62,7 @@ def command(
         "edges": roadmap.n_edges,
         **built.summary(),
         "refused": [f"{name}: {reason}" for (name,), reason in built.gaps.refused],
-        "missing": [str(reason) for _, reason in built.gaps.missing],
+        "missing": [f"{a} to {b}: {reason}" for (a, b), reason in built.gaps.missing],
     }
     if as_json:
         emit_json(summary)

@@ -32,6 +32,7 @@ def jobs_option(function: F) -> F:
 def building(label: str, output: Path, jobs: int | None, as_json: bool) -> Iterator[Means]:
     """The means of a build that tells its progress and, when it is interrupted, how it goes on."""
     from pickcli.precompute.build import Means
+    from pickcli.precompute.journal import journals
     from pickcli.precompute.runner import available_cores, runner
 
     try:
@@ -49,11 +50,6 @@ def building(label: str, output: Path, jobs: int | None, as_json: bool) -> Itera
             "version; delete it unless that build is to go on",
             err=True,
         )
-
-
-def journals(output: Path) -> list[Path]:
-    """Journals of interrupted builds of this output."""
-    return sorted(output.parent.glob(f"{output.name}.*.journal"))
 
 
 @contextmanager

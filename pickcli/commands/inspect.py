@@ -147,7 +147,12 @@ def _event(t_trigger: float | None, device: str, action: str) -> str:
 
 
 def _stored(path: Path) -> dict[str, Any]:
-    """Roadmap or database: what the file says of itself, and totals."""
-    from pickcli.roadmap.store import describe
+    """Roadmap or database: what the file says of itself, and what is in it in figures."""
+    from pickcli.roadmap.statistics import database_statistics, roadmap_statistics
+    from pickcli.roadmap.store import describe, read_database, read_gaps, read_missing, read_roadmap
+    from pickcli.roadmap.stored_roadmap import ROADMAP
 
-    return {**describe(path), "bytes": path.stat().st_size}
+    told = {**describe(path), "bytes": path.stat().st_size}
+    if told["format"] == ROADMAP.name:
+        return told | roadmap_statistics(read_roadmap(path), read_gaps(path))
+    return told | database_statistics(read_database(path), read_missing(path))

@@ -11,6 +11,7 @@ from typing import Any
 from pickcli.cell.model import Cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.precompute.build import Means, Report
+from pickcli.precompute.journal import journals
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.recipe import configurations_digest
 from pickcli.precompute.repair import repair
@@ -57,6 +58,8 @@ def ensure_artifacts(
             means = Means(runner or Here(), report=report and report(what))
             if not _is_repaired(path, cell, means):
                 make(cell, path, means=means)
+            for journal in journals(path):  # of older versions: settings here are always the default ones
+                journal.unlink(missing_ok=True)
     return paths
 
 

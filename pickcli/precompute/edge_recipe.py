@@ -62,12 +62,12 @@ class EdgeRecipe:
         )  # fmt: skip
         if found is None:
             what = f"{settings.planner} gave up after {settings.max_iterations} iterations"
-            return Record(reason=Reason("no path", " to ".join(key), what))
+            return Record(reason=Reason("no path", detail=what))
         path = shorten(self.checker, self.space, found, seed=seed, iterations=settings.n_shortcuts)
         unproven = self.checker.path_is_free(path.waypoints)
         if unproven != -1:
             what = f"edge {unproven} of the shortened path is not proven whole"
-            return Record(reason=Reason("no proof", " to ".join(key), what))
+            return Record(reason=Reason("no proof", detail=what))
         return Record(arrays={"waypoints": path.waypoints})
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import glob
 import hashlib
 import json
 import os
@@ -72,9 +73,9 @@ class Journal:
             os.close(handle)
 
 
-def other_journals(output: Path, mine: Journal) -> list[Path]:
-    """Journals of builds of the same output with other inputs, left by interrupted builds."""
-    return sorted(path for path in output.parent.glob(f"{output.name}.*.journal") if path != mine.path)
+def journals(output: Path) -> list[Path]:
+    """Journals of builds of this output, whatever their inputs."""
+    return sorted(output.parent.glob(f"{glob.escape(output.name)}.*.journal"))
 
 
 def _records(content: bytes) -> Iterator[tuple[Key, bytes]]:

@@ -13,6 +13,7 @@ from pickcli.errors import InputError
 from pickcli.precompute import artifacts
 from pickcli.precompute.artifacts import default_paths, ensure_artifacts
 from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
@@ -66,6 +67,15 @@ def test_other_named_configurations_make_other_files(cell: Cell) -> None:
     paths = ensure_artifacts(small_cell("home", "bin_A", "drop_00"))
     assert "drop_00" in read_roadmap(paths.roadmap).names
     assert {key.goal for key in read_database(paths.trajectories).keys} == {"bin_A", "drop_00"}
+
+
+def test_journals_of_other_versions_do_not_pile_up(cell: Cell) -> None:
+    paths = default_paths(cell)
+    paths.roadmap.parent.mkdir(parents=True)
+    old = Journal(paths.roadmap, "e" * 64)
+    old.append(("a", "b"), b"made by another version")
+    ensure_artifacts(cell)
+    assert sorted(paths.roadmap.parent.iterdir()) == [paths.roadmap, paths.trajectories]
 
 
 def test_a_file_says_how_it_was_made(cell: Cell, tmp_path: Path) -> None:
