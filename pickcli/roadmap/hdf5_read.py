@@ -15,7 +15,7 @@ import numpy as np
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
 from pickcli.roadmap.hdf5_format import AnyArray, Format, content_digest, piece_digest, table_digest
-from pickcli.roadmap.hdf5_guard import open_datasets, opened, read_attributes
+from pickcli.roadmap.hdf5_guard import Dataset, open_datasets, opened, read_attributes
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class StoredFile:
     kind: Format
     attributes: Mapping[str, str]
     tables: Mapping[str, AnyArray]
-    datasets: Mapping[str, Any]  # that pieces are read from
+    datasets: Mapping[str, Dataset]  # that pieces are read from
     seal: str  # SHA-256 over everything
 
     @property
@@ -57,7 +57,7 @@ class StoredFile:
         dataset = self.datasets[name]
         if not 0 <= first <= first + count <= len(dataset):
             raise ValueError(f"{name} of row {row} lie outside of the data")
-        rows: Array = dataset[first : first + count]
+        rows: Array = dataset.read(first, count)
         if piece_digest(rows) != bytes(owner[f"{name}_sha256"]).decode():
             raise ValueError(f"{name} {first} to {first + count} are not what their SHA-256 says")
         return rows
@@ -68,7 +68,7 @@ class StoredFile:
         Raises ValueError if one of them is not what was written, or if they leave gaps.
         """
         owner = self.tables[self.kind.owners[name]]
-        rows: Array = self.datasets[name][...]
+        rows: Array = self.datasets[name].read()
         offsets = np.append(owner[f"{name}_first"], len(rows)).astype(np.int64)
         if offsets[0] != 0 or not np.array_equal(offsets[:-1] + owner[f"{name}_count"], offsets[1:]):
             raise ValueError(f"{name} are not divided among their owners")
@@ -94,7 +94,7 @@ def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Ite
         if seal != content_digest(attributes):
             raise ValueError("its description is not what its SHA-256 says")
         datasets = open_datasets(file, kind, path.stat().st_size)
-        tables = {name: np.asarray(datasets[name][...]) for name in kind.tables}
+        tables = {name: datasets[name].read() for name in kind.tables}
         digests = json.loads(attributes["tables_sha256"])
         for name, table in tables.items():
             if table_digest(table) != digests[name]:

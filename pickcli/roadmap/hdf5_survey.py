@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
 from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.geometry import Array
@@ -23,7 +22,7 @@ from pickcli.roadmap.hdf5_format import (
     row_digests,
     table_digest,
 )
-from pickcli.roadmap.hdf5_guard import SYMPTOMS, check_readable, open_datasets, read_attributes
+from pickcli.roadmap.hdf5_guard import SYMPTOMS, Dataset, check_readable, open_datasets, read_attributes
 from pickcli.roadmap.hdf5_spare import Restored, restored
 
 
@@ -116,14 +115,14 @@ def _kind(path: Path, attributes: Mapping[str, str], kinds: Sequence[Format]) ->
 
 
 def _survey(
-    found: Restored, kind: Format, attributes: Mapping[str, str], seal: str, datasets: Mapping[str, Any]
+    found: Restored, kind: Format, attributes: Mapping[str, str], seal: str, datasets: Mapping[str, Dataset]
 ) -> Survey:
     damage = [] if found.has_directory else [Damage("directory")]
     damage += [] if found.has_spare else [Damage("spare copy of the directory")]
     digests = json.loads(attributes["tables_sha256"])
     intact: dict[str, list[IntactRow]] = {}
     for name in kind.tables:
-        table = np.asarray(datasets[name][...])
+        table = datasets[name].read()
         intact[name] = []
         n_before = len(damage)
         for row in _rows(kind, name, table, datasets):
@@ -134,7 +133,7 @@ def _survey(
 
 
 def _rows(
-    kind: Format, name: str, table: AnyArray, datasets: Mapping[str, Any]
+    kind: Format, name: str, table: AnyArray, datasets: Mapping[str, Dataset]
 ) -> Iterator[IntactRow | Damage]:
     """Every row of a table, or what is wrong with it."""
     for k, (row, digest) in enumerate(zip(table, row_digests(table), strict=True)):
@@ -149,11 +148,11 @@ def _rows(
             yield IntactRow(row, {piece: rows for piece, rows in pieces.items() if rows is not None})
 
 
-def _piece(row: Any, name: str, dataset: Any) -> Array | None:
+def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
     first, count = int(row[f"{name}_first"]), int(row[f"{name}_count"])
     if not 0 <= first <= first + count <= len(dataset):
         return None
-    rows: Array = dataset[first : first + count]
+    rows: Array = dataset.read(first, count)
     return rows if piece_digest(rows) == bytes(row[f"{name}_sha256"]).decode() else None
 
 

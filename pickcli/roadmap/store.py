@@ -121,7 +121,10 @@ def describe(path: Path) -> dict[str, Any]:
             "version": kind.version,
             "cell_fingerprint": file.fingerprint,
             "made": dict(file.made),
-            "rows": {name: len(rows) for name, rows in (*file.tables.items(), *file.datasets.items())},
+            "rows": {
+                **{name: len(table) for name, table in file.tables.items()},
+                **{name: len(dataset) for name, dataset in file.datasets.items()},
+            },
         }
 
 
