@@ -18,7 +18,7 @@ from pickcli.geometry import Array, pose
 from pickcli.kernel import Chain, Checker
 
 NUDGE = 0.0005  # m that an item may come nearer to what it must not push
-APART = 0.015  # m of lead over what rolls after it: at 5 degrees that takes a ball 0.2 s
+APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
 FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
 
 
