@@ -1,0 +1,72 @@
+"""How a build tells its progress, and what it says of journals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pickcli.commands import building as module
+from pickcli.commands.building import build_report, building, line, seconds_left
+from pickcli.precompute.build import Progress
+from pickcli.precompute.journal import Journal
+from pickcli.precompute.runner import Here, Processes, available_cores, runner
+
+
+def test_the_time_left_counts_only_what_was_done_now() -> None:
+    assert seconds_left(Progress(n_done=50, n_total=100, n_kept=40), 20.0) == 100.0
+    assert seconds_left(Progress(n_done=40, n_total=100, n_kept=40), 20.0) is None
+
+
+def test_a_line_tells_failures_coverage_and_what_was_kept() -> None:
+    progress = Progress(n_done=50, n_total=100, n_kept=40, n_failed=5, task="bin_A, tote, empty")
+    assert line(progress, 20.0) == (
+        "50/100, about 100 s left, 5 failed, coverage 45 %, 40 kept from before: bin_A, tote, empty"
+    )
+    assert line(Progress(0, 100), 0.0) == "0/100, 0 failed, coverage 0 %"
+
+
+def test_json_lines_on_stderr_one_per_task(capsys: pytest.CaptureFixture[str]) -> None:
+    with build_report("building", as_json=True) as report:
+        report(Progress(2, 4, n_kept=2, n_failed=1))
+        report(Progress(3, 4, n_kept=2, n_failed=1, task="a, b"))
+    out, err = capsys.readouterr()
+    first, second = (json.loads(text) for text in err.splitlines())
+    assert out == "" and first["seconds_left"] is None and first["task"] == ""
+    assert second.pop("seconds_left") >= 0.0
+    assert second == {
+        "event": "progress", "done": 3, "total": 4, "kept": 2, "failed": 1, "coverage": 0.5, "task": "a, b"
+    }  # fmt: skip
+
+
+def test_a_log_gets_a_line_per_period(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter([0.0, 4.0, 11.0, 12.0, 30.0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    with build_report("building") as report:
+        for done in (1, 2, 3, 4):
+            report(Progress(done, 4))
+    assert [text.split(",")[0] for text in capsys.readouterr().err.splitlines()] == [
+        "building: 2/4",
+        "building: 4/4",
+    ]
+
+
+def test_a_journal_of_another_build_is_named_and_left(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = Journal(tmp_path / "out.h5", "e" * 64)
+    other.append(("a",), b"")
+    with building("building", tmp_path / "out.h5", 1, False) as means:
+        assert means.runner == Here()
+    assert f"note: {other.path} is left from an interrupted build" in capsys.readouterr().err
+    assert other.path.exists()
+
+
+def test_one_job_per_core_by_default(tmp_path: Path) -> None:
+    with building("building", tmp_path / "out.h5", None, False) as means:
+        assert means.runner == runner(available_cores())
+    with building("building", tmp_path / "out.h5", 3, False) as means:
+        assert means.runner == Processes(3)
