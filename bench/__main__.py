@@ -18,7 +18,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import events, kernel, startup, trials
+from bench import events, kernel, startup, store, trials
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
@@ -33,6 +33,7 @@ def measure(seeds: tuple[int, ...]) -> dict[str, Any]:
         },
         "kernel": kernel.measure(),
         "startup": startup.measure(),
+        "store": store.measure(),
         "events": events.measure(),
         "trials": trials.measure(seeds=seeds),
     }
@@ -53,6 +54,8 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_least("kernel against pybullet, same states, times", 100, k["pybullet_ratio"])
     yield _at_least("kernel against python-fcl, same states, times", 100, k["python_fcl_ratio"])
     yield _at_most("from leaving to released in the tote, mean, s", 12, t["delivery_s_mean"])
+    yield _at_most("roadmap and trajectories together, MB", 20, figures["store"]["size_mb"])
+    yield _at_most("open a file and fetch one motion, median, ms", 2, figures["store"]["fetch_ms"])
     yield _at_most("apc --help, s", 0.2, s["help_s"])
     yield _at_most("apc plan-pick, one-shot, s", 2.0, s["plan_pick_s"])
     for robot, figure in figures["events"].items():
