@@ -15,7 +15,7 @@ from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
-from pickcli.geometry import Array, rotation_axis_angle
+from pickcli.geometry import Array, rotation_rpy
 
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
 LIP_DISTANCE = 0.014  # m between the held item and lip or hanging lip while it passes, where there is room
@@ -28,9 +28,9 @@ BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
 
 @dataclass(frozen=True, eq=False)
 class Corridor:
-    """Displacements (5,) of the item: end of the first stretch, of the lift, of each push of the retreat.
+    """Displacements (6,) of the item: end of the first stretch, of the lift, of each push of the retreat.
 
-    m along the bin's axes, and rad of turns about the bin's z axis and then y, about the item's centre.
+    m along the bin's axes, and rad of turns about the bin's z, then its y, then its x axis.
     """
 
     freed: Array
@@ -53,17 +53,18 @@ class LiftPoses:
         return cls(freed, lift, tuple(retreat))
 
 
-def pushes(corridor: Corridor, T_world_bin: Array, T_world_item: Array) -> Array:
+def pushes(corridor: Corridor, T_world_bin: Array, about: Array) -> Array:
     """What a corridor does to everything that moves with the item: (K, 4, 4), each for a pose in the world.
 
-    K: the end of the first stretch, of the lift, and of each push of the retreat.
+    K: the end of the first stretch, of the lift, and of each push of the retreat. about: (3,) place in the
+    world that the item turns about
     """
-    R, centre = T_world_bin[:3, :3], T_world_item[:3, 3]
+    R = T_world_bin[:3, :3]
     displacements = np.stack([corridor.freed, corridor.lift, *corridor.retreat])
     M = np.tile(np.eye(4), (len(displacements), 1, 1))
     for T, d in zip(M, displacements, strict=True):
-        T[:3, :3] = R @ _turned(d[3], d[4]) @ R.T
-        T[:3, 3] = centre + R @ d[:3] - T[:3, :3] @ centre
+        T[:3, :3] = R @ _turned(*d[3:]) @ R.T
+        T[:3, 3] = about + R @ d[:3] - T[:3, :3] @ about
     return M
 
 
@@ -108,7 +109,7 @@ def corridors(
 def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
     return (
         carrying.path_is_free(np.stack([c.freed, c.lift, *c.retreat])) == -1
-        and leaving.path_is_free(np.stack([np.zeros(5), c.freed])) == -1
+        and leaving.path_is_free(np.stack([np.zeros(6), c.freed])) == -1
     )
 
 
@@ -122,9 +123,9 @@ def _explained(c: Corridor, carrying: Ghost) -> Reason:
     return Reason("no way out", "lift", detail, worst.item)
 
 
-def _turned(yaw: float, pitch: float) -> Array:
-    """Rotation (3, 3) by yaw about z after pitch about y."""
-    return rotation_axis_angle((0.0, 0.0, 1.0), yaw) @ rotation_axis_angle((0.0, 1.0, 0.0), pitch)
+def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
+    """Rotation (3, 3) by yaw about z after pitch about y after roll about x."""
+    return rotation_rpy(roll, pitch, yaw)
 
 
 def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, float]]:
@@ -158,11 +159,11 @@ def _options(
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.mouth_height - above - high[2])
     moves = [
-        np.array([dx, least + dy, dz, *turns])
+        np.array([dx, least + dy, dz, *turns, 0.0])
         for dz, dx, dy in product(heights, BACK, ASIDE)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
-    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1)), tuple(d)))
+    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.0)), tuple(d)))
     return [_corridor(d, float(high[0]), first) for d in moves]
 
 
@@ -173,7 +174,7 @@ def _heights(need: float, most: float) -> list[float]:
 
 
 def _corridor(lift: Array, front: float, first: float) -> Corridor:
-    """The corridor over a lift (5,); ``front``: greatest x of the item in the bin frame.
+    """The corridor over a lift (6,); ``front``: greatest x of the item in the bin frame.
 
     It turns in the first stretch as far as it moves aside, or rises, if it only rises.
     """
@@ -182,5 +183,5 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
     freed = lift * (part / aside if aside > 0.0 else 0.0)
     freed[2] = min(lift[2], float(np.sqrt(first**2 - part**2)))
     freed[3:] = lift[3:] * (part / aside if aside > 0.0 else freed[2] / lift[2])
-    out = np.array([-(front + lift[0] + RETREAT_DISTANCE), 0.0, 0.0, 0.0, 0.0])
+    out = np.array([-(front + lift[0] + RETREAT_DISTANCE), *np.zeros(5)])
     return Corridor(freed, lift, (lift + np.minimum(out, 0.0),))

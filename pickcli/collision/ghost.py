@@ -1,6 +1,6 @@
 """An item by itself, pushed along straight lines: can it be taken out at all, whatever holds it?
 
-The kernel proves it as it proves an arm: the item is a robot of three prismatic joints and two turning ones.
+The kernel proves it as it proves an arm.
 """
 
 from __future__ import annotations
@@ -8,14 +8,16 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.scene import Scene
 from pickcli.collision.explain import Contact
+from pickcli.collision.floating import floating_chain
 from pickcli.collision.model import CollisionModel
 from pickcli.collision.world import KERNEL_KINDS, build_world
 from pickcli.geometry import Array, pose
-from pickcli.kernel import Chain, Checker
+from pickcli.kernel import Checker
 
 NUDGE = 0.0005  # m that an item may come nearer to what it must not push
 APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
@@ -23,7 +25,7 @@ FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line 
 
 
 class Ghost:
-    """The item at a pose, displaced by d (5,): m along the axes of a frame, rad about its z, then its y axis.
+    """The item at a pose, displaced by d (6,): m along the axes of a frame, rad about its z, y, then x axis.
 
     It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m,
     uncertainty of the item's own pose.
@@ -42,13 +44,10 @@ class Ghost:
         world = build_world(model, scene)
         self._kept = np.flatnonzero(world.is_kept(without))
         self._names, self._kinds = world.names, world.kinds
-        frames = np.stack([pose(T_world_item[:3, 3], R=R_world_axes), *[np.eye(4)] * 4])
-        kinds = np.array([1, 1, 1, 0, 0], np.int32)
-        axes = np.vstack([np.eye(3), [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
-        chain = Chain(kinds, frames, axes, np.arange(5, dtype=np.int32))
+        chain = floating_chain(T_world_item[:3, 3], R_world_axes)
         none, no_pairs = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
         self._kernel = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
-        T_last_item = pose((0.0, 0.0, 0.0), R=R_world_axes.T @ T_world_item[:3, :3])
+        T_last_item = pose(R=R_world_axes.T @ T_world_item[:3, :3])
         kind = KERNEL_KINDS[item.shape.kind]
         self._kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflate)
         ignored = np.zeros(len(world.names), np.uint64)
@@ -56,11 +55,15 @@ class Ghost:
         world.enter(self._kernel, self._kept, ignored)
 
     def is_free(self, d: Array) -> bool:
-        """Whether the item keeps the clearance when displaced by d (5,)."""
+        """Whether the item keeps the clearance when displaced by d (6,)."""
         return bool(self._kernel.is_free(d, self.margin))
 
+    def are_free(self, D: Array) -> NDArray[np.bool_]:
+        """(N,) whether it does so at each of D (N, 6)."""
+        return np.asarray(self._kernel.are_free(np.ascontiguousarray(D), self.margin), dtype=bool)
+
     def path_is_free(self, D: Array) -> int:
-        """Index of the first straight push of the polyline D (N, 5) that is not proven free, or -1."""
+        """Index of the first straight push of the polyline D (N, 6) that is not proven free, or -1."""
         blocked = int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
         return blocked if blocked >= 0 else self._first_pursued(D)
 
@@ -76,7 +79,7 @@ class Ghost:
         return -1
 
     def clearance(self, d: Array) -> Contact:
-        """What is closest to the item when displaced by d (5,)."""
+        """What is closest to the item when displaced by d (6,)."""
         distance, frame, _, index = self._kernel.clearance(d, 1.0)
         if frame < 0:
             return Contact(float(distance), "", "")

@@ -1,7 +1,6 @@
 """The tool by itself, moved along straight lines: can it get there at all, whatever arm holds it?
 
-Far cheaper to ask than an arm, which has to be brought there by inverse kinematics first. The kernel proves
-it as it proves an arm: lance and cup are a robot of three prismatic joints and three turning ones.
+Far cheaper to ask than an arm, which has to be brought there by inverse kinematics first.
 """
 
 from __future__ import annotations
@@ -12,12 +11,12 @@ from numpy.typing import NDArray
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.collision.explain import Contact
+from pickcli.collision.floating import CUP, LANCE, N_FREE, floating_chain, tool_spheres
 from pickcli.collision.model import CollisionModel
 from pickcli.collision.world import build_world
-from pickcli.geometry import Array, inverse, pose
-from pickcli.kernel import Chain, Checker
+from pickcli.geometry import Array, pose
+from pickcli.kernel import Checker
 
-LANCE, CUP = 5, 6  # frames of the chain below
 ROLL_JUMPS = 0.75 * np.pi  # rad, where roll starts anew
 
 # The axes of the tool frame that become x, y, z of the turning joints: x along the lance, into the bin, and z
@@ -42,7 +41,9 @@ class ToolGhost:
         self.margin = model.cell.clearance
         self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[pivot]
         self._parts = {LANCE: model.robot.tool.lance_link, CUP: model.robot.tool.cup_link}
-        self._kernel = _kernel(model, pivot, R_world_axes, pose((0.0, 0.0, 0.0), R=self._R_tool))
+        spheres = tool_spheres(model, pivot, pose(R=self._R_tool.T))
+        chain = floating_chain(np.zeros(3), R_world_axes)
+        self._kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
         world = build_world(model, scene)
         self._kept = np.flatnonzero(world.is_kept(without))
         self._names, self._kinds = world.names, world.kinds
@@ -71,31 +72,10 @@ class ToolGhost:
     def _displacements(self, T: Array) -> Array:
         """(N, 6): x, y, z along the axes, then yaw, pitch and roll."""
         R = self._R_axes.T @ T[:, :3, :3] @ self._R_tool
-        d = np.zeros((len(T), 6))
+        d = np.empty((len(T), N_FREE))
         d[:, :3] = T[:, :3, 3] @ self._R_axes
         d[:, 3] = np.arctan2(R[:, 1, 0], R[:, 0, 0])
         d[:, 4] = np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))
         roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
         d[:, 5] = (roll + ROLL_JUMPS) % (2 * np.pi) - ROLL_JUMPS  # as no quarter turn is there
         return d
-
-
-def _kernel(model: CollisionModel, pivot: PivotState, R_axes: Array, T_tool_turning: Array) -> Checker:
-    """A checker whose frames LANCE and CUP both move with the turning axes."""
-    kinds = np.array([1, 1, 1, 0, 0, 0, 2], np.int32)
-    frames = np.stack([pose((0.0, 0.0, 0.0), R=R_axes), *[np.eye(4)] * 6])
-    axes = np.vstack([np.eye(3), [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
-    chain = Chain(kinds, frames, axes, np.array([0, 1, 2, 3, 4, 5, -1], np.int32))
-    state, tool = model.state(pivot), model.robot.tool
-    links = state.chain.fk(np.zeros(state.chain.n))
-    T_tip_world = inverse(links[-1] @ tool.T_cup_tip)
-    centers, radii, of = [], [], []
-    for frame, link in ((LANCE, tool.lance_link), (CUP, tool.cup_link)):
-        k = model.frame_names.index(link)
-        mine = state.frames == k
-        T = inverse(T_tool_turning) @ T_tip_world @ links[k]
-        centers.append(state.centers[mine] @ T[:3, :3].T + T[:3, 3])
-        radii.append(state.radii[mine])
-        of.append(np.full(int(mine.sum()), frame, np.int32))
-    no_pairs = np.zeros((0, 2), np.int32)
-    return Checker(chain, np.concatenate(centers), np.concatenate(radii), np.concatenate(of), no_pairs)

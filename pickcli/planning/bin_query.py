@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cartesian.corridor import Corridor, corridors, pushes
+from pickcli.cartesian.corridor import Corridor
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
@@ -20,12 +20,11 @@ from pickcli.geometry import Array, inverse
 from pickcli.grasping.surfaces import flat_normal
 from pickcli.motion.plan import Grasp
 from pickcli.planning.context import NONE, Planner
-from pickcli.planning.exit import planned_corridors
 from pickcli.planning.settings import Neighbours
+from pickcli.planning.ways_out import WaysOut
 from pickcli.seeds import derived_seed
 
 LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
-N_FEW, N_MANY = 4, 40  # simple ways out at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +64,18 @@ class BinQuery:
     def touching(self) -> frozenset[str]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
         touching: frozenset[str] = frozenset()
-        at_rest = np.zeros(5)
+        at_rest = np.zeros(6)
         while not (ghost := self.ghost(touching)).is_free(at_rest):
             near = ghost.clearance(at_rest).b
             if near in touching:
                 break
-            touching |= {near}
+            touching |= self._parts_of_floor(near)
         return touching
+
+    def _parts_of_floor(self, name: str) -> frozenset[str]:
+        """A body, or all of the floor if it is part of that: an item near the bend rests on either side."""
+        floor = frozenset(self.cell_bin.floor)
+        return floor if name in floor else frozenset({name})
 
     @cached_property
     def empty(self) -> dict[PivotState, SceneChecker]:
@@ -136,44 +140,17 @@ class BinQuery:
         return {}
 
     @cached_property
-    def corridors(self) -> tuple[Corridor, ...] | Reason:
-        """The ways out for the target by itself: the shortest simple ones, else planned ones."""
-        simple = self._simple(N_FEW)
-        if not isinstance(simple, Reason):
-            return simple
-        return self._planned or simple
-
-    def pushes(self, is_wide: bool) -> tuple[Array, ...]:
-        """What each way out does to the tool, (K, 4, 4) as in ``cartesian.corridor``; () where there is none.
-
-        is_wide: many ways, for where no grasp can go the few shortest
-        """
-        return self._many_pushes if is_wide else self._few_pushes
-
-    @cached_property
-    def _few_pushes(self) -> tuple[Array, ...]:
-        return () if isinstance(self.corridors, Reason) else self._pushes(self.corridors)
-
-    @cached_property
-    def _many_pushes(self) -> tuple[Array, ...]:
-        simple = self._simple(N_MANY)
-        return self._pushes((*(() if isinstance(simple, Reason) else simple), *self._planned))
-
-    def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
-        return tuple(pushes(way, self.T_world_bin, self.target.T_world_item) for way in ways)
-
-    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Reason:
-        return corridors(self.cell_bin, self.T_bin_item, *self._exit, n_most)
-
-    @cached_property
-    def _planned(self) -> tuple[Corridor, ...]:
-        return planned_corridors(self.T_bin_item, *self._exit, derived_seed(0, "exit", self.target.id))
-
-    @cached_property
-    def _exit(self) -> tuple[Shape, Ghost, Ghost, float]:
-        """The grown target, its ghosts on leaving and when carried, the stretch in which it may touch."""
+    def ways_out(self) -> WaysOut:
+        """The ways out of the bin for the target."""
         shape = self.target.item.shape.inflated(self.uncertainty)
-        return shape, self._leaving, self.ghost(), self.planner.settings.lift_contact
+        first, seed = self.planner.settings.lift_contact, derived_seed(0, "exit", self.target.id)
+        ghosts = self._leaving, self.ghost()
+        return WaysOut(self.cell_bin, self.T_world_bin, self.T_bin_item, shape, *ghosts, first, seed)
+
+    @property
+    def corridors(self) -> tuple[Corridor, ...] | Reason:
+        """The ways out for the target by itself, the shortest first; or why there is none."""
+        return self.ways_out.corridors
 
     @cached_property
     def _leaving(self) -> Ghost:

@@ -58,7 +58,7 @@ def _levelled(R: Array) -> Array:
 
 
 def _places(cell_bin: Bin, half: Array, hover: float) -> Array:
-    """(K, 5) displacements from the bin's origin to places on the floor, as those of a ghost.
+    """(K, 6) displacements from the bin's origin to places on the floor, as those of a ghost.
 
     As far back and as near a wall as possible first. half: (3,) of the box around the item, level
     """
@@ -69,7 +69,8 @@ def _places(cell_bin: Bin, half: Array, hover: float) -> Array:
     height, pitch = cell_bin.rest(x, half[0])
     # An item that hovers over the floor, parallel to what it will lie on.
     above = half[2] + hover
-    at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), np.zeros(len(x)), pitch)
+    none = np.zeros(len(x))
+    at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
     cost = cell_bin.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
     return np.column_stack(at)[np.argsort(cost, kind="stable")]
 

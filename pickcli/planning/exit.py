@@ -1,7 +1,7 @@
 """Corridors with corners: planned for the item by itself where no simple one is free.
 
 Still nothing but straight pushes inside the bin (KTH, section IV-A.2), but which ones RRT-Connect finds, in
-the five dimensions in which an item that hangs on a cup is pushed: along the bin's axes, yaw and pitch.
+the six dimensions in which an item that hangs on a cup is pushed: along the bin's axes, yaw, pitch and roll.
 """
 
 from __future__ import annotations
@@ -18,13 +18,16 @@ from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
 
-NAMES = ("x", "y", "z", "yaw", "pitch")
-LOWER = np.array([-0.8, -0.15, 0.0, -0.5, -0.15])  # m and rad, bounds of the pushes
-UPPER = np.array([0.02, 0.15, 0.2, 0.5, 0.15])
-SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0])  # how far each goes in the time of a metre: weighs the pushes
-STARTS = np.array([0.04, 0.03, 0.045, 0.15, 0.1])  # largest displacements of the first stretch
-N_SAMPLES = 1500  # of first stretches
-N_STARTS = 3
+NAMES = ("x", "y", "z", "yaw", "pitch", "roll")
+LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the pushes
+UPPER = np.array([0.04, 0.15, 0.2, 0.5, 0.15, 1.7])
+# How far each goes in the time of a metre: weighs the pushes. Roll turns nothing but the wrist.
+SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 6.0])
+STARTS = np.array([0.04, 0.03, 0.045, 0.15, 0.1, 0.3])  # largest displacements of the first stretch
+N_SAMPLES = 4000  # of first stretches
+N_LEAVING = 100  # of those that end free, of which it is asked whether they begin so
+N_STARTS = 8
+ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # in which the item may come out
 ITERATIONS = 1500
 SHORTCUTS = 60
 MOST_PUSHES = 5  # more turns than that are no line of a tool any more
@@ -61,12 +64,10 @@ def planned_corridors(
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     goals = _outside(T_bin_item, shape, carrying)
     found: list[tuple[float, Corridor]] = []
+    if len(goals) == 0:
+        return ()
     for k, freed in enumerate(_first_stretches(leaving, carrying, first, rng)):
-        path = (
-            None
-            if len(goals) == 0
-            else plan(checker, space, freed, goals, seed=seed + k, max_iterations=ITERATIONS)
-        )
+        path = plan(checker, space, freed, goals, seed=seed + k, max_iterations=ITERATIONS)
         if path is None:
             continue
         short = shorten(checker, space, path, seed=seed + k, iterations=SHORTCUTS)
@@ -76,22 +77,23 @@ def planned_corridors(
 
 
 def _outside(T_bin_item: Array, shape: Shape, carrying: Ghost) -> Array:
-    """(G, 5) places in front of the mouth, at several heights, where the whole item is outside."""
+    """(G, 6) places in front of the mouth, at several heights, where the whole item is outside."""
     reach = float(np.linalg.norm(shape.reach(T_bin_item[:3, :3])[:2]))
     x = -float(T_bin_item[0, 3]) - reach - RETREAT_DISTANCE
-    places = [np.array([x, y, z, 0.0, 0.0]) for z in (0.04, 0.08, 0.12) for y in (0.0, 0.05, -0.05)]
-    free = [d for d in places if d[0] >= LOWER[0] and carrying.is_free(d)]
-    return np.array(free).reshape(-1, 5)
+    heights, aside = (0.04, 0.08, 0.12, 0.0, -0.04), (0.0, 0.05, -0.05)
+    places = np.array([[x, y, z, 0.0, 0.0, roll] for roll in ROLLS for z in heights for y in aside])
+    return places[carrying.are_free(places)] if x >= LOWER[0] else np.zeros((0, len(NAMES)))
 
 
 def _first_stretches(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Generator) -> list[Array]:
     """Displacements no longer than ``first`` after which the item touches nothing any more."""
+    D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, len(NAMES))) * STARTS
+    D[:, 2] = np.abs(D[:, 2])
+    D[::2, 5] = 0.0
+    D = D[np.linalg.norm(D[:, :3], axis=1) <= first]
     found: list[Array] = []
-    for d in rng.uniform(-1.0, 1.0, size=(N_SAMPLES, 5)) * STARTS:
-        d[2] = abs(d[2])
-        if np.linalg.norm(d[:3]) > first or not carrying.is_free(d):
-            continue
-        if leaving.path_is_free(np.stack([np.zeros(5), d])) == -1:
+    for d in D[carrying.are_free(D)][:N_LEAVING]:
+        if leaving.path_is_free(np.stack([np.zeros(len(NAMES)), d])) == -1:
             found.append(d)
         if len(found) == N_STARTS:
             break

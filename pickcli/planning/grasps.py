@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pickcli.errors import Reason
-from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.candidates import CandidateSet, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.in_bin import InBin, plan_in_bin
 from pickcli.planning.tool_ways import with_room
+from pickcli.planning.ways_out import Ways
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
@@ -26,27 +28,34 @@ def feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tup
     """
     rng = derived_rng(seed, "grasps", query.target.id)
     reasons: list[Reason] = []
-    for search in (USUAL, WIDE):
-        feasible, against = _searched(query, search, exclude, rng)
+    for search, ways in ((USUAL, Ways.FEW), (WIDE, Ways.MANY)):
+        candidates = _candidates(query, search, exclude, rng)
+        reasons += candidates.rejected
+        if candidates.grasps and isinstance(query.corridors, Reason):
+            return [], [*reasons, query.corridors]
+        feasible, against = _tried(query, candidates.grasps, ways, rng)
         reasons += against
-        if feasible or not query.target.item.suction or isinstance(query.corridors, Reason):
+        if feasible or not query.target.item.suction:
             return feasible, reasons
     return [], reasons
 
 
-def _searched(
+def _candidates(
     query: BinQuery, search: Search, exclude: Sequence[Grasp], rng: np.random.Generator
+) -> CandidateSet:
+    target, tool = query.target, query.planner.cell.robot.tool
+    found = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search)
+    return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
+
+
+def _tried(
+    query: BinQuery, grasps: Sequence[Grasp], ways: Ways, rng: np.random.Generator
 ) -> tuple[list[InBin], list[Reason]]:
-    target, tool, is_wide = query.target, query.planner.cell.robot.tool, search is WIDE
-    candidates = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search)
-    reasons = list(candidates.rejected)
-    if candidates.grasps and isinstance(query.corridors, Reason):
-        return [], [*reasons, query.corridors]
-    new = [g for g in candidates.grasps if not any(_same(g, e) for e in exclude)]
     feasible: list[InBin] = []
-    roomy = with_room(query, new, is_wide, reasons)
-    for grasp in _in_turns(roomy) if is_wide else roomy:
-        result = plan_in_bin(query, grasp, rng, is_wide)
+    reasons: list[Reason] = []
+    roomy = with_room(query, grasps, ways, reasons)
+    for grasp in roomy if ways is Ways.FEW else _in_turns(roomy):
+        result = plan_in_bin(query, grasp, rng, ways)
         if isinstance(result, list):
             reasons += result
             continue

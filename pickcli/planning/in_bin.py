@@ -21,6 +21,7 @@ from pickcli.grasping.surfaces import tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.tool_ways import tool_ways_in, tool_ways_out
+from pickcli.planning.ways_out import Ways
 
 PRESS = 0.001  # m that the bellows are pressed at least
 
@@ -42,11 +43,11 @@ class InBin:
 
 
 def plan_in_bin(
-    query: BinQuery, grasp: Grasp, rng: np.random.Generator, is_wide: bool = False
+    query: BinQuery, grasp: Grasp, rng: np.random.Generator, ways: Ways = Ways.FEW
 ) -> InBin | list[Reason]:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
 
-    is_wide: ways out are chosen among many, not among the shortest few.
+    ways: out of the bin, among which one is chosen
     """
     planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
     if isinstance(query.corridors, Reason):
@@ -55,7 +56,7 @@ def plan_in_bin(
     if isinstance(ways_in, Reason):
         return [ways_in.at(f"{where}, {ways_in.where}")]
     contact = ways_in[0].contact
-    ways_out = tool_ways_out(query, grasp, contact, is_wide)
+    ways_out = tool_ways_out(query, grasp, contact, ways)
     if isinstance(ways_out, Reason):
         return [ways_out.at(f"{where}, {ways_out.where}")]
     solutions = planner.arm.solve(contact, grasp.pivot, _seeds(query, rng))

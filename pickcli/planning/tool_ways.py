@@ -10,15 +10,18 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.keyposes import CONTACT_DISTANCE, PickPoses, pick_poses
 from pickcli.cell.robot import PivotState
 from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import Reason
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
+from pickcli.grasping.holding import static_load
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.ways_out import Ways
 
 # m along y and z of the bin, by which the pre-approach begins off the straight way; the least first.
 SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
@@ -29,7 +32,7 @@ N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
-def with_room(query: BinQuery, grasps: Sequence[Grasp], is_wide: bool, reasons: list[Reason]) -> list[Grasp]:
+def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways, reasons: list[Reason]) -> list[Grasp]:
     """Those with room for the tool at the target and where it has been lifted; reasons against the others."""
     T = query.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
@@ -37,23 +40,27 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], is_wide: bool, reasons: 
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
         mine = mine[_meeting(query, *kind).are_free(T[mine])]
-        lifted = np.stack([pushed[LIFTED] for pushed in query.pushes(is_wide)]) @ T[mine, None]
-        is_free = _carrying(query, kind[0]).are_free(lifted.reshape(-1, 4, 4))
-        has_room[mine] = is_free.reshape(lifted.shape[:2]).any(axis=1)
+        has_room[mine] = _can_be_lifted(query, kind[0], T[mine], ways)
     without = np.flatnonzero(~has_room)
     for i in without[:: 1 + len(without) // N_EXPLAINED]:
-        reasons.append(_why_no_room(query, grasps[i], T[i], is_wide))
+        reasons.append(_why_no_room(query, grasps[i], T[i], ways))
     return [g for g, has in zip(grasps, has_room, strict=True) if has]
 
 
-def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, is_wide: bool) -> Reason:
+def _can_be_lifted(query: BinQuery, pivot: PivotState, T: Array, ways: Ways) -> NDArray[np.bool_]:
+    """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
+    lifted = np.stack([pushed[LIFTED] for pushed in query.ways_out.pushes(ways)]) @ T[:, None]
+    is_free = _carrying(query, pivot).are_free(lifted.reshape(-1, 4, 4))
+    return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
+
+
+def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, ways: Ways) -> Reason:
     where = f"{grasp.kind} grasp on face {grasp.face}"
     tool = _meeting(query, grasp.pivot, grasp.face)
     if not tool.are_free(T[None])[0]:
         return _blocked(query, tool, T, f"{where}, contact")
-    return _blocked(
-        query, _carrying(query, grasp.pivot), query.pushes(is_wide)[0][LIFTED] @ T, f"{where}, lift"
-    )
+    lifted = query.ways_out.pushes(ways)[0][LIFTED] @ T
+    return _blocked(query, _carrying(query, grasp.pivot), lifted, f"{where}, lift")
 
 
 def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[PickPoses, ...] | Reason:
@@ -78,13 +85,26 @@ def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[Pick
 
 
 def tool_ways_out(
-    query: BinQuery, grasp: Grasp, contact: Array, is_wide: bool
+    query: BinQuery, grasp: Grasp, contact: Array, ways: Ways
 ) -> tuple[LiftPoses, ...] | Reason:
-    """Ways out of the target on which lance and cup keep clear of everything; or what is in their way."""
+    """Ways out on which the tool keeps clear of everything and holds the target; or what is in their way."""
     tool = _carrying(query, grasp.pivot)
-    ways = [pushed @ contact for pushed in query.pushes(is_wide)]
-    found = [poses for poses in ways if tool.are_free(poses).all() and tool.path_is_free(poses) == -1]
-    return tuple(LiftPoses.of(poses) for poses in found) or _blocked(query, tool, ways[0][LIFTED], "lift")
+    found = [pushed @ contact for pushed in query.ways_out.pushes(ways)]
+    free = [poses for poses in found if tool.are_free(poses).all() and tool.path_is_free(poses) == -1]
+    if not free:
+        return _blocked(query, tool, found[0][LIFTED], "lift")
+    held = [poses for poses in free if _holds(query, grasp, poses)]
+    if not held:
+        return Reason("does not hold", "lift", "turned over on every way out")
+    return tuple(LiftPoses.of(poses) for poses in held)
+
+
+def _holds(query: BinQuery, grasp: Grasp, poses: Array) -> bool:
+    """Whether the cup holds the target at rest in every pose (K, 4, 4) of a way out."""
+    p_tip_com, mass = inverse(grasp.T_item_tip)[:3, 3], query.target.item.mass
+    loads = [static_load(mass, T[:3, :3], p_tip_com) for T in poses]
+    tool, most = query.planner.cell.robot.tool, query.planner.settings.load_ratio
+    return max(load.ratio(tool) for load in loads) < most
 
 
 def _meeting(query: BinQuery, pivot: PivotState, face: str) -> ToolGhost:

@@ -70,7 +70,7 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
     for corridor in found:
-        poses = LiftPoses.of(pushes(corridor, BIN.T_pod_bin, T_item) @ contact)
+        poses = LiftPoses.of(pushes(corridor, BIN.T_pod_bin, T_item[:3, 3]) @ contact)
         moved = inverse(BIN.T_pod_bin) @ poses.lift @ inverse(contact) @ T_item
         at_lift = corners(moved, extents)
         assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9

@@ -1,0 +1,81 @@
+"""The ways out of a bin for one item: few simple ones first, more where no grasp can go those.
+
+Found for the item by itself, so that one that is buried fails before any grasp is tried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+from pickcli.cartesian.corridor import Corridor, corridors, pushes
+from pickcli.cell.shapes import Shape
+from pickcli.cell.station import Bin
+from pickcli.collision.ghost import Ghost
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.planning.exit import planned_corridors
+
+N_FEW, N_MANY = 4, 40  # simple ways out at most
+
+
+class Ways(Enum):
+    """How many ways out a grasp may choose from."""
+
+    FEW = "the shortest simple ones"
+    MANY = "all simple ones, and planned ones"
+
+
+@dataclass(frozen=True, eq=False)
+class WaysOut:
+    """The ways out of one item in one bin.
+
+    shape: of the item, grown by its uncertainty. leaving: the item while it may touch what it rests on, over
+    the first stretch of ``first`` m. carrying: the item when it may touch nothing any more.
+    """
+
+    cell_bin: Bin
+    T_world_bin: Array
+    T_bin_item: Array
+    shape: Shape
+    leaving: Ghost
+    carrying: Ghost
+    first: float
+    seed: int
+
+    @cached_property
+    def corridors(self) -> tuple[Corridor, ...] | Reason:
+        """The ways out for the item by itself: the shortest simple ones, else planned ones."""
+        simple = self._simple(N_FEW)
+        if isinstance(simple, Reason):
+            return self._planned or simple
+        return simple
+
+    def pushes(self, ways: Ways) -> tuple[Array, ...]:
+        """What each way does to the tool, (K, 4, 4) as in ``cartesian.corridor``; () where there is none."""
+        return self._few if ways is Ways.FEW else self._many
+
+    @cached_property
+    def _few(self) -> tuple[Array, ...]:
+        return () if isinstance(self.corridors, Reason) else self._pushes(self.corridors)
+
+    @cached_property
+    def _many(self) -> tuple[Array, ...]:
+        simple = self._simple(N_MANY)
+        return self._pushes((*(() if isinstance(simple, Reason) else simple), *self._planned))
+
+    def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
+        centre = (self.T_world_bin @ self.T_bin_item)[:3, 3]
+        return tuple(pushes(way, self.T_world_bin, centre) for way in ways)
+
+    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Reason:
+        return corridors(
+            self.cell_bin, self.T_bin_item, self.shape, self.leaving, self.carrying, self.first, n_most
+        )
+
+    @cached_property
+    def _planned(self) -> tuple[Corridor, ...]:
+        return planned_corridors(
+            self.T_bin_item, self.shape, self.leaving, self.carrying, self.first, self.seed
+        )
