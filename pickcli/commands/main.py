@@ -16,7 +16,7 @@ COMMANDS: dict[str, str] = {
     "build-roadmap": "Offline: KTH's roadmap of the named configurations.",
     "build-trajectories": "Offline: Delft's database of coarse motions.",
     "make-scene": "Place the items of an order in their bins, at rest.",
-    "plan-pick": "Plan one pick, from leaving for the bin to the item in the tote.",
+    "plan-pick": "Plan one pick, from leaving for the bin to the item in the tote, or in another bin.",
     "plan-move": "Plan a move between two configurations.",
     "verify": "Let the independent verifier check a plan.",
     "execute": "Run a plan in pybullet.",
