@@ -17,9 +17,12 @@ struct Interval {
 // Intervals still to be proven, widest first: a hit anywhere on the edge is found early.
 class Agenda {
  public:
-  Agenda() : intervals_(memory()) {
+  // The whole edge in eighths. intervals: memory to use.
+  explicit Agenda(std::vector<Interval>& intervals) : intervals_(intervals) {
+    constexpr eight::Frames everything = ~eight::Frames{0};
+    constexpr double half = 0.5 / eight::kLanes;
     intervals_.clear();
-    intervals_.push_back({0.5, 0.5, ~eight::Frames{0}, ~eight::Frames{0}});
+    for (int i = 0; i < eight::kLanes; ++i) intervals_.push_back({(2 * i + 1) * half, half, everything, everything});
   }
 
   // The next eight intervals. Lanes that would idle are filled by halving: they cost the same.
@@ -42,12 +45,6 @@ class Agenda {
   void drop_taken() {
     intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(first_));
     first_ = 0;
-  }
-
-  // Kept from edge to edge by each thread.
-  static std::vector<Interval>& memory() {
-    thread_local std::vector<Interval> intervals;
-    return intervals;
   }
 
   std::vector<Interval>& intervals_;

@@ -1,10 +1,7 @@
 #include "dispatch.hpp"
 
 #include <atomic>
-#include <cstdlib>
 #include <cstring>
-#include <memory>
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -30,39 +27,15 @@ eight::Test test_named(const char* name) {
                               (has_avx2() ? " or \"avx2\"" : ""));
 }
 
-eight::Test chosen_test() {
+}  // namespace
+
+eight::Test hot_test() {
   eight::Test test = g_test.load(std::memory_order_relaxed);
   if (!test) g_test = test = test_named(has_avx2() ? "avx2" : "baseline");
   return test;
 }
 
-// Aligned memory for the hot test, kept from call to call by each thread.
-void* scratch(std::size_t n_bytes) {
-  struct Free {
-    void operator()(void* p) const { std::free(p); }
-  };
-  thread_local std::unique_ptr<void, Free> memory;
-  thread_local std::size_t size = 0;
-  if (size < n_bytes) {
-    size = (n_bytes + 63) / 64 * 64;
-    memory.reset(std::aligned_alloc(64, size));
-    if (!memory) {
-      size = 0;
-      throw std::bad_alloc();
-    }
-  }
-  return memory.get();
-}
-
-}  // namespace
-
-eight::Verdict run_eight(const eight::Robot& robot, const eight::World& world, const eight::Batch& batch) {
-  eight::Verdict verdict;
-  chosen_test()(robot, world, batch, scratch(eight::scratch_bytes(robot)), verdict);
-  return verdict;
-}
-
-const char* simd_name() { return chosen_test() == eight::baseline::test ? "baseline" : "avx2"; }
+const char* simd_name() { return hot_test() == eight::baseline::test ? "baseline" : "avx2"; }
 
 void set_simd(const char* name) { g_test = test_named(name); }
 

@@ -5,10 +5,8 @@
 
 namespace apc {
 
-// Runs the hot test with memory of its own, kept from call to call by each thread.
-eight::Verdict run_eight(const eight::Robot& robot, const eight::World& world, const eight::Batch& batch);
-
 // AVX2 where the processor has it, unless set_simd says otherwise.
+eight::Test hot_test();
 const char* simd_name();
 
 // "avx2" or "baseline". Throws std::invalid_argument for what is not available.

@@ -5,6 +5,7 @@
 #include "agenda.hpp"
 #include "checker.hpp"
 #include "dispatch.hpp"
+#include "workspace.hpp"
 
 namespace apc {
 namespace {
@@ -33,8 +34,9 @@ class Edge {
  public:
   Edge(const Checker& checker, const double* q0, const double* q1, double margin, const double* slack,
        double resolution)
-      : checker_(checker), q0_(q0), n_(checker.n()) {
-    for (int j = 0; j < n_; ++j) dq_[j] = q1[j] - q0[j];
+      : robot_(checker.robot().single()), world_(checker.world().single()),
+        scratch_(workspace_.scratch(eight::scratch_bytes(robot_))) {
+    for (int j = 0; j < checker.n(); ++j) batch_.q0[j] = q0[j], batch_.dq[j] = q1[j] - q0[j];
     const Robot& robot = checker.robot();
     const double travel = std::max(travel_of(robot, q0), travel_of(robot, q1));
     set_margins(batch_, robot, checker.world(), margin, travel);
@@ -42,20 +44,22 @@ class Edge {
     batch_.is_edge = true;
     // Rounded up: the products and sums of the bound are in single precision.
     constexpr double up = 1.0 + 1e-5;
-    for (int k = 0; k < robot.single().n_joints; ++k) {
-      const int j = robot.single().joints[k].q_index;
-      batch_.speed[k] = static_cast<float>(up * std::abs(dq_[j]));
+    for (int k = 0; k < robot_.n_joints; ++k) {
+      const int j = robot_.joints[k].q_index;
+      batch_.speed[k] = static_cast<float>(up * std::abs(batch_.dq[j]));
       batch_.slack[k] = slack ? static_cast<float>(up * slack[j]) : 0.0f;
     }
   }
 
   EdgeReport check() {
     EdgeReport report;
-    Agenda agenda;
+    Agenda agenda(workspace_.intervals);
     while (agenda.pending() > 0) {
       Interval lanes[kLanes];
       agenda.take(lanes);
-      const eight::Verdict verdict = test(lanes);
+      fill_batch(lanes);
+      eight::Verdict verdict;
+      test_(robot_, world_, batch_, scratch_, verdict);
       report.n_configurations += kLanes;
       if (verdict.hit_lane >= 0) {
         report.free = false;
@@ -71,23 +75,20 @@ class Edge {
   }
 
  private:
-  eight::Verdict test(const Interval* lanes) {
-    double middle[kLanes];
+  void fill_batch(const Interval* lanes) {
     for (int i = 0; i < kLanes; ++i) {
-      middle[i] = lanes[i].middle;
+      batch_.middle[i] = lanes[i].middle;
       batch_.half_width[i] = static_cast<float>(lanes[i].half);
       batch_.world[i] = lanes[i].world;
       batch_.self[i] = lanes[i].self;
     }
-    for (int j = 0; j < n_; ++j)
-      for (int i = 0; i < kLanes; ++i) batch_.q[j][i] = q0_[j] + middle[i] * dq_[j];
-    return run_eight(checker_.robot().single(), checker_.world().single(), batch_);
   }
 
-  const Checker& checker_;
-  const double* q0_;
-  const int n_;
-  double dq_[kMaxJoints];
+  const eight::Robot& robot_;
+  const eight::World world_;
+  const eight::Test test_ = hot_test();
+  Workspace& workspace_ = Workspace::mine();
+  void* const scratch_;
   eight::Batch batch_;
 };
 
@@ -101,19 +102,24 @@ EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin
 void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {
   const int n = this->n();
   eight::Batch batch;
+  alignas(64) double columns[kMaxJoints][kLanes];
+  batch.q = columns;
   batch.is_edge = false;
+  const eight::Test test = hot_test();
+  void* scratch = Workspace::mine().scratch(eight::scratch_bytes(robot_.single()));
   for (int first = 0; first < n_rows;) {
     const int n_lanes = std::min(kLanes, n_rows - first);
     double travel = 0.0;
     for (int i = 0; i < kLanes; ++i) {
       const double* q = Q + n * static_cast<std::size_t>(first + std::min(i, n_lanes - 1));
-      for (int j = 0; j < n; ++j) batch.q[j][i] = q[j];
+      for (int j = 0; j < n; ++j) columns[j][i] = q[j];
       travel = std::max(travel, travel_of(robot_, q));
       batch.world[i] = batch.self[i] = i < n_lanes ? ~eight::Frames{0} : 0;
       batch.half_width[i] = 0.0f;
     }
     set_margins(batch, robot_, world_, margin, travel);
-    const eight::Verdict verdict = run_eight(robot_.single(), world_.single(), batch);
+    eight::Verdict verdict;
+    test(robot_.single(), world_.single(), batch, scratch, verdict);
     for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.world[i] | verdict.self[i]);
     first += n_lanes;
   }

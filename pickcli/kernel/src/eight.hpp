@@ -12,10 +12,14 @@ namespace apc::eight {
 inline constexpr int kLanes = 8;
 inline constexpr float kUnitRoundoff = 5.9604645e-8f;  // 2^-24
 
-// A moving joint in a frame whose z is its axis: motion is a rotation about z or a shift along it.
-// Body k is what moves with joint k-1; body 0 is the world.
+// A moving joint. Body k is what moves with joint k-1; body 0 stands still. The axis of a body's joint is its z,
+// and its x is turned such that a turn about x takes it to the axis of the next joint: the next body is moved by
+// offset, turned by tilt about x, moved by a prismatic joint and turned by a revolute one along or about z, each
+// from its zero.
 struct Joint {
-  float T_body_joint[12];  // rows of (R | p): joint frame in the body before it, at position 0
+  float offset[3];               // m, in the body before it
+  float tilt_cosine, tilt_sine;
+  double zero;                   // rad
   bool is_prismatic;
   int q_index;
 };
@@ -27,10 +31,13 @@ struct Ball {
   bool is_sphere;
 };
 
+// Spheres, or one solid. The box holds the centres of the spheres, or the solid's core.
 struct Frame {
   int body;
   int first_ball, last_ball;  // a tree in depth-first order, its root first; empty: first == last
-  float spread;               // largest distance from the root's centre of a sphere's centre, or of a solid's core
+  float center[3], half[3];   // of the box, aligned to the body
+  float radius;               // of the largest sphere, or the solid's rounding
+  float spread;               // largest distance from the box's centre of a sphere's centre, or of the core
   int first_tested, n_tested;
 };
 
@@ -43,13 +50,19 @@ struct Solid {
   float half[3];  // half extents of the core
   float rounding;
   SolidKind kind;
+  bool is_square;  // R is the identity
 };
 
+// Which frames: of the held item and of a chain of 63 joints, one bit each.
+using Frames = std::uint64_t;
+
 struct Robot {
+  float R_world_base[9];  // body 0 stands in the world's origin
   const Joint* joints;
   int n_joints;
   const Frame* frames;
   int n_frames;
+  Frames covered;  // those with anything in them
   const Ball* balls;
   int n_balls;
   const int* tested;  // inner frames of self pairs, by outer frame
@@ -67,9 +80,9 @@ struct alignas(32) EightBounds {
   float low[3][kLanes], high[3][kLanes];
 };
 
-// Obstacles in one box that contains them all.
+// Obstacles that stand close together.
 struct Group {
-  Obstacle around;  // ignored: by every obstacle
+  std::uint64_t ignored;  // by every obstacle
   const Obstacle* obstacles;
   const EightBounds* bounds;  // of obstacles 0..7, 8..15, ...
   int n_obstacles;
@@ -77,16 +90,16 @@ struct Group {
 
 struct World {
   const Group* groups;
-  const EightBounds* bounds;  // of groups 0..7, 8..15, ...
+  const EightBounds* bounds;  // around groups 0..7, 8..15, ...
   int n_groups;
 };
 
-// Which frames: of the held item and of a chain of 63 joints, one bit each.
-using Frames = std::uint64_t;
-
-// Eight intervals: lane i stands for every configuration within half_width[i] * speed + slack of its q.
+// Eight intervals: lane i stands for every configuration within half_width[i] * speed + slack of its midpoint,
+// which is q0 + middle[i] * dq on an edge, and column i of q otherwise.
 struct Batch {
-  alignas(64) double q[32][kLanes];  // midpoints, by entry of the configuration
+  alignas(64) double middle[kLanes];
+  double q0[32], dq[32];       // by entry of the configuration
+  const double (*q)[kLanes];  // by entry of the configuration
   Frames world[kLanes], self[kLanes];  // what is still to be tested: frames against obstacles, against inner frames
   float half_width[kLanes];
   float speed[32];           // by moving joint, rad or m per unit of half_width
@@ -104,9 +117,9 @@ struct Verdict {
 };
 
 inline std::size_t scratch_bytes(const Robot& robot) {
-  const std::size_t vectors = 12 * static_cast<std::size_t>(robot.n_joints + 1) +
-                              3 * static_cast<std::size_t>(robot.n_balls);
-  return 4 * kLanes * vectors + static_cast<std::size_t>(robot.n_balls);
+  const std::size_t n_bodies = static_cast<std::size_t>(robot.n_joints) + 1;
+  const std::size_t n_frames = static_cast<std::size_t>(robot.n_frames);
+  return 4 * kLanes * (12 * n_bodies + 9 * n_frames) + n_frames;
 }
 
 using Test = void (*)(const Robot&, const World&, const Batch&, void* scratch, Verdict&);

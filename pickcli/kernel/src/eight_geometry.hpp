@@ -27,11 +27,13 @@ struct Placed {
   const float* half;
   float rounding;
   SolidKind kind;
+  static constexpr bool is_square = false;
 };
 
 // A vector of the parent's frame along the axes of a solid (Solid or Placed).
 template <typename AnySolid>
 APC_INLINE Point turned_into(const AnySolid& solid, const Point& v) {
+  if (solid.is_square) return v;
   return {v.x * solid.R[0] + v.y * solid.R[3] + v.z * solid.R[6], v.x * solid.R[1] + v.y * solid.R[4] + v.z * solid.R[7],
           v.x * solid.R[2] + v.y * solid.R[5] + v.z * solid.R[8]};
 }
@@ -49,9 +51,14 @@ APC_INLINE V distance2(const Point& point, const AnySolid& solid) {
   return norm2({larger(magnitude(p.x) - half[0], zero), larger(magnitude(p.y) - half[1], zero), dz});
 }
 
-APC_INLINE Point map(const Place& T, const Ball& s) {
-  return {T.p.x + T.R[0] * s.x + T.R[1] * s.y + T.R[2] * s.z, T.p.y + T.R[3] * s.x + T.R[4] * s.y + T.R[5] * s.z,
-          T.p.z + T.R[6] * s.x + T.R[7] * s.y + T.R[8] * s.z};
+APC_INLINE Point map(const Place& T, float x, float y, float z) {
+  return {T.p.x + T.R[0] * x + T.R[1] * y + T.R[2] * z, T.p.y + T.R[3] * x + T.R[4] * y + T.R[5] * z,
+          T.p.z + T.R[6] * x + T.R[7] * y + T.R[8] * z};
+}
+
+// How far a box with these half extents, turned with a body, reaches along an axis of the world.
+APC_INLINE V extent_along(const V* row, const float* half) {
+  return magnitude(row[0]) * half[0] + magnitude(row[1]) * half[1] + magnitude(row[2]) * half[2];
 }
 
 APC_INLINE Placed map(const Place& T, const Solid& s) {
@@ -66,11 +73,11 @@ APC_INLINE Placed map(const Place& T, const Solid& s) {
   return out;
 }
 
-// A world-aligned box, the same in every lane.
+// World-aligned bounds.
 struct Bounds {
   Point low, high;
 
-  // Which of eight obstacles it meets, a bit each.
+  // The same in every lane: which of eight obstacles they meet, a bit each.
   APC_INLINE int meets(const EightBounds& boxes) const {
     const Mask apart = above(load(boxes.low[0]), high.x) | above(load(boxes.low[1]), high.y) |
                        above(load(boxes.low[2]), high.z) | above(low.x, load(boxes.high[0])) |
@@ -78,6 +85,18 @@ struct Bounds {
     return bits(~apart);
   }
 };
+
+APC_INLINE Bounds bounds_of(const EightBounds& boxes, int i) {
+  return {{all(boxes.low[0][i]), all(boxes.low[1][i]), all(boxes.low[2][i])},
+          {all(boxes.high[0][i]), all(boxes.high[1][i]), all(boxes.high[2][i])}};
+}
+
+APC_INLINE V distance2(const Bounds& a, const Bounds& b) {
+  const V zero{};
+  return norm2({larger(larger(a.low.x - b.high.x, b.low.x - a.high.x), zero),
+                larger(larger(a.low.y - b.high.y, b.low.y - a.high.y), zero),
+                larger(larger(a.low.z - b.high.z, b.low.z - a.high.z), zero)});
+}
 
 }  // namespace
 }  // namespace apc::eight::APC_ARCHITECTURE

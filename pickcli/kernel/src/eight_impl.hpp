@@ -21,19 +21,18 @@ class EightTest {
 
   // From the base outwards; the first hit ends it.
   void run() {
-    Frames world = 0, self = 0;
-    for (int i = 0; i < kLanes; ++i) world |= batch_.world[i], self |= batch_.self[i];
-    for (int f = 0; f < robot_.n_frames; ++f) {
+    const Pending world(batch_.world), self(batch_.self);
+    for (Frames left = (world.any | self.any) & robot_.covered; left; left &= left - 1) {
+      const int f = __builtin_ctzll(left);
       const Frame& frame = robot_.frames[f];
-      if (frame.first_ball == frame.last_ball || !((world | self) >> f & 1)) continue;
       posture_.reach(frame.body);
       if (is_solid(f)) held_ = map(posture_.place(frame.body), *robot_.held);
       if (batch_.is_edge) bound_motion(f);
-      if (world >> f & 1 && start(batch_.world, f)) {
+      if (start(world, f)) {
         if (hits_world(f)) return;
         note(verdict_.world, f);
       }
-      if (frame.n_tested > 0 && self >> f & 1 && start(batch_.self, f)) {
+      if (frame.n_tested > 0 && start(self, f)) {
         if (hits_self(f)) return;
         note(verdict_.self, f);
       }
@@ -41,36 +40,48 @@ class EightTest {
   }
 
  private:
+  // What is still to be tested in any lane, and in all.
+  struct Pending {
+    explicit Pending(const Frames* by_lane) : by_lane(by_lane) {
+      for (int i = 0; i < kLanes; ++i) any |= by_lane[i], all &= by_lane[i];
+    }
+    const Frames* by_lane;
+    Frames any = 0, all = ~Frames{0};
+  };
+
   // Takes up the lanes in which a frame is still to be tested; whether there are any.
-  bool start(const Frames* pending, int f) {
+  bool start(const Pending& pending, int f) {
     live_ = open_ = 0;
-    for (int i = 0; i < kLanes; ++i) live_ |= static_cast<int>(pending[i] >> f & 1) << i;
+    if (!(pending.any >> f & 1)) return false;
+    if (pending.all >> f & 1) live_ = 255;
+    else
+      for (int i = 0; i < kLanes; ++i) live_ |= static_cast<int>(pending.by_lane[i] >> f & 1) << i;
     live_ &= ~done_;
     return live_ != 0;
   }
 
   void note(Frames* unproven, int f) {
-    for (int i = 0; i < kLanes; ++i) unproven[i] |= static_cast<Frames>(open_ >> i & 1) << f;
+    for (int left = open_; left; left &= left - 1) unproven[__builtin_ctz(static_cast<unsigned>(left))] |= Frames{1} << f;
     if (!batch_.is_edge) done_ |= open_;
   }
 
-  // For every inner body b: how far frame f moves relative to b, over the interval and by slack. Turning
+  // For every inner body b: how far frame f moves relative to b, per unit of half_width and by slack. Turning
   // the joints one by one from the base outwards, each sees the geometry of the midpoint, so a point
   // moves by at most the sum of (joint motion) * (distance from the joint's axis).
   void bound_motion(int f) {
     const Frame& frame = robot_.frames[f];
-    const V spread = V{} + (frame.spread + batch_.lever_error);
-    const Point root = posture_.point(frame.first_ball, frame.body);
+    const V spread = all(frame.spread + batch_.lever_error);
+    const Point center = posture_.center(f);
     V moved{}, slack{};
     moved_[frame.body] = slack_[frame.body] = V{};
     for (int k = frame.body; k > 0; --k) {
       const float speed = batch_.speed[k - 1], loose = batch_.slack[k - 1];
-      if (speed > 0.0f || loose > 0.0f) {
-        const V lever = robot_.joints[k - 1].is_prismatic ? V{} + 1.0f : posture_.axis_distance(root, k) + spread;
+      if (speed + loose > 0.0f) {
+        const V lever = robot_.joints[k - 1].is_prismatic ? all(1.0f) : posture_.axis_distance(center, k) + spread;
         moved += lever * speed;
-        slack += lever * loose;
+        if (loose > 0.0f) slack += lever * loose;
       }
-      moved_[k - 1] = moved * half_width_;
+      moved_[k - 1] = moved;
       slack_[k - 1] = slack;
     }
   }
@@ -78,15 +89,13 @@ class EightTest {
   // Thresholds for a frame moving relative to an inner body. An interval too short to split must be proven
   // as it is.
   Threshold threshold(float margin, int inner_body) const {
-    const V base = V{} + margin;
-    if (!batch_.is_edge) return {base, base};
-    const V moved = moved_[inner_body];
-    const V still = base + slack_[inner_body], whole = still + moved;
-    return {select(above(V{} + batch_.resolution, moved), whole, still), whole};
+    if (!batch_.is_edge) return {all(margin), all(margin)};
+    const V moved = moved_[inner_body] * half_width_, still = slack_[inner_body] + margin, whole = still + moved;
+    return {select(above(all(batch_.resolution), moved), whole, still), whole};
   }
 
   // The lanes at stake in which a squared distance does not exceed a threshold.
-  int within(V d2, V threshold) const { return bits(not_above(d2, square(threshold))) & live_; }
+  int within(V d2, V threshold) const { return ~bits(above(d2, square(threshold))) & live_; }
 
   // Compares the squared distance of one pair, sum of radii given, with both thresholds. True: nothing is
   // left to be found for this frame.
@@ -109,17 +118,12 @@ class EightTest {
 
   // True: a hit, the test is over.
   bool hits_world(int f) {
-    const Frame& frame = robot_.frames[f];
-    const Ball& ball = robot_.balls[frame.first_ball];
-    const Point& root = posture_.point(frame.first_ball, frame.body);
     Threshold limit = threshold(batch_.world_margin, 0);
-    const Bounds swept = bounds(root, ball.radius + limit.far);
+    const Bounds swept = swept_bounds(posture_.bounds(f), robot_.frames[f].radius + limit.far);
     for (int first = 0; first < world_.n_groups; first += kLanes) {
       for (int near = swept.meets(world_.bounds[first / kLanes]); near; near &= near - 1) {
         const Group& group = world_.groups[first + __builtin_ctz(static_cast<unsigned>(near))];
-        if (group.around.ignored >> f & 1) continue;
-        if (!within(distance2(root, group.around.solid), ball.radius + limit.far)) continue;
-        if (hits_group(f, group, swept, limit)) return batch_.is_edge;
+        if (!(group.ignored >> f & 1) && hits_group(f, group, swept, limit)) return batch_.is_edge;
       }
     }
     return false;
@@ -127,37 +131,38 @@ class EightTest {
 
   bool hits_group(int f, const Group& group, const Bounds& swept, Threshold& limit) {
     const Frame& frame = robot_.frames[f];
-    const V radius = V{} + robot_.balls[frame.first_ball].radius;
-    const Point& root = posture_.point(frame.first_ball, frame.body);
+    const V radius = all(frame.radius), size = all(robot_.balls[frame.first_ball].radius);
+    const Bounds& bounds = posture_.bounds(f);
     for (int first = 0; first < group.n_obstacles; first += kLanes) {
-      for (int near = swept.meets(group.bounds[first / kLanes]); near; near &= near - 1) {
-        const Obstacle& obstacle = group.obstacles[first + __builtin_ctz(static_cast<unsigned>(near))];
-        const Solid& solid = obstacle.solid;
-        if (obstacle.ignored >> f & 1 || !is_near(distance2(root, solid), radius + solid.rounding, limit)) continue;
+      const EightBounds& eight = group.bounds[first / kLanes];
+      for (int near = swept.meets(eight); near; near &= near - 1) {
+        const int i = __builtin_ctz(static_cast<unsigned>(near));
+        const Obstacle& obstacle = group.obstacles[first + i];
+        if (obstacle.ignored >> f & 1 || !is_near(distance2(bounds, bounds_of(eight, i)), radius, size, limit)) continue;
         if (is_solid(f) ? hits_as_solid(f, obstacle, limit) : hits_obstacle(f, obstacle, limit)) return true;
       }
     }
     return false;
   }
 
-  // Whether a ball is near enough to look at what is in it. Where the interval moves it by more than its own
-  // radius that would rarely prove anything: such lanes are left to their halves, but for hits.
-  bool is_near(V d2, V radius, Threshold& limit) {
+  // Whether something is near enough to look at what is in it. Where the interval moves it by more than half its size
+  // that would rarely prove anything: such lanes are left to their halves, but for hits.
+  bool is_near(V d2, V radius, V size, Threshold& limit) {
     const int near = within(d2, radius + limit.far);
     if (!near) return false;
-    const int hasty = near & bits(above(limit.far - limit.near, radius));
+    const int hasty = near & bits(above(limit.far - limit.near, 0.5f * size));
     if (!hasty) return true;
     open_ |= hasty;
     limit.far = select(lanes(hasty), limit.near, limit.far);
     return within(d2, radius + limit.far) != 0;
   }
 
-  // World-aligned bounds of the balls of all live lanes.
-  Bounds bounds(const Point& center, V radius) const {
+  // Bounds of everything within radius of the bounds of any live lane.
+  Bounds swept_bounds(const Bounds& box, V radius) const {
     const Mask live = lanes(live_);
-    const V nowhere = V{} - __builtin_inff();
-    const auto most = [&](V a) { return V{} + largest(select(live, a + radius, nowhere)); };
-    return {{-most(-center.x), -most(-center.y), -most(-center.z)}, {most(center.x), most(center.y), most(center.z)}};
+    const V nowhere = all(-__builtin_inff());
+    const auto most = [&](V a) { return all(largest(select(live, a + radius, nowhere))); };
+    return {{-most(-box.low.x), -most(-box.low.y), -most(-box.low.z)}, {most(box.high.x), most(box.high.y), most(box.high.z)}};
   }
 
   // Down the tree of a frame, skipping balls that are clear of the obstacle in every live lane.
@@ -166,7 +171,7 @@ class EightTest {
     for (int i = frame.first_ball + 1; i < frame.last_ball;) {
       const Ball& ball = robot_.balls[i];
       const V d2 = distance2(posture_.point(i, frame.body), obstacle.solid);
-      const V radius = V{} + (ball.radius + obstacle.solid.rounding);
+      const V radius = all(ball.radius + obstacle.solid.rounding);
       if (ball.is_sphere && judge(d2, radius, limit, f, 0, obstacle.index)) return true;
       i = ball.is_sphere || within(d2, radius + limit.far) ? i + 1 : ball.next;
     }
@@ -175,7 +180,7 @@ class EightTest {
 
   // The held solid itself: by the widest slab between the two.
   bool hits_as_solid(int f, const Obstacle& obstacle, Threshold& limit) {
-    const V radius = V{} + (held_.rounding + obstacle.solid.rounding);
+    const V radius = all(held_.rounding + obstacle.solid.rounding);
     const V gap = Gap(held_, obstacle.solid).widest(radius + limit.far, live_);
     return judge(square(gap), radius, limit, f, 0, obstacle.index);
   }
@@ -187,21 +192,24 @@ class EightTest {
       const Frame& inner = robot_.frames[g];
       if (inner.first_ball == inner.last_ball) continue;
       Threshold limit = threshold(batch_.self_margin, inner.body);
+      const V radius = all(outer.radius + inner.radius);
+      const V size = all(robot_.balls[outer.first_ball].radius + robot_.balls[inner.first_ball].radius);
+      if (!is_near(distance2(posture_.bounds(f), posture_.bounds(g)), radius, size, limit)) continue;
       if (is_solid(f) ? hits_as_solid(f, g, limit) : hits_frame(f, g, limit)) return batch_.is_edge;
     }
     return false;
   }
 
-  // Down the tree of the outer frame against the root of the inner one, and from each sphere that is near
-  // down the tree of the inner one.
+  // Down the tree of the outer frame against the box of the inner one, and from each sphere that is near down
+  // the tree of the inner one.
   bool hits_frame(int f, int g, Threshold& limit) {
     const Frame &outer = robot_.frames[f], &inner = robot_.frames[g];
-    const Point root = posture_.point(inner.first_ball, inner.body);
-    const V root_radius = V{} + robot_.balls[inner.first_ball].radius;
-    for (int i = outer.first_ball; i < outer.last_ball;) {
+    const Bounds& box = posture_.bounds(g);
+    const float size = robot_.balls[inner.first_ball].radius;
+    for (int i = outer.first_ball + 1; i < outer.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const Point& center = posture_.point(i, outer.body);
-      const bool near = is_near(distance2(center, root), ball.radius + root_radius, limit);
+      const Point center = posture_.point(i, outer.body);
+      const bool near = is_near(distance2({center, center}, box), all(ball.radius + inner.radius), all(ball.radius + size), limit);
       if (near && ball.is_sphere && hits_sphere(center, ball.radius, f, g, limit)) return true;
       i = near ? i + 1 : ball.next;
     }
@@ -213,7 +221,7 @@ class EightTest {
     const Frame& inner = robot_.frames[g];
     for (int i = inner.first_ball; i < inner.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(posture_.point(i, inner.body), held_), sum = V{} + (held_.rounding + ball.radius);
+      const V d2 = distance2(posture_.point(i, inner.body), held_), sum = all(held_.rounding + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
       i = ball.is_sphere || within(d2, sum + limit.far) ? i + 1 : ball.next;
     }
@@ -226,7 +234,7 @@ class EightTest {
     const Frame& inner = robot_.frames[g];
     for (int i = inner.first_ball; i < inner.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(center, posture_.point(i, inner.body)), sum = V{} + (radius + ball.radius);
+      const V d2 = distance2(center, posture_.point(i, inner.body)), sum = all(radius + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
       i = ball.is_sphere || within(d2, sum + limit.far) ? i + 1 : ball.next;
     }

@@ -58,6 +58,7 @@ class Robot {
   void replace_held(FrameCover held);
   void prepare_bodies();
   void prepare_covers();
+  eight::Frame bounded(std::size_t f) const;
   void bound_rounding();
 
   Chain chain_;
@@ -65,6 +66,7 @@ class Robot {
   std::vector<int> body_of_frame_;     // L + 1: number of moving joints up to the frame
   std::vector<Pose> T_body_frame_;     // L + 1: constant
   std::vector<eight::Joint> joints_;   // moving ones only
+  Mat3 R_world_base_;                  // of body 0
   std::vector<eight::Frame> frames_;   // L + 1
   std::vector<eight::Ball> balls_;
   std::vector<int> tested_;

@@ -86,6 +86,9 @@ APC_INLINE V load(const float* eight) {
   return v;
 }
 
+// The same in every lane.
+APC_INLINE V all(float a) { return V{a, a, a, a, a, a, a, a}; }
+
 // The largest lane.
 APC_INLINE float largest(V a) {
   a = larger(a, __builtin_shuffle(a, Mask{4, 5, 6, 7, 0, 1, 2, 3}));

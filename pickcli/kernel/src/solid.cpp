@@ -66,6 +66,7 @@ eight::Solid to_single(const Solid& solid) {
   }
   single.rounding = static_cast<float>(solid.rounding);
   single.kind = solid.kind;
+  single.is_square = solid.T.R.m == Mat3{}.m;
   return single;
 }
 

@@ -6,22 +6,26 @@
 namespace apc {
 namespace {
 
-// The box with the orientation R around the obstacles [first, last).
-Solid around(const Mat3& R, const Obstacle* first, const Obstacle* last) {
+struct Bounds {
+  Vec3 low, high;
+};
+
+// World-aligned bounds of the obstacles [first, last).
+Bounds around(const Obstacle* first, const Obstacle* last) {
   const double inf = std::numeric_limits<double>::infinity();
-  Vec3 low{inf, inf, inf}, high{-inf, -inf, -inf};
+  Bounds out{{inf, inf, inf}, {-inf, -inf, -inf}};
   for (const Obstacle* obstacle = first; obstacle != last; ++obstacle) {
-    const Solid& solid = obstacle->solid;
-    const auto half = [&](int axis) { return support(solid, R.column(axis)) + solid.rounding; };
-    const Vec3 c = transposed(R) * solid.T.p, h{half(0), half(1), half(2)};
-    low = {std::min(low.x, c.x - h.x), std::min(low.y, c.y - h.y), std::min(low.z, c.z - h.z)};
-    high = {std::max(high.x, c.x + h.x), std::max(high.y, c.y + h.y), std::max(high.z, c.z + h.z)};
+    const auto& [solid, group, ignored, index] = *obstacle;
+    const auto half = [&s = solid](const Vec3& axis) { return support(s, axis) + s.rounding; };
+    const Vec3 c = solid.T.p, h{half({1, 0, 0}), half({0, 1, 0}), half({0, 0, 1})};
+    out.low = {std::min(out.low.x, c.x - h.x), std::min(out.low.y, c.y - h.y), std::min(out.low.z, c.z - h.z)};
+    out.high = {std::max(out.high.x, c.x + h.x), std::max(out.high.y, c.y + h.y), std::max(out.high.z, c.z + h.z)};
   }
-  return {{R, R * (0.5 * (low + high))}, 0.5 * (high - low)};
+  return out;
 }
 
-// Appends the i-th bounds to a row of eights; aligned: a world-aligned box.
-void add_bounds(std::vector<eight::EightBounds>& eights, int i, const Solid& aligned, double slop) {
+// Appends the i-th bounds to a row of eights.
+void add_bounds(std::vector<eight::EightBounds>& eights, int i, const Bounds& bounds, double slop) {
   const int lane = i % eight::kLanes;
   if (lane == 0) {
     const float inf = std::numeric_limits<float>::infinity();
@@ -31,15 +35,13 @@ void add_bounds(std::vector<eight::EightBounds>& eights, int i, const Solid& ali
       std::fill_n(eights.back().high[axis], eight::kLanes, -inf);
     }
   }
-  const Vec3 low = aligned.T.p - aligned.half, high = aligned.T.p + aligned.half;
+  const auto& [low, high] = bounds;
   const double lows[3] = {low.x, low.y, low.z}, highs[3] = {high.x, high.y, high.z};
   for (int axis = 0; axis < 3; ++axis) {
     eights.back().low[axis][lane] = static_cast<float>(lows[axis] - slop);
     eights.back().high[axis][lane] = static_cast<float>(highs[axis] + slop);
   }
 }
-
-double volume(const Solid& box) { return box.half.x * box.half.y * box.half.z; }
 
 }  // namespace
 
@@ -59,23 +61,16 @@ World::World(std::vector<Obstacle> obstacles) : obstacles_(std::move(obstacles))
   }
 }
 
-// The group's own box takes the best of its members' orientations.
 void World::add_group(int first, int last) {
   const Obstacle *begin = obstacles_.data() + first, *end = obstacles_.data() + last;
   const std::size_t first_bounds = bounds_.size();
   const double slop = 32.0 * eight::kUnitRoundoff * extent_;
   for (const Obstacle* o = begin; o != end; ++o)
-    add_bounds(bounds_, static_cast<int>(o - begin), around(Mat3{}, o, o + 1), slop);
-  Solid best = around(Mat3{}, begin, end);
-  add_bounds(group_bounds_, static_cast<int>(groups_.size()), best, slop);
+    add_bounds(bounds_, static_cast<int>(o - begin), around(o, o + 1), slop);
+  add_bounds(group_bounds_, static_cast<int>(groups_.size()), around(begin, end), slop);
   std::uint64_t ignored = ~std::uint64_t{0};
-  for (const Obstacle* o = begin; o != end; ++o) {
-    const Solid candidate = around(o->solid.T.R, begin, end);
-    if (volume(candidate) < volume(best)) best = candidate;
-    ignored &= o->ignored;
-  }
-  best.half = best.half + Vec3{slop, slop, slop};
-  groups_.push_back({{to_single(best), ignored, -1}, &single_obstacles_[first], &bounds_[first_bounds], last - first});
+  for (const Obstacle* o = begin; o != end; ++o) ignored &= o->ignored;
+  groups_.push_back({ignored, &single_obstacles_[first], &bounds_[first_bounds], last - first});
 }
 
 eight::World World::single() const {
