@@ -1,4 +1,8 @@
-"""One coarse motion for the database: several tries, the fastest in earnest."""
+"""One coarse motion for the database: as near to its lower bound as can be found.
+
+The line itself where it is free; else a free motion in the time of the line, by bending what is not the
+slowest joint; else in a little more time; else what RRT-Connect finds, made quicker. See docs/precompute.md.
+"""
 
 from __future__ import annotations
 
@@ -6,120 +10,141 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from pickcli.cell.model import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import Limits, PivotState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
-from pickcli.motion.segment import SegmentKind
-from pickcli.motion.trajectory import Trajectory
+from pickcli.precompute.averaged import averaged
+from pickcli.precompute.bounds import lower_bound, scaled
 from pickcli.precompute.empty_scene import RESERVE, checker
-from pickcli.roadmap.cost import estimated_duration
+from pickcli.precompute.leg import TICK, Pace
+from pickcli.precompute.leg_proof import LegProof
+from pickcli.precompute.polyline import polyline
+from pickcli.precompute.ramps import Ramps
+from pickcli.precompute.search import Effort, Search
+from pickcli.precompute.timed_proof import is_proven, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.polish import polish
-from pickcli.roadmap.sampling import plan
-from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
-from pickcli.timing.run import RunPart, time_run
+
+# Times the least duration: what a motion that holds in every pivot state may take, ...
+_WORTH = 1.01
+
+# ... and what ends the search.
+_GOOD = 1.01
 
 
 @dataclass(frozen=True)
 class TrajectorySettings:
     """How a database is built; all of it is stored with the result.
 
-    n_tries: paths per pair that compete by estimated duration
-    n_finalists: of these, the ones that are polished and timed; the fastest in earnest is kept
+    n_tries: times that the planner is asked for a path where bending finds nothing near the bound
+    max_iterations, n_shortcuts: of the planner for a path, and shortcuts in it
+    n_presses, n_press: times that bending is tried for a duration, and bends each time
+    n_quicken: moves that make a motion quicker
+    n_agains: times that the best motion, where it is not near its bound, is made quicker once more
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT
-    n_tries: int = 8
-    n_finalists: int = 3
+    n_tries: int = 4
     max_iterations: int = 5000
     n_shortcuts: int = 150
-    n_polish: int = 300
+    n_presses: int = 6
+    n_press: int = 400
+    n_quicken: int = 600
+    n_agains: int = 4
     seed: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class MotionMaker:
-    """Makes motions of one cell. Each depends on its key and the settings alone."""
+    """Makes motions of one cell. Each depends on the cell, its key and the settings alone.
+
+    Cell, settings and keys can be pickled; a maker, which holds checkers, is made where it is used.
+    """
 
     cell: Cell
     settings: TrajectorySettings
 
     def make(self, key: MotionKey) -> CoarseMotion | Reason:
-        """The best motion of a pair in the widest pivot state that allows one; else why there is none.
+        """The best motion of a pair in the widest pivot state that costs no time; else why there is none.
 
-        MOVING covers the other states; where it allows nothing, the state that both ends are meant for.
+        MOVING covers the other states. Where it allows nothing, or nothing near the bound, the state that
+        both ends are meant for is taken.
         """
         pivots = {self.cell.configurations[name].pivot for name in (key.start, key.goal)}
-        made = self._in_state(key, PivotState.MOVING)
-        if isinstance(made, Reason) and len(pivots) == 1:
-            made = self._in_state(key, pivots.pop())
-        return made
+        if len(pivots) == 2:
+            return self._in_state(key, PivotState.MOVING)
+        wide = self._in_state(key, PivotState.MOVING, _WORTH)
+        return wide if isinstance(wide, CoarseMotion) else self._in_state(key, pivots.pop())
 
-    def _in_state(self, key: MotionKey, pivot: PivotState) -> CoarseMotion | Reason:
+    def _in_state(
+        self, key: MotionKey, pivot: PivotState, at_most: float = float("inf")
+    ) -> CoarseMotion | Reason:
+        """at_most: times the least duration."""
         tests = self._planning[pivot, key.payload]
-        for name in (key.start, key.goal):
-            q = self.cell.configurations[name].q
+        q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
+        for name, q in ((key.start, q0), (key.goal, q1)):
             if not tests.is_free(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
-        finalists = self._finalists(key, tests)
-        timed = [self._timed(self._proving[pivot, key.payload], path) for path in finalists]
-        k = min(range(len(timed)), key=lambda k: timed[k].duration, default=None)
-        if k is None:
-            what = f"{self.settings.planner} gave up {self.settings.n_tries} times"
-            return Reason("no path", f"{key.start} to {key.goal}", what)
-        return CoarseMotion(key, pivot, finalists[k], timed[k].duration, timed[k])
+        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self._effort)
+        seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, pivot)
+        best: CoarseMotion | None = None
 
-    def _finalists(self, key: MotionKey, tests: SceneChecker) -> list[JointPath]:
-        """The best tries, polished; one alone where the straight edge is free."""
-        tries: list[JointPath] = []
-        for attempt in range(self.settings.n_tries):
-            path = self._try(tests, key, self._seed(key, f"try {attempt}"))
-            if path is not None and len(path.waypoints) == 2:
-                return [path]
-            tries += [] if path is None else [path]
-        tries.sort(key=lambda path: estimated_duration(self._space, path.waypoints))
-        polished = [
-            polish(
-                tests, self._space, path, seed=self._seed(key, "polish"), iterations=self.settings.n_polish
-            )
-            for path in tries[: self.settings.n_finalists]
-        ]
-        return [path for path in polished if tests.path_is_free(path.waypoints) == -1]
+        def is_wanted(duration: float) -> bool:
+            is_quicker = best is None or duration + self._pace.pause < best.duration
+            return is_quicker and duration <= at_most * search.least + TICK
 
-    def _try(self, tests: SceneChecker, key: MotionKey, seed: int) -> JointPath | None:
-        """One path, shortened."""
-        q_start, q_goal = (self.cell.configurations[name].q for name in (key.start, key.goal))
-        found = plan(
-            tests,
-            self._space,
-            q_start,
-            q_goal[None],
-            seed=seed,
-            planner=self.settings.planner,
-            max_iterations=self.settings.max_iterations,
-        )
-        if found is None:
+        for motion in search.motions(seed, is_wanted):
+            made = self._finished(key, pivot, motion) if is_wanted(motion.duration) else None
+            best = made or best
+            if best is not None and best.duration <= _GOOD * best.lower_bound:
+                break
+        if best is not None:
+            return best
+        straight = tests.explain_edge(q0, q1)
+        detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
+        return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
+
+    def _finished(self, key: MotionKey, pivot: PivotState, motion: Ramps) -> CoarseMotion | None:
+        """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
+        tests = self._proving[pivot, key.payload]
+        names = self.cell.robot.joint_names
+        goal = self.cell.configurations[key.goal].q
+        timed = averaged(names, motion, goal, self._pace, self._limits)
+        if not is_proven(timed, LegProof(tests, self._space)):
             return None
-        return shorten(tests, self._space, found, seed=seed, iterations=self.settings.n_shortcuts)
+        waypoints = polyline(timed, self._planning[pivot, key.payload])
+        if waypoints is None:
+            return None
+        bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
+        clearance = proven_clearance(timed, self._space, tests)
+        return CoarseMotion(key, pivot, JointPath(names, waypoints), timed.duration, timed, bound, clearance)
 
-    def _timed(self, tests: SceneChecker, path: JointPath) -> Trajectory:
-        """The path in time at the cell's full speed, its blended corners proven as well."""
+    @cached_property
+    def _effort(self) -> Effort:
+        s = self.settings
+        return Effort(
+            s.planner,
+            s.n_tries,
+            s.max_iterations,
+            s.n_shortcuts,
+            s.n_presses,
+            s.n_press,
+            s.n_quicken,
+            s.n_agains,
+        )
 
-        def is_free(part: int, chords: Array, slack: Array | None) -> int:
-            return tests.path_is_free(chords, slack)
+    @cached_property
+    def _limits(self) -> Limits:
+        return scaled(self.cell.robot.limits, self.cell.speed_scale)
 
-        part = RunPart(SegmentKind.TRANSIT, path.waypoints, self.cell.speed_scale)
-        return time_run(path.joint_names, [part], self.cell.robot.limits, is_free).trajectory
-
-    def _seed(self, key: MotionKey, task: str) -> int:
-        return derived_seed(self.settings.seed, key.start, key.goal, key.payload, task)
+    @cached_property
+    def _pace(self) -> Pace:
+        return Pace.of(self._limits)
 
     @cached_property
     def _space(self) -> JointSpace:
@@ -132,7 +157,7 @@ class MotionMaker:
 
     @cached_property
     def _proving(self) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:
-        """Checkers that the timed path is proven with: the cell's clearance, no more."""
+        """Checkers that the timed motion is proven with: the cell's clearance, no more."""
         return self._checkers(0.0)
 
     def _checkers(self, reserve: float) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:

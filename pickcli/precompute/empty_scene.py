@@ -30,13 +30,14 @@ def checker(
     model: CollisionModel, pivot: PivotState, payload: PayloadClass, reserve: float = 0.0
 ) -> SceneChecker:
     """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more."""
-    held = _cube() if payload is PayloadClass.CUBE else None
     margin = model.cell.clearance + reserve
-    return SceneChecker(model, empty_scene(model.cell), pivot, held=held, margin=margin)
+    return SceneChecker(model, empty_scene(model.cell), pivot, held=stand_in(payload), margin=margin)
 
 
-def _cube() -> Held:
-    """A cube whose face sits on the cup, in front of it."""
+def stand_in(payload: PayloadClass) -> Held | None:
+    """What is held for a payload class: a cube with a face on the cup or its centre there, or nothing."""
+    if payload is PayloadClass.EMPTY:
+        return None
     shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)
     cube = Item("cube", 2016, shape, 1.0, 0, True, "", 0.0, 1.0, "", "a stand-in for the payload class")
-    return Held(cube, pose((0.0, 0.0, CUBE_EDGE / 2)))
+    return Held(cube, pose((0.0, 0.0, CUBE_EDGE / 2 if payload is PayloadClass.CUBE else 0.0)))

@@ -25,6 +25,8 @@ _EMPTY = (
 # With something in the cup the arm goes from a bin to the tote, or home.
 _LADEN = (("home", "bin"), ("home", "tote"), ("bin", "tote"))
 
+_NOT_RECORDED = (("cam_A", "cam_H"), ("cam_C", "cam_D"), ("cam_C", "cam_G"), ("cam_C", "cam_I"))
+
 
 def coarse_pairs(cell: Cell) -> list[MotionKey]:
     """The motions to store for a cell, each in one direction, in the order of its configurations."""
@@ -35,6 +37,21 @@ def coarse_pairs(cell: Cell) -> list[MotionKey]:
         for payload, kinds in ((PayloadClass.EMPTY, _EMPTY), (PayloadClass.CUBE, _LADEN))
         for a, b in pairs
         if _is_wanted(a, b, kinds)
+    ]
+
+
+def delft_pairs(cell: Cell, payload: PayloadClass) -> list[MotionKey]:
+    """The 135 pairs of named configurations that Delft recorded, both ways: their 270 motions.
+
+    From the names in their cache (poses 0 to 11 are our letters A to L). Drop poses and the four pairs of
+    camera poses that they had no motion for are not among them.
+    """
+    return [
+        MotionKey(key.start, key.goal, payload)
+        for key in coarse_pairs(cell)
+        if key.payload is PayloadClass.EMPTY
+        and "drop" not in {cell.configurations[name].kind for name in (key.start, key.goal)}
+        and (key.start, key.goal) not in _NOT_RECORDED
     ]
 
 

@@ -1,0 +1,56 @@
+"""Whether legs are free: the proof that a search asks for thousands of times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.precompute.leg import Leg
+from pickcli.precompute.ramps import tube
+from pickcli.roadmap.space import JointSpace
+
+_CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
+
+
+class TubeChecker(Protocol):
+    """What is free, decided by proof, with slack around each edge; a SceneChecker is one."""
+
+    def is_free(self, q: Array) -> bool:
+        """Whether a configuration (n,) keeps the margin."""
+
+    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
+        """Index of the first edge of Q (N, n) that is not proven with its slack (N - 1, n), or -1."""
+
+
+@dataclass(frozen=True, eq=False)
+class LegProof:
+    """Asks one checker about legs in one space."""
+
+    checker: TubeChecker
+    space: JointSpace
+
+    def is_free(self, legs: tuple[Leg, ...]) -> bool:
+        """Whether every instant of the legs is proven free and inside the position limits."""
+        return self.proves(lambda step: tube(legs, step))
+
+    def proves(self, tube_of: Callable[[float], tuple[Array, Array]]) -> bool:
+        """Whether a curve is proven: longest chord (s) -> chords (N, n), slack (N - 1, n) around it."""
+        for step in _CHORDS:
+            Q, slack = tube_of(step)
+            if not self._is_inside(Q, slack):
+                return False
+            i = self.checker.path_is_free(Q, slack)
+            if i < 0:
+                return True
+            if not (self.checker.is_free(Q[i]) and self.checker.is_free(Q[i + 1])):
+                return False  # no chord is short enough
+        return False
+
+    def _is_inside(self, Q: Array, slack: Array) -> bool:
+        """Whether the tube stays within the position limits."""
+        low, high = np.minimum(Q[:-1], Q[1:]) - slack, np.maximum(Q[:-1], Q[1:]) + slack
+        return bool(np.all(low >= self.space.lower) and np.all(high <= self.space.upper))

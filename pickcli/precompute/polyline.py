@@ -1,0 +1,40 @@
+"""The path of a trajectory as few straight edges, for those who time it anew."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+
+_STEPS = (0.02, 0.005)  # s between the places that may become vertices
+_TOLERANCE = 0.02  # rad or m, how far the trajectory may be from the edge between two vertices
+
+
+def polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
+    """Waypoints (N, n) from start to end near a trajectory, every edge proven free; None if one cannot be.
+
+    Douglas and Peucker's way: an edge that is too far off, or not free, is divided where it is farthest.
+    """
+    for step in _STEPS:
+        n = max(int(np.ceil(trajectory.duration / step)), 1)
+        Q = trajectory.sample(np.linspace(0.0, trajectory.duration, n + 1))
+        kept = _divided(Q, checker, 0, n)
+        if kept is not None:
+            Q[[0, -1]] = trajectory.positions[[0, -1]]
+            return np.asarray(Q[[*kept, n]])
+    return None
+
+
+def _divided(Q: Array, checker: SceneChecker, i: int, j: int) -> list[int] | None:
+    """Where the edges from i to j begin, or None."""
+    along = np.linspace(0.0, 1.0, j - i + 1)[1:-1, None]
+    off = np.abs(Q[i + 1 : j] - Q[i] - along * (Q[j] - Q[i])).max(axis=1) if j - i > 1 else np.zeros(1)
+    if off.max() <= _TOLERANCE and checker.edge_is_free(Q[i], Q[j]):
+        return [i]
+    if j - i == 1:
+        return None
+    k = i + 1 + int(off.argmax()) if off.max() > 0.0 else (i + j) // 2
+    first, second = _divided(Q, checker, i, k), _divided(Q, checker, k, j)
+    return None if first is None or second is None else first + second

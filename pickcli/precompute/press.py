@@ -1,0 +1,94 @@
+"""A free motion of a given duration, from one that is not free: out of what it hits, a bend at a time.
+
+The duration stands and depth is what falls. Where one joint needs all of the time, the other joints are bent
+around it, and nothing is lost: most lines that are blocked can be avoided like this in the time of the line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.precompute.between import bent, in_time
+from pickcli.precompute.leg import TICK, Leg, Pace, State
+from pickcli.precompute.leg_proof import LegProof
+from pickcli.precompute.moves import bent_state, random_stretch
+from pickcli.precompute.ramps import Ramps
+
+Clearances = Callable[[Array], Array]
+"""Configurations (N, n) -> m from the nearest thing, negative inside, (N,)."""
+
+_WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of what a joint crosses in the motion
+_STEP = 0.03  # s between the configurations whose depth counts
+_WHOLE = 0.4  # share of the bends that replace the whole motion
+_NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
+
+
+def press(
+    proof: LegProof,
+    clearances: Clearances,
+    margin: float,
+    pace: Pace,
+    ends: tuple[Array, Array],
+    duration: float,
+    *,
+    seed: int,
+    iterations: int,
+) -> Ramps | None:
+    """A proven motion between two configurations (n,) in ``duration`` s (whole ticks), or None.
+
+    margin: m of clearance that a configuration should have. Repeatable by seed.
+    """
+    leg = in_time(State.at_rest(ends[0]), State.at_rest(ends[1]), pace, duration)
+    if leg is None:
+        return None
+
+    rng = np.random.default_rng(seed)
+    motion = Ramps((leg,))
+    times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
+    depths = _depths(motion.legs, times, clearances, margin, proof)
+    for _ in range(iterations):
+        start, end = (0.0, duration) if rng.random() < _WHOLE else random_stretch(motion, rng)
+        legs = _bent(proof, pace, motion, start, end, rng)
+        if legs is None:
+            continue
+        concerned = (times >= start) & (times < end)
+        deep = _depths(legs, times[concerned] - start, clearances, margin, proof)
+        less = float(depths[concerned].sum() - deep.sum())
+        if less < 0.0:
+            continue
+        motion, depths[concerned] = motion.replaced(start, end, legs), deep
+        if less > 0.0 and depths.mean() < _NEARLY and proof.is_free(motion.legs):
+            return motion
+    return None
+
+
+def _depths(
+    legs: tuple[Leg, ...], times: Array, clearances: Clearances, margin: float, proof: LegProof
+) -> Array:
+    """(K,) at times (K,) since the first leg began: m lacking to the margin, and beyond the limits."""
+    rows, begin = [], 0.0
+    for leg in legs:
+        rows.append(leg.evaluate(times[(times >= begin) & (times < begin + leg.duration)] - begin)[0])
+        begin += leg.duration
+    Q = np.concatenate(rows)
+    outside = np.maximum(np.maximum(proof.space.lower - Q, Q - proof.space.upper), 0.0).sum(axis=1)
+    return np.asarray(np.maximum(margin - clearances(Q), 0.0) + outside) if len(Q) else np.zeros(0)
+
+
+def _bent(
+    proof: LegProof, pace: Pace, motion: Ramps, start: float, end: float, rng: np.random.Generator
+) -> tuple[Leg, ...] | None:
+    """Two legs in the time of a stretch, through a state near the motion; each joint bends if it can."""
+    at = start + round((end - start) * rng.uniform(0.1, 0.9) / TICK) * TICK
+    if at - start < TICK / 2 or end - at < TICK / 2:
+        return None
+    first, here, last = (motion.state(t) for t in (start, at, end))
+    share = _NARROWEST * (_WIDEST / _NARROWEST) ** rng.random()
+    middles = [bent_state(here, share, motion.duration, proof.space, pace, rng), here]
+    direct = in_time(first, last, pace, end - start)
+    if direct is not None:
+        middles.append(direct.state(at - start))
+    return bent(first, middles, last, pace, at - start, end - at)

@@ -1,0 +1,57 @@
+"""Proof of a timed motion, and of how far it keeps from everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.precompute.leg_proof import LegProof
+from pickcli.roadmap.space import JointSpace
+from pickcli.timing.chords import trajectory_chords
+
+_WIDEST = 0.128  # m: clearances beyond are told as this
+_HALVINGS = 7  # to a millimetre
+
+
+def is_proven(trajectory: Trajectory, proof: LegProof) -> bool:
+    """Whether the quintics of a trajectory are proven free and inside the position limits."""
+    return proof.proves(lambda step: trajectory_chords(refined(trajectory, step)))
+
+
+def refined(trajectory: Trajectory, step: float) -> Trajectory:
+    """The same motion with points ``step`` s apart at most; exact for quintics, but for rounding."""
+    counts = np.ceil(np.diff(trajectory.times) / step - 1e-9).astype(int)
+    starts = trajectory.times[:-1]
+    pieces = [
+        t + h * np.arange(n) / n for t, h, n in zip(starts, np.diff(trajectory.times), counts, strict=True)
+    ]
+    t = np.concatenate([*pieces, trajectory.times[-1:]])
+    return Trajectory(trajectory.joint_names, t, *(trajectory.sample(t, order) for order in range(3)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Wider:
+    """A checker with a margin of its own."""
+
+    checker: SceneChecker
+    margin: float
+
+    def is_free(self, q: Array) -> bool:
+        return bool(self.checker.kernel.is_free(q, self.margin))
+
+    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
+        return int(self.checker.kernel.path_is_free(np.ascontiguousarray(Q), self.margin, slack))
+
+
+def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:
+    """m that a motion, proven with the checker, is proven to keep from everything, to a millimetre."""
+    low, high = checker.margin, _WIDEST
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        is_kept = is_proven(trajectory, LegProof(_Wider(checker, middle), space))
+        low, high = (middle, high) if is_kept else (low, middle)
+    return low
