@@ -6,6 +6,8 @@ path gets there by lines and coarse motions that are proven again, for the tool 
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from pickcli.cartesian.follow import follow_line
@@ -24,15 +26,20 @@ from pickcli.planning.pieces import COARSE_BLEND, Piece
 from pickcli.seeds import derived_seed
 
 SAFE = "home"
-FIRST = 0.02  # m of the way up in which the cup may still touch what it touches
-RISES = (0.02, 0.04, 0.06, 0.09, 0.12)  # m, tried in this order
+
+# m up, or back along the tool, in which the cup may still touch what it touches. Up over what it lies on is
+# the shortest; a cup that came from the side would scrape along.
+FIRST_UP = (0.02,)
+FIRST_BACK = (0.02, 0.04)
+
+RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m from there, tried in this order
 
 
 def plan_recovery(planner: Planner, scene: Scene, start: Start, seed: int = 0) -> Plan:
     """Plan from rest at ``start``, with the empty tool, out of any bin and home.
 
     What the cup touches where it stopped (an item that slipped, a wall within the clearance) it may touch
-    over the first 20 mm of the way up, and nothing else may. Raises NoPlanError.
+    over the first 20 mm upwards, or 40 mm backwards, and nothing else may. Raises NoPlanError.
     """
     label = f"recover to {SAFE}"
     out = _out_of_the_pod(planner, scene, start)
@@ -61,12 +68,18 @@ def _out_of_the_pod(planner: Planner, scene: Scene, start: Start) -> tuple[list[
     if depth <= 0.0 and not touching:
         return [], start.q
     reason = Reason("no way out", "where the robot stopped")
-    for rise in RISES:
-        out = _risen_and_out(planner, scene, start, tip, rise, max(depth, 0.0), touching)
+    for first, rise in product(_first_steps(tip, scene.T_world_pod), RISES):
+        out = _risen_and_out(planner, scene, start, tip, first, rise, max(depth, 0.0), touching)
         if not isinstance(out, Reason):
             return out
         reason = out
     return reason
+
+
+def _first_steps(tip: Array, T_world_pod: Array) -> list[Array]:
+    """Ways (3,) in the world that may free the cup from what it touches."""
+    up, back = T_world_pod[:3, 2], -tip[:3, 2]
+    return [length * up for length in FIRST_UP] + [length * back for length in FIRST_BACK]
 
 
 def _risen_and_out(
@@ -74,21 +87,24 @@ def _risen_and_out(
     scene: Scene,
     start: Start,
     tip: Array,
+    first: Array,
     rise: float,
     depth: float,
     touching: frozenset[str],
 ) -> tuple[list[Piece], Array] | Reason:
     """First away from what is touched, then up, then out."""
-    up, free = scene.T_world_pod[:3, 2], planner.checker(scene, start.pivot)
-    first = min(rise, FIRST)
-    freed, lifted = shifted(tip, first * up), shifted(tip, rise * up)
+    free, T_world_pod = planner.checker(scene, start.pivot), scene.T_world_pod
+    freed = shifted(tip, first)
+    lifted = shifted(freed, rise * T_world_pod[:3, 2])
     stages = [
         (SegmentKind.DEPART, freed, planner.checker(scene, start.pivot, touching=touching), touching),
         (SegmentKind.RETREAT, lifted, free, frozenset[str]()),
-        (SegmentKind.RETREAT, shifted(lifted, -depth * scene.T_world_pod[:3, 0]), free, frozenset[str]()),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), free, frozenset[str]()),
     ]
     pieces, q, here = [], start.q, tip
     for kind, there, checker, allowed in stages:
+        if kind is SegmentKind.RETREAT and np.allclose(there, here):
+            continue
         line = follow_line(planner.arm, checker, here, there, start.pivot, q, "way out")
         if isinstance(line, Reason):
             return line

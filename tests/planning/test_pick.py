@@ -15,7 +15,6 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start, plan_pick
-from pickcli.planning.recover import plan_recovery
 from pickcli.planning.settings import Neighbours
 from pickcli.verification.verify import verify
 
@@ -114,14 +113,3 @@ def test_a_move_arrives_and_a_blocked_goal_is_explained(
     assert verify(plan, scene).reasons == ()
     with pytest.raises(NoPlanError, match="goal"):
         plan_move(planner, scene, home, cell.configurations["tote_10h"].q)
-
-
-def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith, home: Start) -> None:
-    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(planner, scene, "bin_B", "crayola_24_ct", home)
-    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
-    stuck = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
-    out = plan_recovery(planner, scene, stuck)
-    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
-    assert out.segments[0].kind is SegmentKind.DEPART
-    assert verify(out, scene).reasons == ()
