@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pickcli.cell.shapes import Shape
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array
+
+LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
 
 
 @dataclass(frozen=True)
@@ -25,3 +28,11 @@ class Item:
     speed_scale: float  # 1.0, or 0.5 for Delft's slow items
     folded: str  # "" or how cloth and bags were folded to get the stated size
     source: str  # where the figures come from
+
+    def can_roll(self, R: Array) -> bool:
+        """Whether it rolls when it is pushed: a ball, or a cylinder that lies.
+
+        R: (3, 3) orientation of the item in a frame whose z points up
+        """
+        is_lying = abs(float(R[2, 2])) < LYING
+        return self.shape.kind is ShapeKind.SPHERE or (self.shape.kind is ShapeKind.CYLINDER and is_lying)

@@ -27,6 +27,8 @@ MAX_PIVOTED_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivoted
 TRIES_PER_PLACE = 8
+SIDE = 0.15  # what a side grasp costs: it needs room beside the item
+ROLLING = 0.3  # and more where the cup makes the item roll before it holds
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
 
 
@@ -46,7 +48,7 @@ def sample_grasps(
 
     Frontal grasps use the straight cup, top-down and side grasps the pivoted one. Each face yields its
     centre, random places and those of the search's grid. The order follows ``Grasp.score``: load over limit
-    plus penalties for tilt and turn.
+    plus penalties for tilt, turn and pressing from the side.
     """
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", item_id, item.why_not),))
@@ -103,7 +105,9 @@ def _placements(
         where = f"{item_id}, face {face}"
         return [], Reason("does not hold", where, f"{load} at rest, limits exceeded {ratio:.2f} times")
     grasps = []
-    worse = off / np.pi + (0.15 if kind == "side" else 0.0)
+    worse = off / np.pi
+    if kind == "side":
+        worse += SIDE + (ROLLING if item.can_roll(T_bin_item[:3, :3]) else 0.0)
     for x_target, turn in search.turns(kind):
         T_turned = turned(T_item_tip, _turn_towards(R, x_target))
         least = _tilt_over_the_lip(T_bin_item @ T_turned, tool.cup_tilt) if kind == "top-down" else 0.0

@@ -10,7 +10,6 @@ import numpy as np
 from pickcli.cartesian.corridor import Corridor
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.station import Bin
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
@@ -23,8 +22,6 @@ from pickcli.planning.context import NONE, Planner
 from pickcli.planning.settings import Neighbours
 from pickcli.planning.ways_out import WaysOut
 from pickcli.seeds import derived_seed
-
-LYING = 0.7  # vertical part of a cylinder's axis, below which it rolls
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +152,11 @@ class BinQuery:
     @cached_property
     def _leaving(self) -> Ghost:
         """The target where it may touch what it is near to, but not push what would roll along with it."""
-        rolling = [p.id for p in self.scene.items if p.id in self.touching and can_roll(p)]
+        rolling = [
+            p.id
+            for p in self.scene.items
+            if p.id in self.touching and p.item.can_roll(p.T_world_item[:3, :3])
+        ]
         standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
         others = frozenset(p.id for p in self.scene.items)
         beside = tuple(self._ghost(frozenset(standing), others - {name}) for name in rolling)
@@ -168,10 +169,3 @@ class BinQuery:
             self.planner.model, self.scene, self.target.item, self.target.T_world_item,
             self.T_world_bin[:3, :3], self.uncertainty, without, touching, beside,
         )  # fmt: skip
-
-
-def can_roll(placed: PlacedItem) -> bool:
-    """Whether an item rolls away, or along, when it is pushed: a ball, or a cylinder that lies."""
-    kind = placed.item.shape.kind
-    is_lying = abs(float(placed.T_world_item[2, 2])) < LYING
-    return kind is ShapeKind.SPHERE or (kind is ShapeKind.CYLINDER and is_lying)
