@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,6 +17,9 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.report import emit_json
 from pickcli.roadmap.planners import PlannerName
+
+if TYPE_CHECKING:
+    from pickcli.precompute.second_routes import SecondRoutes
 
 PLANNERS = click.Choice([planner.value for planner in PlannerName])
 
@@ -37,8 +41,10 @@ def command(
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
 
-    Section IV of their paper. Every edge is proven free. Configurations that are not free and pairs without
-    a path are reported. An interrupted build goes on when the same command is given again.
+    Section IV of their paper. Every edge is proven free. Edges are added until important pairs (home, bins
+    and camera poses to the tote; bins side by side) have a second route that shares no edge with the first.
+    What is not free, has no path or has no second route is reported, with the reason. An interrupted build
+    goes on when the same command is given again.
 
     \b
     Example:
@@ -63,6 +69,7 @@ def command(
         **built.summary(),
         "refused": [f"{name}: {reason}" for (name,), reason in built.gaps.refused],
         "missing": [f"{a} to {b}: {reason}" for (a, b), reason in built.gaps.missing],
+        "without_second_route": [f"{a} to {b}: {reason}" for (a, b), reason in built.gaps.alone],
     }
     if as_json:
         emit_json(summary)
@@ -76,3 +83,16 @@ def command(
         click.echo(f"joined on top of the k nearest: {a} to {b}")
     if built.n_components > 1:
         click.echo(f"the roadmap is in {built.n_components} parts that could not be joined")
+    click.echo("\n".join(_route_lines(built.routes)))
+
+
+def _route_lines(routes: SecondRoutes) -> list[str]:
+    """Second routes of the important pairs: figures, what was added for them, and who has none."""
+    told = routes.summary()
+    longer = told["second_over_first_length"]
+    head = f"second routes: {told['n_with_second_route']} of {told['n_important']} important pairs have one"
+    if longer is not None:
+        head += f", {longer['median']:.2f} times as long as the first in the median, "
+        head += f"at most {longer['worst']:.2f} times ({longer['worst_pair']})"
+    added = [f"added for a second route: {a} to {b}" for a, b in routes.added]
+    return [head, *added, *(f"no second route: {a} to {b}: {reason}" for (a, b), reason in routes.alone)]

@@ -1,7 +1,8 @@
 """The offline half after KTH: a roadmap of the named configurations.
 
 KTH chose configurations by hand and joined them by RRT* (section IV-A.1). Edges lead from each node to its
-k nearest, never as a star around home, so that A* finds a way between two bins that does not pass home.
+k nearest, never as a star around home, so that A* finds a way between two bins that does not pass home; more
+are added until parts are joined and important pairs have a second route.
 """
 
 from __future__ import annotations
@@ -18,6 +19,9 @@ from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.precompute.build import Build
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.important import important_pairs
+from pickcli.precompute.second_routes import SecondRoutes, detour, edge_to_try, why_alone
+from pickcli.roadmap.disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
 
@@ -31,12 +35,14 @@ class RoadmapReport:
     gaps: named configurations that are not free, and pairs without an edge, with their reasons
     bridges: pairs joined on top, to connect parts that the k nearest left apart
     n_components: 1 if every node can be reached from every other
+    routes: second routes of the important pairs
     """
 
     settings: RoadmapSettings
     gaps: RoadmapGaps
     bridges: tuple[tuple[str, str], ...]
     n_components: int
+    routes: SecondRoutes
 
     def summary(self) -> dict[str, Any]:
         """The figures of the report as JSON values."""
@@ -46,6 +52,7 @@ class RoadmapReport:
             "n_refused": len(self.gaps.refused),
             "n_missing": len(self.gaps.missing),
             "bridges": [f"{a} to {b}" for a, b in self.bridges],
+            "second_routes": self.routes.summary(),
         }
 
 
@@ -61,6 +68,7 @@ def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadm
     builder = _Builder(recipe, build or Build(recipe))
     builder.join_nearest()
     builder.join_components()
+    builder.add_second_routes()
     return builder.roadmap, builder.report()
 
 
@@ -82,6 +90,7 @@ class _Builder:
     refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
     failed: dict[Pair, Reason] = field(default_factory=dict)
     bridges: list[Pair] = field(default_factory=list)
+    routes: SecondRoutes = field(default_factory=SecondRoutes)
 
     def __post_init__(self) -> None:
         cell = self.recipe.cell
@@ -102,14 +111,31 @@ class _Builder:
         while apart := self._pairs_apart():
             self.bridges += self._join(apart[:1])
 
+    def add_second_routes(self) -> None:
+        """Edges until every important pair has two routes that share none, or no more can be had."""
+        detours, alone, added = [], [], list[Pair]()
+        for names in important_pairs(self.recipe.cell):
+            refused = next((reason for (name,), reason in self.refused if name in names), None)
+            if refused is not None:
+                alone.append((names, refused))
+                continue
+            found = self._two_routes(names, added)
+            if len(found.routes) == 2:
+                detours.append((names, detour(found)))
+            else:
+                alone.append((names, why_alone(self.roadmap, found, self.failed)))
+        joined = tuple(self._names(pair) for pair in added)
+        self.routes = SecondRoutes(tuple(detours), tuple(alone), joined)
+
     def report(self) -> RoadmapReport:
         """What happened."""
         missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
             self.recipe.settings,
-            RoadmapGaps(tuple(self.refused), missing),
+            RoadmapGaps(tuple(self.refused), missing, self.routes.alone),
             tuple(self._names(pair) for pair in self.bridges),
             len(set(self.roadmap.components().tolist())),
+            self.routes,
         )
 
     def _add_node(self, named: NamedConfiguration) -> None:
@@ -118,6 +144,16 @@ class _Builder:
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.pivot)
         else:
             self.refused.append(((named.name,), tests.explain(named.q)))
+
+    def _two_routes(self, names: tuple[str, str], added: list[Pair]) -> EdgeDisjoint:
+        """The routes of a pair, once edges were tried; those found are also noted in ``added``."""
+        start, goal = (self.roadmap.names.index(name) for name in names)
+        while True:
+            found = edge_disjoint(self.roadmap, start, goal)
+            pair = edge_to_try(self.roadmap, found.side, self.failed) if len(found.routes) < 2 else None
+            if pair is None:
+                return found
+            added += self._join([pair])
 
     def _join(self, pairs: Sequence[Pair]) -> list[Pair]:
         """Add the edges of these pairs, each planned in the order of the names; those that were found."""

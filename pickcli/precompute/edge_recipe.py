@@ -10,6 +10,8 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.path import JointPath
 from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.recipe import Key, inputs_digest
 from pickcli.precompute.record import Record
@@ -26,7 +28,8 @@ class RoadmapSettings:
     """How a roadmap is built; all of it is stored with the result.
 
     n_neighbours: k, edges are tried from each node to its k nearest
-    max_iterations: of the planner for one edge; RRT* uses them all unless the straight edge is free
+    planner: of the edges; where it gives up, RRT-Connect tries
+    max_iterations: of a planner for one edge; RRT* uses them all unless the straight edge is free
     """
 
     planner: PlannerName = PlannerName.RRT_STAR
@@ -56,12 +59,11 @@ class EdgeRecipe:
         """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included."""
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
         settings, seed = self.settings, derived_seed(self.settings.seed, "edge", *key)
-        found = plan(
-            self.checker, self.space, q_start, q_goal[None],
-            seed=seed, planner=settings.planner, max_iterations=settings.max_iterations,
-        )  # fmt: skip
+        # What RRT* needs too long for, RRT-Connect often finds at once.
+        planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
+        found = next(filter(None, (self._planned(q_start, q_goal, seed, each) for each in planners)), None)
         if found is None:
-            what = f"{settings.planner} gave up after {settings.max_iterations} iterations"
+            what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
             return Record(reason=Reason("no path", detail=what))
         path = shorten(self.checker, self.space, found, seed=seed, iterations=settings.n_shortcuts)
         unproven = self.checker.path_is_free(path.waypoints)
@@ -69,6 +71,12 @@ class EdgeRecipe:
             what = f"edge {unproven} of the shortened path is not proven whole"
             return Record(reason=Reason("no proof", detail=what))
         return Record(arrays={"waypoints": path.waypoints})
+
+    def _planned(self, q_start: Array, q_goal: Array, seed: int, planner: PlannerName) -> JointPath | None:
+        return plan(
+            self.checker, self.space, q_start, q_goal[None],
+            seed=seed, planner=planner, max_iterations=self.settings.max_iterations,
+        )  # fmt: skip
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.

@@ -59,6 +59,7 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         "worst": [f"{' to '.join(ends[m])}: length {roadmap.lengths[m]:.2f}" for m in worst.tolist()],
         "refused": [_named(names, reason) for names, reason in gaps.refused],
         "missing": [_named(names, reason) for names, reason in gaps.missing],
+        "without_second_route": [_named(names, reason) for names, reason in gaps.alone],
     }
 
 

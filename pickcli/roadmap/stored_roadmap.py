@@ -19,12 +19,13 @@ Names = tuple[str, ...]
 
 ROADMAP = Format(
     "roadmap",
-    2,
+    3,
     {
         "nodes": Table({"name": TEXT, "pivot": TEXT}, pieces=("configurations",)),
         "edges": Table({"a": INDEX, "b": INDEX, "length": NUMBER, "proven_for": TEXT}, pieces=("waypoints",)),
         "refused": reason_table("name"),
         "missing": reason_table("start", "goal"),
+        "alone": reason_table("start", "goal"),
     },
 )
 
@@ -35,10 +36,12 @@ class RoadmapGaps:
 
     refused: named configurations (one name each) that are not free, and why
     missing: pairs of names without an edge, and why
+    alone: important pairs without a second route that shares no edge with the first, and why
     """
 
     refused: tuple[tuple[Names, Reason], ...] = ()
     missing: tuple[tuple[Names, Reason], ...] = ()
+    alone: tuple[tuple[Names, Reason], ...] = ()
 
 
 def roadmap_content(
@@ -55,6 +58,7 @@ def roadmap_content(
         },
         "refused": reason_columns(("name",), gaps.refused),
         "missing": reason_columns(("start", "goal"), gaps.missing),
+        "alone": reason_columns(("start", "goal"), gaps.alone),
     }
     pieces = {
         "configurations": list(roadmap.configurations[:, None]),
@@ -84,5 +88,7 @@ def gaps_of(file: StoredFile) -> RoadmapGaps:
     """What the build could not have."""
     tables = file.tables
     return RoadmapGaps(
-        reason_rows(("name",), tables["refused"]), reason_rows(("start", "goal"), tables["missing"])
+        reason_rows(("name",), tables["refused"]),
+        reason_rows(("start", "goal"), tables["missing"]),
+        reason_rows(("start", "goal"), tables["alone"]),
     )

@@ -18,6 +18,8 @@ from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.empty_scene import checker
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.planners import PlannerName
+from pickcli.roadmap.sampling import plan
+from pickcli.seeds import derived_seed
 
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)
 
@@ -56,7 +58,7 @@ def test_parts_that_the_nearest_leave_apart_are_bridged_and_the_bridge_is_told()
     roadmap, report = build_roadmap(EdgeRecipe(cell, replace(QUICK, n_neighbours=1)))
     assert report.n_components == 1
     assert len(report.bridges) == 1
-    assert roadmap.n_edges == 3
+    assert roadmap.n_edges == 3 + len(report.routes.added)
 
 
 def test_pairs_that_fail_are_told() -> None:
@@ -65,7 +67,24 @@ def test_pairs_that_fail_are_told() -> None:
     roadmap, report = build_roadmap(EdgeRecipe(cell, hopeless))
     told = dict(report.gaps.missing)
     assert "RRTConnect gave up after 1 iterations" in told["cam_D", "drop_00_down"].detail
+    alone = dict(report.gaps.alone)
+    assert alone["cam_D", "drop_00_down"].what == "no route"
     assert roadmap.n_edges + len(told) == 3
+
+
+def test_where_the_chosen_planner_gives_up_rrt_connect_tries() -> None:
+    cell = small_cell("cam_G", "drop_10_down")
+    one_tree = RoadmapSettings(PlannerName.RRT_STAR, max_iterations=500, n_shortcuts=50)
+    recipe = EdgeRecipe(cell, one_tree)
+    ends = [cell.configurations[name].q for name in ("cam_G", "drop_10_down")]
+    seed = derived_seed(one_tree.seed, "edge", "cam_G", "drop_10_down")
+    alone = plan(
+        recipe.checker, recipe.space, ends[0], ends[1][None],
+        seed=seed, planner=one_tree.planner, max_iterations=one_tree.max_iterations,
+    )  # fmt: skip
+    roadmap, report = build_roadmap(recipe)
+    assert alone is None
+    assert roadmap.n_edges == 1 and report.gaps.missing == ()
 
 
 def test_the_order_of_the_configurations_changes_no_edge() -> None:

@@ -24,7 +24,7 @@ from pickcli.roadmap.store import (
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
 
 MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
-GAPS = RoadmapGaps(((("z",), MISSING[0][1]),), ((("a", "z"), MISSING[0][1]),))
+GAPS = RoadmapGaps(*([(names, MISSING[0][1])] for names in (("z",), ("a", "z"), ("b", "z"))))
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_an_undamaged_file_is_intact_whole(kind: str, stored: dict[str, Path]) -
     assert found.damage == () and found.fingerprint == FINGERPRINT and found.made == MADE
     counts = {name: len(rows) for name, rows in found.intact.items()}
     expected = {
-        "roadmap": {"nodes": 6, "edges": 5, "refused": 1, "missing": 1},
+        "roadmap": {"nodes": 6, "edges": 5, "refused": 1, "missing": 1, "alone": 1},
         "trajectory database": {"motions": 3, "missing": 1},
     }
     assert counts == expected[kind]
