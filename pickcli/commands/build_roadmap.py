@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.building import building, jobs_option
+from pickcli.commands.building import building, jobs_option, scheduler_option
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -32,12 +32,13 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
 @click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
               help="Most iterations of the planner for one edge.")  # fmt: skip
 @jobs_option
+@scheduler_option
 @seed_option
 @json_option
 @output_option("roadmap")
 def command(
-    cell_name: str, planner: str, neighbours: int, iterations: int, jobs: int | None, seed: int,
-    as_json: bool, output: Path, overwrite: bool,
+    cell_name: str, planner: str, neighbours: int, iterations: int, jobs: int | None,
+    scheduler: str | None, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
 
@@ -58,7 +59,7 @@ def command(
     refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
-    with building("building the roadmap", output, jobs, as_json) as means:
+    with building("building the roadmap", output, jobs, as_json, scheduler) as means:
         built = make_roadmap(cell, output, settings, means)
     roadmap = read_roadmap(output, cell)
     summary = {

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.building import building, jobs_option
+from pickcli.commands.building import building, jobs_option, scheduler_option
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -30,12 +30,13 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName])
 @click.option("--iterations", type=click.IntRange(1), default=5000, show_default=True,
               help="Most iterations of the planner for one try.")  # fmt: skip
 @jobs_option
+@scheduler_option
 @seed_option
 @json_option
 @output_option("trajectory database")
 def command(
-    cell_name: str, planner: str, tries: int, iterations: int, jobs: int | None, seed: int, as_json: bool,
-    output: Path, overwrite: bool,
+    cell_name: str, planner: str, tries: int, iterations: int, jobs: int | None,
+    scheduler: str | None, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: Delft's database of coarse motions.
 
@@ -55,7 +56,7 @@ def command(
     refuse_output(output, overwrite)
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, max_iterations=iterations, seed=seed)
-    with building("building the trajectories", output, jobs, as_json) as means:
+    with building("building the trajectories", output, jobs, as_json, scheduler) as means:
         built = make_trajectories(cell, output, settings, means)
     n_motions = len(read_database(output, cell))
     summary = {

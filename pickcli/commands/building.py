@@ -16,6 +16,7 @@ from pickcli.commands.progress import LINE_PERIOD, progress
 
 if TYPE_CHECKING:
     from pickcli.precompute.build import Means, Progress, Report
+    from pickcli.precompute.runner import Runner
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,16 +29,27 @@ def jobs_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def scheduler_option(function: F) -> F:
+    """--scheduler ADDRESS."""
+    return click.option(
+        "--scheduler", metavar="ADDRESS",
+        help="Let the workers of this Dask scheduler do the tasks, e.g. tcp://host:8786; the bytes are the "
+        "same. It is trusted: see docs/cluster.md.",
+    )(function)  # fmt: skip
+
+
 @contextmanager
-def building(label: str, output: Path, jobs: int | None, as_json: bool) -> Iterator[Means]:
+def building(
+    label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
+) -> Iterator[Means]:
     """The means of a build that tells its progress and, when it is interrupted, how it goes on."""
     from pickcli.precompute.build import Means
     from pickcli.precompute.journal import journals
-    from pickcli.precompute.runner import available_cores, runner
 
+    who = _who_works(jobs, scheduler)
     try:
         with build_report(label, as_json) as report:
-            yield Means(runner(jobs or available_cores()), report=report)
+            yield Means(who, report=report)
     except KeyboardInterrupt:
         for journal in journals(output):
             click.echo(
@@ -50,6 +62,17 @@ def building(label: str, output: Path, jobs: int | None, as_json: bool) -> Itera
             "version; delete it unless that build is to go on",
             err=True,
         )
+
+
+def _who_works(jobs: int | None, scheduler: str | None) -> Runner:
+    from pickcli.precompute.cluster import Cluster
+    from pickcli.precompute.runner import available_cores, runner
+
+    if scheduler is None:
+        return runner(jobs or available_cores())
+    if jobs is not None:
+        raise click.UsageError("--jobs is of this machine; the scheduler's workers are started beside it")
+    return Cluster(scheduler)
 
 
 @contextmanager

@@ -22,10 +22,10 @@ def serve(pipe: Connection) -> None:
         sys.path[:] = pipe.recv()
         recipe: Recipe = pipe.recv()
         while True:
-            pipe.send(_outcome(recipe, pipe.recv()))
+            pipe.send(outcome(recipe, pipe.recv()))
 
 
-def _outcome(recipe: Recipe, key: Key) -> bytes | Exception:
+def outcome(recipe: Recipe, key: Key) -> bytes | Exception:
     """The record of a task, or the exception it raised, with the place as a note."""
     try:
         return recipe.make(key).to_bytes()

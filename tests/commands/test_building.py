@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import click
 import pytest
 
 from pickcli.commands import building as module
 from pickcli.commands.building import build_report, building, line, seconds_left
 from pickcli.precompute.build import Progress
+from pickcli.precompute.cluster import Cluster
 from pickcli.precompute.journal import Journal
 from pickcli.precompute.runner import Here, Processes, available_cores, runner
 
@@ -70,3 +72,10 @@ def test_one_job_per_core_by_default(tmp_path: Path) -> None:
         assert means.runner == runner(available_cores())
     with building("building", tmp_path / "out.h5", 3, False) as means:
         assert means.runner == Processes(3)
+
+
+def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
+    with building("building", tmp_path / "out.h5", None, False, "tcp://host:8786") as means:
+        assert means.runner == Cluster("tcp://host:8786")
+    with pytest.raises(click.UsageError, match="--jobs is of this machine"):
+        building("building", tmp_path / "out.h5", 2, False, "tcp://host:8786").__enter__()

@@ -14,7 +14,10 @@ from command_line import apc
 from pickcli.commands import main as cli
 
 DOCS = Path(__file__).parents[2] / "docs" / "commands.md"
-HEAVY = {"numpy", "pybullet", "ompl", "toppra", "ruckig", "fcl", "h5py", "pydantic", "yaml", "rich", "scipy"}
+HEAVY = {
+    *("numpy", "pybullet", "ompl", "toppra", "ruckig", "fcl", "h5py", "pydantic", "yaml", "rich", "scipy"),
+    *("dask", "distributed"),
+}
 RANDOM = {
     "build-roadmap",
     "build-trajectories",

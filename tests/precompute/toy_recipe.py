@@ -38,6 +38,8 @@ class Toy:
         if what == "crash" or (what == "crash once" and not (self.folder / "crashed").exists()):
             (self.folder / "crashed").touch()
             os.kill(os.getpid(), signal.SIGKILL)
+        if what == "wait":
+            time.sleep(0.02)
         if what == "sleep":
             time.sleep(60)
         return Record({"pid": 0}, {"x": derived_rng(*key).normal(size=(3, 2)), "none": np.zeros((0, 2))})

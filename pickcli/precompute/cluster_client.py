@@ -1,0 +1,53 @@
+"""A connection to a Dask scheduler."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pickcli.errors import InputError
+
+
+@contextmanager
+def connected(address: str, timeout: float) -> Iterator[Any]:
+    """A ``distributed.Client``; closing it cancels what it has asked for and nobody else has.
+
+    timeout: s
+    Raises InputError if that is no address, Dask is not installed, or no scheduler answers.
+    """
+    if not re.fullmatch(r"(tcp|tls)://\S+:\d+", address):
+        raise InputError(f"{address!r}: not a scheduler's address; name one like tcp://host:8786")
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            f"{address}: needs Dask ({error}); install the extra: pip install 'apc-pick[cluster]'"
+        ) from None
+    with _quiet():
+        try:
+            client = Client(address, timeout=timeout, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise InputError(
+                f"{address}: no scheduler answers ({error}); start one with dask scheduler, or name another"
+            ) from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=timeout)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without Dask's logs, which tell the same as our errors, at length."""
+    names = [name for name in logging.root.manager.loggerDict if name.startswith(("distributed", "tornado"))]
+    loud = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
+    for logger in loud:
+        logger.disabled = True
+    try:
+        yield
+    finally:
+        for logger in loud:
+            logger.disabled = False

@@ -1,0 +1,111 @@
+"""Fetching what the workers of a cluster have done, while workers, or the scheduler, may die."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import Any
+
+from pickcli.errors import InputError, WorkerLostError
+
+_KEPT = "what is finished is kept, the same command goes on from there"
+
+
+def results(client: Any, futures: Sequence[Any], address: str, timeout: float) -> Iterator[tuple[Any, bytes]]:
+    """Futures and their results as they come; a future whose result was fetched is released.
+
+    timeout: s without news after which it is asked whether any worker is left
+    Raises the exception that came as a result; WorkerLostError for a task that workers died of; InputError
+    if a worker could not read a task, all workers have left, or the scheduler is lost.
+    """
+    fetching = _Fetching(client, address, timeout)
+    fetching.watch(futures)
+    n_left = len(futures)
+    while n_left:
+        for future, result in fetching.next_results():
+            n_left -= 1
+            yield future, result
+
+
+@dataclass(frozen=True, eq=False)
+class _Fetching:
+    client: Any
+    address: str
+    timeout: float
+    ended: SimpleQueue[Any] = field(default_factory=SimpleQueue)  # futures, done or failed
+
+    def watch(self, futures: Sequence[Any]) -> None:
+        """Have these told when they come to an end; those that have are told at once."""
+        for future in futures:
+            future.add_done_callback(self.ended.put)
+
+    def next_results(self) -> Iterator[tuple[Any, bytes]]:
+        """Some results, in one go; what went wrong is raised after them."""
+        batch = self._batch()
+        failed = [future for future in batch if future.status == "error"]
+        done = [future for future in batch if future.status != "error"]
+        try:
+            answers = self._fetched(done)
+        except TimeoutError:  # a worker died with some of them: they are done again
+            self.watch(batch)
+            return
+        raised = [answer for answer in answers if isinstance(answer, Exception)]
+        for future, answer in zip(done, answers, strict=True):
+            if isinstance(answer, bytes):
+                future.release()
+                yield future, answer
+        for error in raised:
+            raise error
+        for future in failed:
+            raise self._told(", ".join(future.key[1:]), future.exception())
+
+    def _batch(self) -> list[Any]:
+        """Futures that have come to an end, at least one."""
+        batch: list[Any] = []
+        while not batch:
+            try:
+                batch.append(self.ended.get(timeout=self.timeout))
+            except Empty:
+                self._check_that_somebody_works()
+        while not self.ended.empty():
+            batch.append(self.ended.get())
+        return batch
+
+    def _fetched(self, futures: Sequence[Any]) -> list[Any]:
+        from distributed import CancelledError
+
+        try:
+            answers = self.client.sync(
+                lambda: self.client.gather(list(futures), asynchronous=True), callback_timeout=self.timeout
+            )
+        except (CancelledError, OSError) as error:
+            if isinstance(error, TimeoutError):
+                raise
+            raise self._lost() from None
+        return list(answers)
+
+    def _check_that_somebody_works(self) -> None:
+        try:
+            workers = self.client.nthreads()
+        except OSError:
+            raise self._lost() from None
+        if not workers:
+            raise InputError(f"{self.address}: all workers have left; start some; {_KEPT}")
+
+    def _lost(self) -> InputError:
+        return InputError(f"{self.address}: the scheduler was lost; start it again; {_KEPT}")
+
+    def _told(self, task: str, error: Exception) -> Exception:
+        """What Dask says of a task, in our words."""
+        from distributed import KilledWorker
+
+        if isinstance(error, KilledWorker):
+            return WorkerLostError(
+                f"{error.allowed_failures + 1} workers died with the task {task} in hand or next in line; "
+                f"{_KEPT}: with --jobs 1 instead of --scheduler, to see why"
+            )
+        return InputError(
+            f"{self.address}: a worker could not read the task {task} ({error}); install the same version "
+            f"everywhere; {_KEPT}"
+        )
