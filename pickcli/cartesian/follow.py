@@ -27,6 +27,10 @@ class Line:
 
     waypoints: Array
 
+    def backwards(self) -> Line:
+        """The same line from its end to its start: what is free one way is free the other way."""
+        return Line(self.waypoints[::-1].copy())
+
 
 def follow_line(
     arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, pivot: PivotState, q_a: Array, where: str

@@ -132,11 +132,7 @@ def _lines_in(
     pre = follow_line(arm, empty, poses.approach, poses.preapproach, pivot, q, f"{where}, pre-approach")
     if isinstance(pre, Reason):
         return pre
-    return _backwards(pre), _backwards(approach), _backwards(contact)
-
-
-def _backwards(line: Line) -> Line:
-    return Line(line.waypoints[::-1].copy())
+    return pre.backwards(), approach.backwards(), contact.backwards()
 
 
 def _way_out(

@@ -12,7 +12,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.bin_spots import bin_spots
 from pickcli.planning.in_bin import InBin, plan_in_bin
-from pickcli.planning.landing import Landing, Step, backwards
+from pickcli.planning.landing import Landing, Step
 from pickcli.seeds import derived_rng
 
 WANTED = 2  # landings among which the best whole motion is chosen
@@ -54,16 +54,16 @@ def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
     empty, meeting = there.empty[pivot], there.meeting(as_picked.grasp)
     inward = (
         *(
-            Step(kind.INSERT, backwards(push), carrying, settings.retreat_speed)
+            Step(kind.INSERT, push.backwards(), carrying, settings.retreat_speed)
             for push in reversed(as_picked.retreat)
         ),
-        Step(kind.PLACE, backwards(as_picked.lift), carrying, settings.lift_speed),
-        Step(kind.PLACE, backwards(as_picked.freed), lowering, settings.lift_speed, floor),
+        Step(kind.PLACE, as_picked.lift.backwards(), carrying, settings.lift_speed),
+        Step(kind.PLACE, as_picked.freed.backwards(), lowering, settings.lift_speed, floor),
     )
     speed = settings.approach_speed
     away = (
-        Step(kind.DEPART, backwards(as_picked.contact), meeting, speed, floor | {there.target.id}),
-        Step(kind.DEPART, backwards(as_picked.approach), empty, speed),
-        Step(kind.DEPART, backwards(as_picked.preapproach), empty, settings.preapproach_speed),
+        Step(kind.DEPART, as_picked.contact.backwards(), meeting, speed, floor | {there.target.id}),
+        Step(kind.DEPART, as_picked.approach.backwards(), empty, speed),
+        Step(kind.DEPART, as_picked.preapproach.backwards(), empty, settings.preapproach_speed),
     )
     return Landing(inward, away, cost)

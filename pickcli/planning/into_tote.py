@@ -11,7 +11,7 @@ from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.in_bin import InBin
-from pickcli.planning.landing import Landing, Step, backwards
+from pickcli.planning.landing import Landing, Step
 from pickcli.planning.tote_spots import Spot, spots
 from pickcli.seeds import derived_rng
 
@@ -59,5 +59,5 @@ def _landing(
         return down
     # The way up is the way down without the item: a part of the volume that was just proven free.
     place = Step(SegmentKind.PLACE, down, carrying, speed)
-    depart = Step(SegmentKind.DEPART, backwards(down), empty, speed)
+    depart = Step(SegmentKind.DEPART, down.backwards(), empty, speed)
     return Landing((place,), (depart,), COST * spot.cost)

@@ -35,8 +35,3 @@ class Landing:
     def start(self) -> Array:
         """Configuration (n,) in which the coarse motion arrives."""
         return np.asarray(self.inward[0].line.waypoints[0])
-
-
-def backwards(line: Line) -> Line:
-    """The same line from its end to its start: what is free one way is free the other way."""
-    return Line(line.waypoints[::-1].copy())
