@@ -21,6 +21,7 @@ HEAVY = {
 RANDOM = {
     "build-roadmap",
     "build-trajectories",
+    "compare-planners",
     "make-scene",
     "plan-pick",
     "plan-move",

@@ -1,0 +1,103 @@
+"""``apc compare-planners``: a contest over the same pairs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from pickcli.commands.options import cell_option, json_option, seed_option
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
+from pickcli.commands.table import table_lines
+from pickcli.errors import InputError
+from pickcli.roadmap.planners import PlannerName
+
+if TYPE_CHECKING:
+    from pickcli.precompute.compare import Standing
+    from pickcli.precompute.contest import Contestant
+
+SEARCH = "search"
+DEFAULT = f"{PlannerName.RRT_CONNECT},{PlannerName.RRT_STAR},{PlannerName.AO_RRT_CONNECT},{SEARCH}"
+HEAD = ("planner", "solved", "planning ms", "p95", "whole ms", "p95", "as found", "length", "duration s",
+        "x bound", "best x bound")  # fmt: skip
+PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
+
+
+@click.command("compare-planners")
+@cell_option
+@click.option(
+    "--pairs", metavar="A:B,...", help="Configurations.  [default: Delft's pairs whose line is blocked]"
+)
+@click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
+@click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
+              help=f"Planners of OMPL, and {SEARCH!r}: the one of the trajectory database.")  # fmt: skip
+@click.option("--tries", type=click.IntRange(1, 1000), default=3, show_default=True, metavar="N",
+              help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
+@click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
+              help="Most iterations of a planner for one path.")  # fmt: skip
+@seed_option
+@json_option
+def command(
+    cell_name: str, pairs: str | None, payload: str, planners: str, tries: int, iterations: int, seed: int,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Let planners compete over the same pairs: time, length, duration, share solved.
+
+    RRT-Connect (Delft), RRT* (KTH), AORRTC and our own search in time. Where the straight line is free, all
+    take it, so by default only pairs are tried where it is not.
+
+    \b
+    Example:
+      apc compare-planners --pairs bin_A:tote,cam_D:drop_00_down --tries 5
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.precompute.compare import blocked_pairs, compare
+    from pickcli.roadmap.database import PayloadClass
+
+    cell, load = load_cell(cell_name), PayloadClass(payload)
+    chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
+    contestants = _contestants(planners, iterations)
+    with progress("comparing planners") as report:
+        done = compare(cell, chosen, contestants, payload=load, n_tries=tries, seed=seed, report=report)
+    if as_json:
+        given = {"payload": payload, "tries": tries, "iterations": iterations, "seed": seed}
+        emit_json({"cell_fingerprint": cell.fingerprint, **given, **done.values()})
+        return
+    click.echo(f"{len(chosen)} pairs, {tries} tries each, payload {payload}, at most {iterations} iterations")
+    click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, each by its median try")
+    click.echo("\n".join(table_lines(HEAD, [_row(standing) for standing in done.standings])))
+
+
+def _pairs(text: str) -> list[tuple[str, str]]:
+    """Pairs of names. Raises InputError."""
+    pairs = [tuple(part.split(":")) for part in text.split(",")]
+    wrong = next((":".join(pair) for pair in pairs if len(pair) != 2 or "" in pair), None)
+    if wrong is not None:
+        raise InputError(f"--pairs: {wrong!r} is no pair; write A:B,C:D with names of configurations")
+    return [(pair[0], pair[1]) for pair in pairs]
+
+
+def _contestants(text: str, iterations: int) -> list[Contestant]:
+    """The planners of those names. Raises InputError."""
+    from pickcli.precompute.coarse_motion import TrajectorySettings
+    from pickcli.precompute.contest import Geometric, InTime
+
+    known = [*map(str, PlannerName), SEARCH]
+    names = list(dict.fromkeys(text.split(",")))
+    wrong = next((name for name in names if name not in known), None)
+    if wrong is not None:
+        raise InputError(f"--planners: {wrong!r} is none; known: {', '.join(known)}")
+    return [
+        InTime.of(TrajectorySettings()) if name == SEARCH else Geometric(PlannerName(name), iterations)
+        for name in names
+    ]
+
+
+def _row(standing: Standing) -> list[str]:
+    seconds = (*standing.planning, *standing.whole)
+    return [
+        standing.planner, f"{standing.solved:.1%}", *(f"{1e3 * s:.1f}" for s in seconds),
+        f"{standing.found:.2f}", f"{standing.length:.2f}",
+        f"{standing.duration:.3f}", f"{standing.ratio:.3f}", f"{standing.best_ratio:.3f}",
+    ]  # fmt: skip
