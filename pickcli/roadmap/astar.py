@@ -34,8 +34,9 @@ def shortest_route(
     """
     valid: set[int] = set()
     dropped: list[int] = []
+    heuristic, lengths = _to_nearest(roadmap, goals), roadmap.lengths.tolist()
     while True:
-        route = _search(roadmap, start, goals, frozenset(dropped))
+        route = _search(roadmap, start, goals, heuristic, lengths, frozenset(dropped))
         if route is None:
             return None, tuple(dropped)
         failed = _first_failing(route, valid, edge_is_valid)
@@ -53,13 +54,27 @@ def _first_failing(route: Route, valid: set[int], edge_is_valid: Callable[[int],
     return None
 
 
-def _search(roadmap: Roadmap, start: int, goals: Sequence[int], dropped: frozenset[int]) -> Route | None:
-    """A* proper. The heuristic, the distance to the nearest goal, is never more than the way there."""
+def _to_nearest(roadmap: Roadmap, goals: Sequence[int]) -> list[float]:
+    """Distance of each node to the nearest goal: never more than the way there."""
+    if not goals:
+        return []
+    to_goals = roadmap.configurations[:, None, :] - roadmap.configurations[list(goals)][None]
+    distances: list[float] = np.linalg.norm(to_goals, axis=2).min(axis=1).tolist()
+    return distances
+
+
+def _search(
+    roadmap: Roadmap,
+    start: int,
+    goals: Sequence[int],
+    heuristic: Sequence[float],
+    lengths: Sequence[float],
+    dropped: frozenset[int],
+) -> Route | None:
+    """A* proper."""
     if not goals:
         return None
-    to_goals = roadmap.configurations[:, None, :] - roadmap.configurations[list(goals)][None]
-    heuristic = np.linalg.norm(to_goals, axis=2).min(axis=1).tolist()
-    lengths, targets = roadmap.lengths.tolist(), set(goals)
+    targets = set(goals)
     cost = {start: 0.0}
     came: dict[int, tuple[int, int]] = {}  # node -> (node before it, edge between)
     closed: set[int] = set()

@@ -87,9 +87,21 @@ def planned_link(problem: Problem, q: Array, task: str) -> list[Link]:
     return [Link(node, waypoints)]
 
 
-def with_links(roadmap: Roadmap, q: Array, links: Sequence[Link]) -> tuple[Roadmap, int]:
-    """The roadmap with q and its links in it, and q's node: an old one where q is a node already."""
-    if len(links[0].waypoints) == 1:
-        return roadmap, links[0].node
-    roadmap, node = roadmap.with_node(q)
-    return roadmap.with_edges([(node, link.node, link.waypoints) for link in links]), node
+def with_links(roadmap: Roadmap, linked: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[Roadmap, list[int]]:
+    """The roadmap with configurations (n,) and their links in it, and their nodes.
+
+    A configuration that is a node already (see ``straight_links``) stays that node.
+    """
+    nodes: list[int] = []
+    new: list[Array] = []
+    edges: list[tuple[int, int, Array]] = []
+    for q, links in linked:
+        if len(links[0].waypoints) == 1:
+            nodes.append(links[0].node)
+            continue
+        nodes.append(roadmap.n_nodes + len(new))
+        new.append(q)
+        edges += [(nodes[-1], link.node, link.waypoints) for link in links]
+    if not new:
+        return roadmap, nodes
+    return roadmap.with_nodes(np.stack(new)).with_edges(edges), nodes

@@ -76,6 +76,15 @@ class Roadmap:
         distances = np.linalg.norm(self.configurations - q, axis=1)
         return [int(i) for i in np.argsort(distances, kind="stable")[:k]]
 
+    def with_nodes(self, Q: Array) -> Roadmap:
+        """A roadmap with more nodes (K, n), without names."""
+        return replace(
+            self,
+            configurations=np.vstack([self.configurations, Q]),
+            names=(*self.names, *[""] * len(Q)),
+            pivots=(*self.pivots, *[PivotState.MOVING] * len(Q)),
+        )
+
     def with_node(
         self, q: Array, name: str = "", pivot: PivotState = PivotState.MOVING
     ) -> tuple[Roadmap, int]:

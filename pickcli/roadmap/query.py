@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
-from pickcli.roadmap.connect import Problem, QueryOptions, with_links
+from pickcli.roadmap.connect import Problem, QueryOptions
 from pickcli.roadmap.cost import edge_costs
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
@@ -32,7 +32,7 @@ class How(StrEnum):
 class CoarseRoute:
     """A proven coarse motion.
 
-    roadmap: the one that was asked, with start, goal and their links kept in it
+    new: polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it
     """
 
     path: JointPath
@@ -40,7 +40,7 @@ class CoarseRoute:
     how: How
     nodes: tuple[str, ...]  # roadmap nodes on the way before shortening, by name or #index
     dropped: tuple[tuple[str, str], ...]  # stored edges that are not free in this scene
-    roadmap: Roadmap
+    new: tuple[Array, ...]
 
 
 def query(
@@ -96,25 +96,20 @@ def _cheapest(problem: Problem, label: str) -> CoarseRoute:
 
 
 def _direct(problem: Problem, waypoints: Array, how: How) -> CoarseRoute:
-    """A route beside the roadmap; it is kept as one more edge."""
+    """A route beside the roadmap."""
     path = _shortened(problem, waypoints)
-    kept, a = _found_or_added(problem.roadmap, path.start)
-    kept, b = _found_or_added(kept, path.end)
-    kept = kept if a == b else kept.with_edge(a, b, path.waypoints)
-    return CoarseRoute(path, _goal(problem, path), how, (), (), kept)
+    return CoarseRoute(path, _goal(problem, path), how, (), (), (path.waypoints,))
 
 
 def _stored(problem: Problem, through: ThroughRoute) -> CoarseRoute:
-    """A route by stored edges; its two links are kept."""
-    roadmap = kept = problem.roadmap
-    for link in through.links:
-        kept, _ = with_links(kept, link.waypoints[0], [link])
+    """A route by stored edges."""
+    roadmap = problem.roadmap
     path = _shortened(problem, through.waypoints)
     nodes = tuple(_name(roadmap, node) for node in through.nodes)
     dropped = tuple(
         (_name(roadmap, a), _name(roadmap, b)) for a, b in roadmap.edges[list(through.dropped)].tolist()
     )
-    return CoarseRoute(path, _goal(problem, path), How.ROADMAP, nodes, dropped, kept)
+    return CoarseRoute(path, _goal(problem, path), How.ROADMAP, nodes, dropped, through.links)
 
 
 def _shortened(problem: Problem, waypoints: Array) -> JointPath:
@@ -129,13 +124,6 @@ def _shortened(problem: Problem, waypoints: Array) -> JointPath:
 
 def _goal(problem: Problem, path: JointPath) -> int:
     return int(np.argmin(np.abs(problem.goals - path.end).max(axis=1)))
-
-
-def _found_or_added(roadmap: Roadmap, q: Array) -> tuple[Roadmap, int]:
-    for node in roadmap.nearest(q, 1):
-        if np.array_equal(roadmap.configurations[node], q):
-            return roadmap, node
-    return roadmap.with_node(q)
 
 
 def _cost(space: JointSpace, waypoints: Array) -> float:

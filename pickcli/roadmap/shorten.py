@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -42,30 +43,36 @@ def _without_needless(checker: EdgeChecker, waypoints: Array) -> Array:
 
 
 def _with_shortcuts(checker: EdgeChecker, space: JointSpace, waypoints: Array, places: Array) -> Array:
-    """The polyline with those shortcuts that are proven and worthwhile.
+    """The polyline with those shortcuts that are proven and worthwhile, one after the other.
 
     places: (K, 2) where each begins and ends, as increasing shares of the cost of the polyline then
     """
-    along = _along(space, waypoints)
-    for s0, s1 in places:
-        i, p0 = _point(waypoints, along, s0 * along[-1])
-        j, p1 = _point(waypoints, along, s1 * along[-1])
-        saved = (s1 - s0) * along[-1] - step_costs(space, p1 - p0)
-        if i == j or saved < _WORTHWHILE * along[-1] or not checker.edge_is_free(p0, p1):
-            continue
-        # The rests of the two cut edges are parts of proven edges.
-        waypoints = np.concatenate([waypoints[: i + 1], [p0, p1], waypoints[j + 1 :]])
-        along = _along(space, waypoints)
+    k = 0
+    while k < len(places):
+        # The polyline stays as it is until one is taken: so many at once are worked out.
+        taken, waypoints = _with_first(checker, space, waypoints, places[k:])
+        k += taken
     return waypoints
 
 
-def _along(space: JointSpace, waypoints: Array) -> Array:
-    """(N,): cost from the start to each vertex."""
-    return np.concatenate([[0.0], np.cumsum(edge_costs(space, waypoints))])
+def _with_first(
+    checker: EdgeChecker, space: JointSpace, waypoints: Array, places: Array
+) -> tuple[int, Array]:
+    """The polyline with the first of the shortcuts (K, 2) that holds, and how many were gone through."""
+    along = np.concatenate([[0.0], np.cumsum(edge_costs(space, waypoints))])
+    edges, points = _points(waypoints, along, places * along[-1])
+    saved = (places[:, 1] - places[:, 0]) * along[-1] - step_costs(space, points[:, 1] - points[:, 0])
+    worthwhile = (edges[:, 0] != edges[:, 1]) & (saved >= _WORTHWHILE * along[-1])
+    for k in np.flatnonzero(worthwhile):
+        if checker.edge_is_free(points[k, 0], points[k, 1]):
+            i, j = edges[k]
+            # The rests of the two cut edges are parts of proven edges.
+            return int(k) + 1, np.concatenate([waypoints[: i + 1], points[k], waypoints[j + 1 :]])
+    return len(places), waypoints
 
 
-def _point(waypoints: Array, along: Array, s: float) -> tuple[int, Array]:
-    """The edge on which the cost s is reached, and the configuration there."""
-    i = min(int(along.searchsorted(s, side="right")) - 1, len(along) - 2)
-    share = (s - along[i]) / (along[i + 1] - along[i])
-    return i, waypoints[i] + share * (waypoints[i + 1] - waypoints[i])
+def _points(waypoints: Array, along: Array, costs: Array) -> tuple[NDArray[np.intp], Array]:
+    """The edges (...,) on which these costs (...,) from the start are reached, and the points (..., n)."""
+    i = np.minimum(along.searchsorted(costs, side="right") - 1, len(along) - 2)
+    share = (costs - along[i]) / (along[i + 1] - along[i])
+    return i, waypoints[i] + share[..., None] * (waypoints[i + 1] - waypoints[i])

@@ -16,7 +16,7 @@ class ThroughRoute:
 
     waypoints: Array  # (K, n)
     nodes: tuple[int, ...]  # nodes of the roadmap on the way
-    links: tuple[Link, ...]  # new edges on the way: of the start and of the goal reached
+    links: tuple[Array, ...]  # polylines of the new edges on the way: of the start and of the goal reached
     dropped: tuple[int, ...]  # stored edges that are not free now
 
 
@@ -26,12 +26,8 @@ def through_roadmap(problem: Problem) -> ThroughRoute | None:
     last = _goal_links(problem) if first else []
     if not last:
         return None
-    enlarged, start = with_links(problem.roadmap, problem.q_start, first)
-    ends = []
-    for goal, links in last:
-        enlarged, end = with_links(enlarged, goal, links)
-        ends.append(end)
-    return _search(problem, enlarged, start, ends)
+    enlarged, nodes = with_links(problem.roadmap, [(problem.q_start, first), *last])
+    return _search(problem, enlarged, nodes[0], nodes[1:])
 
 
 def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
@@ -63,6 +59,6 @@ def _search(problem: Problem, enlarged: Roadmap, start: int, ends: list[int]) ->
     return ThroughRoute(
         enlarged.joined(route.nodes, route.edges),
         tuple(node for node in route.nodes if node < n_nodes),
-        tuple(Link(int(enlarged.edges[edge, 1]), enlarged.edge_path(edge)) for edge in new),
+        tuple(enlarged.edge_path(edge) for edge in new),
         dropped,
     )
