@@ -6,7 +6,10 @@ ORDER ?= data/tasks/jsk_pick_sample.json
 SEED ?= 1
 KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
 
-.PHONY: run test check bench install format clean
+PEERS := .venv-peers
+INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
+
+.PHONY: run test check bench bench-peers install format clean
 
 install: $(VENV)/.installed
 
@@ -31,9 +34,18 @@ check: install
 bench: install
 	$(BIN)/python -m bench
 
+# The peers live in an environment of their own. One that does not install becomes a row that says so.
+$(PEERS)/.installed: bench/peers/requirements.txt
+	test -x $(PEERS)/bin/python || $(PYTHON) -m venv $(PEERS)
+	$(INSTALL_PEERS) -r $< || grep -v '^#' $< | xargs -n 1 sh -c '$(INSTALL_PEERS) $$0 || true'
+	touch $@
+
+bench-peers: install $(PEERS)/.installed
+	$(BIN)/python -m bench.peers
+
 format: install
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	rm -rf $(VENV) $(PEERS) build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -1,0 +1,178 @@
+"""Other planners on our coarse queries, in one run: ``make bench-peers``.
+
+    python -m bench.peers [--scenes N] [--limit S] [--json FILE] [--write FILE]
+
+Prints the table, writes it into docs/benchmarks.md and all figures to runs/peers.json. The peers live in an
+environment of their own (.venv-peers), each in its own process; one query goes to all of them before the
+next comes, so that load from elsewhere falls on all alike. What does not install or dies becomes a row that
+says so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.peers import ours
+from bench.peers.judge import Judgement, judge
+from bench.peers.process import PeerProcess
+from bench.peers.queries import Query, exchange, queries, scenes
+from bench.peers.table import OURS, Row, replace_section, section
+from pickcli import __version__
+from pickcli.cell.load import load_cell
+from pickcli.cell.scene import Scene
+from pickcli.planning.context import Planner
+from pickcli.precompute.artifacts import default_paths, ensure_artifacts
+from pickcli.roadmap.store import read_database, read_roadmap
+
+ROOT = Path(__file__).parents[2]
+PYTHON = ROOT / ".venv-peers" / "bin" / "python"
+PEERS = {
+    "roboplan_rrt": (
+        "roboplan",
+        "RRT-Connect in C++ with coal; states 0.05 apart (its default), bisected; `PathShortcutter` with its "
+        "defaults.",
+    ),
+    "ompl_pybullet": (
+        "OMPL + pybullet",
+        "RRTConnect, states 0.05 apart (its own default would be 0.14) tested by pybullet from Python; "
+        "`simplifyMax`.",
+    ),
+    "ompl_fcl": (
+        "OMPL + python-fcl",
+        "the same, states tested by python-fcl with one broad phase and numpy kinematics.",
+    ),
+    "mplib_rrt": (
+        "mplib",
+        "its OMPL RRTConnect with FCL in C++ at its own resolution, without TOPP; it simplifies only as a "
+        "part of planning, so `short` is planned and simplified anew.",
+    ),
+}
+HOW_OURS = (
+    "straight edge, database, roadmap or RRT-Connect, every edge proven between samples; shortened; roadmap "
+    "and database are precomputed."
+)
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--scenes", type=int, default=20)
+    parser.add_argument("--limit", type=float, default=2.0, help="s per query and planner")
+    parser.add_argument("--json", type=Path, default=Path("runs/peers.json"), metavar="FILE")
+    parser.add_argument("--write", type=Path, default=ROOT / "docs" / "benchmarks.md", metavar="FILE")
+    given = parser.parse_args()
+    planner = _planner()
+    in_scenes, asked = _asked(planner, given.scenes)
+    rows, margin = _measured(planner, in_scenes, asked, given.limit)
+    _judged(rows, in_scenes, asked)
+    figures = [row.figures() for row in rows]
+    meta = {
+        "scenes": len(in_scenes),
+        "queries": len(asked),
+        "held": sum(query.held is not None for query in asked),
+        "margin": margin,
+        "time_limit": given.limit,
+    }
+    text = section(figures, meta, {row.name: row.how for row in rows})
+    print(text)
+    replace_section(given.write, text)
+    given.json.parent.mkdir(parents=True, exist_ok=True)
+    details = [{"query": query.name, **_details(rows, i)} for i, query in enumerate(asked)]
+    everything = {"meta": meta, "planners": figures, "queries": details}
+    given.json.write_text(json.dumps(everything, indent=2) + "
+")
+    print(f"wrote {given.write} and {given.json}")
+
+
+def _planner() -> Planner:
+    """Warm, with the cell's own files; they are built where there is no roadmap."""
+    cell = load_cell("apc2016_delft")
+    paths = default_paths(cell)
+    if not paths.roadmap.exists():
+        paths = ensure_artifacts(cell)
+    database = read_database(paths.trajectories, cell) if paths.trajectories.exists() else None
+    return Planner(cell, read_roadmap(paths.roadmap, cell), database)
+
+
+def _asked(planner: Planner, count: int) -> tuple[list[Scene], list[Query]]:
+    in_scenes: list[Scene] = []
+    asked: list[Query] = []
+    for number, scene in enumerate(scenes(planner.cell, count)):
+        _note(f"scene {number + 1} of {count}")
+        in_scenes.append(scene)
+        asked += queries(planner, scene, number)
+    return in_scenes, asked
+
+
+def _measured(
+    planner: Planner, in_scenes: list[Scene], asked: list[Query], limit: float
+) -> tuple[list[Row], float]:
+    """Every query to every planner, in turns, each time another one first."""
+    content = exchange(planner.cell, in_scenes, asked, limit)
+    mine, rows = Row(OURS, HOW_OURS, versions={"apc": __version__}), [Row(*PEERS[name]) for name in PEERS]
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(content, file)
+        file.flush()
+        peers = [PeerProcess(name, PYTHON, Path(file.name), limit) for name in PEERS]
+        for number, query in enumerate(asked):
+            _note(f"query {number + 1} of {len(asked)}")
+            for k in np.roll(np.arange(len(peers) + 1), number):
+                if k == len(peers):
+                    mine.answers.append(ours.answer(planner, query, number))
+                else:
+                    rows[k].answers.append(peers[k].ask(number))
+        for row, peer in zip(rows, peers, strict=True):
+            row.versions, row.broken = peer.versions, peer.broken
+            peer.close()
+    return [mine, *rows], content["margin"]
+
+
+def _judged(rows: list[Row], in_scenes: list[Scene], asked: list[Query]) -> None:
+    """Have every path looked at."""
+    for number, query in enumerate(asked):
+        _note(f"judging query {number + 1} of {len(asked)}")
+        scene = in_scenes[query.scene]
+        for row in rows:
+            answer = row.answers[number]
+            row.first.append(_judgement(scene, query, answer, "first"))
+            same = answer is not None and answer["short"] == answer["first"]
+            row.short.append(row.first[-1] if same else _judgement(scene, query, answer, "short"))
+
+
+def _judgement(scene: Scene, query: Query, answer: dict[str, Any] | None, which: str) -> Judgement | None:
+    if answer is None or answer[which] is None:
+        return None
+    return judge(scene, query, np.array(answer[which]))
+
+
+def _details(rows: list[Row], i: int) -> dict[str, Any]:
+    """What one query gave, without the paths."""
+    out = {}
+    for row in rows:
+        answer, first, short = row.answers[i], row.first[i], row.short[i]
+        if answer is not None:
+            out[row.name] = {
+                "first_ms": 1e3 * answer["first_s"],
+                "short_ms": 1e3 * answer["short_s"],
+                "first": None if first is None else vars(first),
+                "short": None if short is None else vars(short),
+                "source": answer.get("source", ""),
+            }
+    return out
+
+
+def _note(what: str) -> None:
+    """Progress, on one line of a terminal."""
+    if sys.stderr.isatty():
+        print(f"\r{what:<40}", end="", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()

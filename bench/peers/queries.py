@@ -1,0 +1,163 @@
+"""Coarse queries as plan-pick meets them, in random scenes, for us and as JSON for the peers.
+
+Of every scene some targets: from a named configuration to in front of the bin with the empty tool, and with
+the item from there to over the tote. Grasp, lines in the bin and spots in the tote are planned as in a pick;
+of several goals the one counts that would take least time if nothing were in the way. A pick's first motion
+may turn the cup on the way; here it starts where the cup is turned already, for not every peer knows a shape
+that changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.peers.robot_model import robot_json, shape_json
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.cell.shapes import Shape
+from pickcli.collision.checker import Held, SceneChecker
+from pickcli.errors import InputError
+from pickcli.geometry import Array
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.context import NONE, RESERVE, Planner
+from pickcli.planning.grasps import feasible_grasps
+from pickcli.planning.in_bin import InBin
+from pickcli.planning.into_tote import into_tote
+from pickcli.planning.settings import Neighbours
+from pickcli.roadmap.cost import estimated_duration
+from pickcli.seeds import derived_rng, derived_seed
+from pickcli.trial.make_scene import make_scene
+from pickcli.trial.order import Order, read_order
+
+ORDERS = ("jsk_pick_sample", "delft_pick_2", "delft_pick_3", "delft_pick_4", "delft_pick_5")
+TASKS = Path(__file__).parents[2] / "data" / "tasks"
+N_PICKS = 2  # per scene, two queries each
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """One coarse query: from q_start (n,) to q_goal (n,) in one pivot state."""
+
+    name: str
+    scene: int
+    pivot: PivotState
+    held: Held | None
+    without: frozenset[str]  # ids of items that are not in the world
+    q_start: Array
+    q_goal: Array
+    checker: SceneChecker
+
+
+def scenes(cell: Cell, count: int) -> Iterator[Scene]:
+    """Random scenes: the pick orders of 2016 in turn, each time with another seed."""
+    orders = [read_order(TASKS / f"{name}.json", cell) for name in ORDERS]
+    for i in range(count):
+        yield _scene(cell, orders[i % len(orders)], derived_seed("peers", i))
+
+
+def _scene(cell: Cell, order: Order, seed: int) -> Scene:
+    while True:
+        try:
+            return make_scene(order.bin_contents, cell, seed, order.year)
+        except InputError:  # now and then items do not fit at rest
+            seed += 1
+
+
+def queries(planner: Planner, scene: Scene, number: int) -> list[Query]:
+    """The queries of the scene of that number."""
+    rng = derived_rng("peers", number)
+    targets = [scene.items[i] for i in rng.permutation(len(scene.items))]
+    found = (_of_pick(planner, scene, number, target.id, rng) for target in targets)
+    return [query for pick in islice((pick for pick in found if pick), N_PICKS) for query in pick]
+
+
+def _of_pick(
+    planner: Planner, scene: Scene, number: int, target: str, rng: np.random.Generator
+) -> list[Query]:
+    """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
+    placed = scene.find(target)
+    cell_bin = planner.cell.pod.bins[placed.location]
+    asked = BinQuery(planner, scene, cell_bin, placed, Neighbours.AVOID)
+    feasible, _ = feasible_grasps(asked, number, ())
+    if not feasible:
+        return []
+    pivot = feasible[0].grasp.pivot
+    kin = [f for f in feasible if f.grasp.pivot is pivot]
+    start = _start(planner, scene, pivot, rng)
+    there = _nearest(planner, start, [f.preapproach.waypoints[0] for f in kin])
+    chosen = kin[there]
+    landings = into_tote(asked, chosen, number)
+    if isinstance(landings, list):
+        return []
+    out = chosen.retreat[-1].waypoints[-1]
+    over = _nearest(planner, out, [landing.start for landing in landings])
+    transit = planner.checker(scene, pivot, reserve=RESERVE)
+    gone = frozenset({target})
+    transfer = planner.checker(scene, pivot, held=chosen.held, without=gone, reserve=RESERVE)
+    to, above, held = _first(chosen), landings[over].start, chosen.held
+    made = [
+        Query(f"{number} to {target}", number, pivot, None, NONE, start, to, transit),
+        Query(f"{number} with {target}", number, pivot, held, gone, out, above, transfer),
+    ]
+    return [q for q in made if q.checker.is_free(q.q_start) and q.checker.is_free(q.q_goal)]
+
+
+def _first(chosen: InBin) -> Array:
+    return np.asarray(chosen.preapproach.waypoints[0])
+
+
+def _start(planner: Planner, scene: Scene, pivot: PivotState, rng: np.random.Generator) -> Array:
+    """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
+    tests = planner.checker(scene, pivot, reserve=RESERVE)
+    named = [c.q for c in planner.cell.configurations.values() if c.pivot is pivot]
+    free = [q for q in named if tests.is_free(q)]
+    return free[int(rng.integers(len(free)))]
+
+
+def _nearest(planner: Planner, q: Array, goals: list[Array]) -> int:
+    """Index of the goal that would take least time if nothing were in the way."""
+    return int(np.argmin([estimated_duration(planner.space, np.stack([q, goal])) for goal in goals]))
+
+
+def exchange(cell: Cell, in_scenes: list[Scene], asked: list[Query], time_limit: float) -> dict[str, Any]:
+    """All queries for the peers, as JSON values. Lengths in m, angles in rad, times in s.
+
+    margin: by which the solids of the world are to be grown
+    """
+    return {
+        "joint_names": list(cell.robot.joint_names),
+        "lower": cell.robot.limits.lower.tolist(),
+        "upper": cell.robot.limits.upper.tolist(),
+        "margin": cell.clearance + RESERVE,
+        "time_limit": time_limit,
+        "scenes": [_world(scene) for scene in in_scenes],
+        "queries": [
+            {
+                "scene": query.scene,
+                "without": sorted(query.without),
+                "robot": robot_json(cell, query.pivot, query.held),
+                "start": query.q_start.tolist(),
+                "goal": query.q_goal.tolist(),
+            }
+            for query in asked
+        ],
+    }
+
+
+def _world(scene: Scene) -> list[dict[str, Any]]:
+    cell = scene.cell
+    bodies = [(body, scene.T_world_pod) for body in cell.pod.bodies]
+    bodies += [(body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)]
+    solids = [_solid(body.name, body.shape, T @ body.T_parent_shape) for body, T in bodies]
+    return solids + [_solid(placed.id, placed.item.shape, placed.T_world_item) for placed in scene.items]
+
+
+def _solid(name: str, shape: Shape, T: Array) -> dict[str, Any]:
+    return {"name": name, **shape_json(shape, T)}
