@@ -100,10 +100,21 @@ class RowModel(FileModel):
         return self
 
 
+class DisplacementModel(FileModel):
+    """How far the pod may stand from its place, either way, on the floor."""
+
+    x: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05, description="m, 0 to 0.5")
+    y: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05, description="m, 0 to 0.5")
+    yaw: Annotated[float, Field(ge=0, le=0.5)] = Field(0.05235987755982989, description="rad, 0 to 0.5")
+
+
 class PodModel(FileModel):
     """The shelf's figures, pod frame."""
 
     T_world_pod: PoseModel = Field(description="where the pod nominally stands")
+    displacement: DisplacementModel = Field(
+        DisplacementModel(), description="how far it may stand from there"
+    )
     width: Positive = Field(description="m, outside, along y")
     depth: Positive = Field(description="m, outside, along x")
     height: Positive = Field(description="m, outside")

@@ -1,8 +1,8 @@
 """One hash over everything that the validity of a motion in a cell depends on.
 
-In: the robot's chain, shapes and limits, where it stands, the tool's geometry, shelf, tote, obstacles,
-allowed pairs, clearance and speed scale. Not in: names of files, comments, the order of keys, named
-configurations, devices, items (a scene's hash covers those) and simulation figures.
+In: the robot's chain, shapes and limits, where it stands, the tool's geometry, shelf and how far it may be
+displaced, tote, obstacles, allowed pairs, clearance and speed scale. Not in: names of files, comments, the
+order of keys, named configurations, devices, items (a scene's hash covers those) and simulation figures.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ def fingerprint(cell: Cell) -> str:
             "robot": _robot(cell.robot),
             "T_world_pod": numbers(cell.T_world_pod),
             "pod": _bodies(cell.pod.bodies),
+            "displacement": numbers(astuple(cell.pod.displacement)),
             "tote": _bodies(cell.tote.bodies),
             "obstacles": _bodies(cell.obstacles.bodies),
             "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.cell_schema import PodModel, RowModel
+from pickcli.cell.displacement import Displacement
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.cell.station import Bin, Pod
 from pickcli.geometry import pose
@@ -24,6 +25,7 @@ def build_pod(figures: PodModel) -> Pod:
         bodies=tuple(body for bodies in groups.values() for body in bodies),
         bins={b.name: b for b in bins},
         groups={name: tuple(body.name for body in bodies) for name, bodies in groups.items()},
+        displacement=Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw),
     )
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
 
 TOTE = "tote"  # the location of delivered items; the other locations are bin names
 
@@ -43,6 +45,16 @@ class Scene:
     items: tuple[PlacedItem, ...]
     noise: PoseNoise  # of the item poses in this scene
     seed: int = 0
+
+    @property
+    def T_nominal_pod(self) -> Array:
+        """(4, 4) where the pod stands, seen from its place."""
+        return np.asarray(inverse(self.cell.T_world_pod) @ self.T_world_pod)
+
+    @property
+    def is_pod_within_bounds(self) -> bool:
+        """Whether the pod stands where the cell says that it may: what holds for any such pod holds here."""
+        return self.cell.pod.displacement.allows(self.T_nominal_pod)
 
     def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
         """The instance with that id, else the first with that item name (in that location if given).

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pickcli.cell.displacement import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array
 
@@ -51,6 +52,11 @@ class Pod:
     bodies: tuple[Body, ...]  # boxes in the pod frame
     bins: dict[str, Bin]
     groups: dict[str, tuple[str, ...]]  # bounding groups: name -> body names (speeds up collision tests)
+    displacement: Displacement = UNMOVED  # how far it may stand from its place
+
+    def swept(self) -> Pod:
+        """The pod with each body grown to a box that holds it wherever the pod stands in its bounds."""
+        return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
 
     def bin_of_point(self, p_pod: Array) -> str | None:
         """Name of the bin whose inside holds a point (3,) of the pod frame, or None."""

@@ -1,14 +1,19 @@
 """One coarse motion for the database: as near to its lower bound as can be found.
 
 The line itself where it is free; else a free motion in the time of the line, by bending what is not the
-slowest joint; else in a little more time; else what RRT-Connect finds, made quicker. See docs/precompute.md.
+slowest joint; else in a little more time; else what RRT-Connect finds, made quicker. First for every pod
+within the cell's bounds, then, where that fails or costs time, for the pod in its place.
+See docs/precompute.md.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
+from typing import TypeAlias
 
+from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import Limits, PivotState
 from pickcli.collision.checker import SceneChecker
@@ -34,6 +39,11 @@ _WORTH = 1.01
 
 # ... and what ends the search.
 _GOOD = 1.01
+
+# Times the motion for the pod in its place: what one for any pod may take and still be kept instead.
+_AS_QUICK = 1.005
+
+Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]  # what a checker is for
 
 
 @dataclass(frozen=True)
@@ -69,37 +79,58 @@ class MotionMaker:
     settings: TrajectorySettings
 
     def make(self, key: MotionKey) -> CoarseMotion | Reason:
+        """The best motion of a pair for any displaced pod, unless one for the pod in its place alone is had
+        and is quicker; else why there is none.
+        """
+        wide = self._in_stand(key, PodStand.DISPLACED)
+        if isinstance(wide, Reason):
+            return _marked(self._in_stand(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+        if wide.duration <= _GOOD * wide.lower_bound:
+            return wide
+        at_most = wide.duration / _AS_QUICK
+        nominal = self._in_stand(key, PodStand.NOMINAL, at_most)
+        if isinstance(nominal, CoarseMotion) and nominal.duration < at_most:
+            return _marked(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
+        return wide
+
+    def _in_stand(
+        self, key: MotionKey, stand: PodStand, quicker_than: float = float("inf")
+    ) -> CoarseMotion | Reason:
         """The best motion of a pair in the widest pivot state that costs no time; else why there is none.
 
         MOVING covers the other states. Where it allows nothing, or nothing near the bound, the state that
         both ends are meant for is taken.
+
+        quicker_than: s, what takes as long is not wanted
         """
         pivots = {self.cell.configurations[name].pivot for name in (key.start, key.goal)}
         if len(pivots) == 2:
-            return self._in_state(key, PivotState.MOVING)
-        wide = self._in_state(key, PivotState.MOVING, _WORTH)
-        return wide if isinstance(wide, CoarseMotion) else self._in_state(key, pivots.pop())
+            return self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than)
+        wide = self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than, _WORTH)
+        if isinstance(wide, CoarseMotion):
+            return wide
+        return self._in_case(key, (stand, pivots.pop(), key.payload), quicker_than)
 
-    def _in_state(
-        self, key: MotionKey, pivot: PivotState, at_most: float = float("inf")
+    def _in_case(
+        self, key: MotionKey, case: Case, quicker_than: float, at_most: float = float("inf")
     ) -> CoarseMotion | Reason:
         """at_most: times the least duration."""
-        tests = self._planning[pivot, key.payload]
+        tests = self._planning[case]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         for name, q in ((key.start, q0), (key.goal, q1)):
             if not tests.is_free(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
         search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self._effort)
-        seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, pivot)
+        seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
         best: CoarseMotion | None = None
 
         def is_wanted(duration: float) -> bool:
-            is_quicker = best is None or duration + self._pace.pause < best.duration
+            is_quicker = duration + self._pace.pause < (quicker_than if best is None else best.duration)
             return is_quicker and duration <= at_most * search.least + TICK
 
         for motion in search.motions(seed, is_wanted):
-            made = self._finished(key, pivot, motion) if is_wanted(motion.duration) else None
+            made = self._finished(key, case, motion) if is_wanted(motion.duration) else None
             best = made or best
             if best is not None and best.duration <= _GOOD * best.lower_bound:
                 break
@@ -109,20 +140,22 @@ class MotionMaker:
         detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
-    def _finished(self, key: MotionKey, pivot: PivotState, motion: Ramps) -> CoarseMotion | None:
+    def _finished(self, key: MotionKey, case: Case, motion: Ramps) -> CoarseMotion | None:
         """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
-        tests = self._proving[pivot, key.payload]
+        tests = self._proving[case]
         names = self.cell.robot.joint_names
         goal = self.cell.configurations[key.goal].q
         timed = averaged(names, motion, goal, self._pace, self._limits)
         if not is_proven(timed, LegProof(tests, self._space)):
             return None
-        waypoints = polyline(timed, self._planning[pivot, key.payload])
+        waypoints = polyline(timed, self._planning[case])
         if waypoints is None:
             return None
         bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
         clearance = proven_clearance(timed, self._space, tests)
-        return CoarseMotion(key, pivot, JointPath(names, waypoints), timed.duration, timed, bound, clearance)
+        stand, pivot, _ = case
+        path = JointPath(names, waypoints)
+        return CoarseMotion(key, pivot, path, timed.duration, timed, bound, clearance, PodMark(stand))
 
     @cached_property
     def _effort(self) -> Effort:
@@ -151,22 +184,28 @@ class MotionMaker:
         return JointSpace.of(self.cell.robot, self.cell.speed_scale)
 
     @cached_property
-    def _planning(self) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:
+    def _planning(self) -> dict[Case, SceneChecker]:
         """Checkers that planning asks: with the reserve."""
         return self._checkers(RESERVE)
 
     @cached_property
-    def _proving(self) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:
+    def _proving(self) -> dict[Case, SceneChecker]:
         """Checkers that the timed motion is proven with: the cell's clearance, no more."""
         return self._checkers(0.0)
 
-    def _checkers(self, reserve: float) -> dict[tuple[PivotState, PayloadClass], SceneChecker]:
+    def _checkers(self, reserve: float) -> dict[Case, SceneChecker]:
         return {
-            (pivot, load): checker(self._model, pivot, load, reserve)
-            for pivot in PivotState
-            for load in PayloadClass
+            (stand, pivot, load): checker(self._model, pivot, load, reserve, stand)
+            for stand, pivot, load in product(PodStand, PivotState, PayloadClass)
         }
 
     @cached_property
     def _model(self) -> CollisionModel:
         return CollisionModel(self.cell)
+
+
+def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
+    """What is had for the pod in its place alone, with the reason why there is none for any pod."""
+    if isinstance(nominal, Reason):
+        return nominal
+    return replace(nominal, mark=PodMark(PodStand.NOMINAL, why))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from pickcli.cell.displacement import PodStand
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -21,17 +24,26 @@ CUBE_EDGE = 0.2  # m
 RESERVE = 0.001  # m
 
 
-def empty_scene(cell: Cell) -> Scene:
-    """The cell with its pod where it nominally stands, and nothing in it."""
+def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
+    """The cell with nothing in its pod, which stands in its place or, for a proof, everywhere that it may."""
+    if stand is PodStand.DISPLACED:
+        cell = replace(cell, pod=cell.pod.swept())
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
 
 def checker(
-    model: CollisionModel, pivot: PivotState, payload: PayloadClass, reserve: float = 0.0
+    model: CollisionModel,
+    pivot: PivotState,
+    payload: PayloadClass,
+    reserve: float = 0.0,
+    stand: PodStand = PodStand.NOMINAL,
 ) -> SceneChecker:
-    """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more."""
-    margin = model.cell.clearance + reserve
-    return SceneChecker(model, empty_scene(model.cell), pivot, held=stand_in(payload), margin=margin)
+    """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more.
+
+    What it proves for ``DISPLACED`` holds wherever the pod stands within its bounds.
+    """
+    scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
+    return SceneChecker(model, scene, pivot, held=stand_in(payload), margin=margin)
 
 
 def stand_in(payload: PayloadClass) -> Held | None:

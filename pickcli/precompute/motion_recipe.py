@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
@@ -64,6 +65,8 @@ def record_of(made: CoarseMotion | Reason) -> Record:
         "duration": made.duration,
         "lower_bound": made.lower_bound,
         "clearance": made.clearance,
+        "stand": str(made.mark.stand),
+        "why_nominal": made.mark.why_nominal,
     }
     arrays = {
         "waypoints": made.path.waypoints,
@@ -82,5 +85,7 @@ def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> Coa
     v, a = record.values, record.arrays
     timed = Trajectory(joint_names, a["times"], a["positions"], a["velocities"], a["accelerations"])
     path = JointPath(joint_names, a["waypoints"])
-    pivot = PivotState(v["pivot"])
-    return CoarseMotion(key, pivot, path, v["duration"], timed, v["lower_bound"], v["clearance"])
+    return CoarseMotion(
+        key, PivotState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
+        PodMark(PodStand(v["stand"]), v["why_nominal"]),
+    )  # fmt: skip

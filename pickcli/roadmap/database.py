@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.displacement import NOMINAL_POD, PodMark
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -46,7 +47,8 @@ class CoarseMotion:
     pivot: state of the cup that it is valid for (MOVING covers the others)
     trajectory: None where the timed points were not loaded
     lower_bound: s that no motion between the two ends can undercut
-    clearance: m that the polyline is proven to keep from everything
+    clearance: m that the motion is proven to keep from everything
+    mark: for which pods it is proven
     """
 
     key: MotionKey
@@ -56,6 +58,7 @@ class CoarseMotion:
     trajectory: Trajectory | None = None
     lower_bound: float = 0.0
     clearance: float = 0.0
+    mark: PodMark = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
         """The way back: free where the way there is, and within limits as these are symmetric."""
@@ -99,6 +102,7 @@ class TrajectoryDatabase:
     offsets: IntArray  # (K + 1,) into waypoints
     lower_bounds: Array  # (K,) s
     clearances: Array  # (K,) m
+    marks: tuple[PodMark, ...]  # (K,)
     points: TimedPoints | None = None
 
     @classmethod
@@ -124,6 +128,7 @@ class TrajectoryDatabase:
             _offsets([len(motion.path.waypoints) for motion in motions]),
             np.array([motion.lower_bound for motion in motions], dtype=float),
             np.array([motion.clearance for motion in motions], dtype=float),
+            tuple(motion.mark for motion in motions),
             points,
         )
 
@@ -165,7 +170,7 @@ class TrajectoryDatabase:
         path = JointPath(self.joint_names, self.waypoints[self.offsets[k] : self.offsets[k + 1]])
         return CoarseMotion(
             self.keys[k], self.pivots[k], path, float(self.durations[k]), self._trajectory(k),
-            float(self.lower_bounds[k]), float(self.clearances[k]),
+            float(self.lower_bounds[k]), float(self.clearances[k]), self.marks[k],
         )  # fmt: skip
 
     def _trajectory(self, k: int) -> Trajectory | None:

@@ -161,4 +161,4 @@ def _told(kind: Format, name: str, row: Any) -> str:
     fields = [field for field, type_ in kind.tables[name].fields.items() if type_ != "<f8"]
     values = (row[field] for field in fields)
     texts = (v.decode(errors="replace") if isinstance(v, bytes) else str(v) for v in values)
-    return f"{name}: {', '.join(texts)}"
+    return f"{name}: {', '.join(text for text in texts if text)}"

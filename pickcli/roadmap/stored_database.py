@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -15,6 +16,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TimedPoints, TrajectoryDatabase
 from pickcli.roadmap.hdf5_format import NUMBER, TEXT, Columns, Content, Format, Table
 from pickcli.roadmap.hdf5_read import StoredFile
+from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
 from pickcli.roadmap.stored_reasons import reason_columns, reason_row, reason_rows, reason_table
 
 Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
@@ -23,11 +25,11 @@ NAMES = ("start", "goal", "payload")
 
 DATABASE = Format(
     "trajectory database",
-    2,
+    3,
     {
         "motions": Table(
             {
-                **dict.fromkeys((*NAMES, "pivot"), TEXT),
+                **dict.fromkeys((*NAMES, "pivot", *MARK), TEXT),
                 **dict.fromkeys(("duration", "lower_bound", "clearance"), NUMBER),
             },
             pieces=("waypoints", "points"),
@@ -48,6 +50,7 @@ def database_content(
         "motions": {
             **{name: [getattr(key, name) for key in database.keys] for name in NAMES},
             "pivot": database.pivots,
+            **mark_columns(database.marks),
             "duration": database.durations,
             "lower_bound": database.lower_bounds,
             "clearance": database.clearances,
@@ -77,6 +80,7 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
         offsets,
         table["lower_bound"],
         table["clearance"],
+        marks_of(file, "motions"),
         _timed_points(file) if points else None,
     )
 
@@ -91,7 +95,8 @@ def row_of(file: StoredFile, key: MotionKey) -> int | None:
 
 def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: Array) -> CoarseMotion:
     """One motion from its row of the table and its pieces. Raises ValueError for an unknown name."""
-    start, goal, payload, pivot = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
+    names = (*NAMES, "pivot", *MARK)
+    start, goal, payload, pivot, stand, why_nominal = (bytes(row[name]).decode() for name in names)
     return CoarseMotion(
         MotionKey(start, goal, PayloadClass(payload)),
         PivotState(pivot),
@@ -100,6 +105,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
         Trajectory(joint_names, *_parts(points)),
         float(row["lower_bound"]),
         float(row["clearance"]),
+        PodMark(PodStand(stand), why_nominal),
     )
 
 

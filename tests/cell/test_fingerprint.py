@@ -17,6 +17,7 @@ YAML_MATTERS = {
     "base": ("T_world_base: {xyz: [-1.758", "T_world_base: {xyz: [-1.757"),
     "pod pose": ("T_world_pod: {xyz: [0, 0, 0]", "T_world_pod: {xyz: [0, 0.001, 0]"),
     "post": ("post: 0.4043", "post: 0.4042"),
+    "displacement": ("displacement: {x: 0.05", "displacement: {x: 0.04"),
     "slope": ("floor_slope: 0.08726646", "floor_slope: 0.08726746"),
     "tote": ("wall_thickness: 0.003", "wall_thickness: 0.004"),
     "obstacle": ("lower: [-1.742, -0.934, 0.0]", "lower: [-1.743, -0.934, 0.0]"),

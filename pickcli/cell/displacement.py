@@ -1,0 +1,97 @@
+"""How far the pod may stand from its place, and the volume that each part of it can sweep there.
+
+The organisers of the challenge shifted the shelf before a trial (KTH, section II). What is computed once per
+cell is proven against the swept volume where that is possible: then it holds wherever the pod stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import product
+
+import numpy as np
+
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.geometry import Array, pose
+
+# How far a pose, which is never exact, may be beyond a bound, m or rad: far less than the clearance.
+_TOLERANCE = 1e-6
+
+_CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+class PodStand(StrEnum):
+    """Where the pod may stand for something to hold."""
+
+    NOMINAL = "nominal"  # exactly where the cell says
+    DISPLACED = "displaced"  # anywhere within its bounds
+
+
+@dataclass(frozen=True)
+class PodMark:
+    """For which pods something that is stored was proven.
+
+    why_nominal: why it is for the pod in its place alone, "" where it holds for any
+    """
+
+    stand: PodStand = PodStand.NOMINAL
+    why_nominal: str = ""
+
+
+ANY_POD = PodMark(PodStand.DISPLACED)
+NOMINAL_POD = PodMark()
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Bounds of where the pod stands, in the frame of the nominal pod. It stands on the floor, upright.
+
+    x, y: m, how far its frame may be off, either way
+    yaw: rad, how far it may be turned about its own z, either way
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+    def allows(self, T_nominal_pod: Array) -> bool:
+        """Whether a pod (4, 4) stands within the bounds."""
+        x, y, z = T_nominal_pod[:3, 3]
+        roll_pitch = float(np.abs(T_nominal_pod[:3, 2] - [0.0, 0.0, 1.0]).max())
+        off = (abs(x) - self.x, abs(y) - self.y, abs(z), roll_pitch, abs(yaw_of(T_nominal_pod)) - self.yaw)
+        return bool(max(off) <= _TOLERANCE)
+
+    def swept(self, body: Body) -> Body:
+        """The smallest box along the body's own axes that holds it wherever the pod stands.
+
+        The body is given, and the box stands, in the frame of the nominal pod. Exact for boxes: how far the
+        sweep reaches along an axis is how far the farthest of the corners gets, each of which moves on an arc
+        about the pod's z and then by x and y.
+        """
+        R = body.T_parent_shape[:3, :3]
+        corners = body.T_parent_shape[:3, 3] + (_CORNERS * body.shape.extents / 2) @ R.T
+        high, low = self._reach(corners, R.T), -self._reach(corners, -R.T)
+        size = tuple(float(v) for v in high - low)
+        return Body(body.name, Shape(ShapeKind.BOX, size), pose(R @ ((high + low) / 2), R=R))
+
+    def _reach(self, points: Array, axes: Array) -> Array:
+        """(A,) m, how far along each of the axes (A, 3) any displaced copy of the points (P, 3) gets."""
+        across = np.hypot(*points[:, :2].T)[:, None] * np.hypot(*axes[:, :2].T)
+        between = np.arctan2(points[:, 1], points[:, 0])[:, None] - np.arctan2(axes[:, 1], axes[:, 0])
+        between = np.abs(np.arctan2(np.sin(between), np.cos(between)))
+        turned = across * np.cos(np.maximum(between - self.yaw, 0.0)) + points[:, 2:] * axes[:, 2]
+        return np.asarray(turned.max(axis=0) + np.abs(axes[:, :2]) @ [self.x, self.y])
+
+
+UNMOVED = Displacement()  # it always stands in its place
+
+
+def displaced(T_world_pod: Array, x: float, y: float, yaw: float) -> Array:
+    """T_world_pod (4, 4) of a pod that is moved by x and y (m) and turned by yaw (rad) from its place."""
+    return np.asarray(T_world_pod @ pose((x, y, 0.0), rpy=(0.0, 0.0, yaw)))
+
+
+def yaw_of(T_nominal_pod: Array) -> float:
+    """rad, how far a pod is turned about z."""
+    return float(np.arctan2(T_nominal_pod[1, 0], T_nominal_pod[0, 0]))
