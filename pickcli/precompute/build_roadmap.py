@@ -18,7 +18,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.precompute.build import Build
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings, mark_of
 from pickcli.precompute.important import important_pairs
 from pickcli.precompute.second_routes import SecondRoutes, detour, edge_to_try, why_alone
 from pickcli.roadmap.disjoint import EdgeDisjoint, edge_disjoint
@@ -162,7 +162,7 @@ class _Builder:
         found = []
         for pair, ends, record in zip(pairs, ordered, records, strict=True):
             if record.reason is None:
-                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"])
+                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"], mark_of(record))
                 found.append(pair)
             else:
                 self.failed[pair] = record.reason

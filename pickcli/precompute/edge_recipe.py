@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from pickcli.cell.displacement import ANY_POD, PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
@@ -21,6 +24,10 @@ from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import EdgeChecker, JointSpace
 from pickcli.seeds import derived_seed
+
+# Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*
+# leaves some of that to chance.
+_AS_SHORT = 1.1
 
 
 @dataclass(frozen=True)
@@ -56,25 +63,42 @@ class EdgeRecipe:
         return inputs_digest(self.cell, "roadmap edge", self.settings)
 
     def make(self, key: Key) -> Record:
-        """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included."""
+        """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
+        wide = self._path(key, PodStand.DISPLACED)
+        if isinstance(wide, Reason):
+            return _record(self._path(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+        if wide.length > _AS_SHORT * float(np.linalg.norm(wide.end - wide.start)):
+            nominal = self._path(key, PodStand.NOMINAL)
+            if isinstance(nominal, JointPath) and wide.length > _AS_SHORT * nominal.length:
+                return _record(nominal, f"for a displaced pod its length is {wide.length:.2f}")
+        return _record(wide)
+
+    def _path(self, key: Key, stand: PodStand) -> JointPath | Reason:
+        """The shortest path found, or why there is none."""
+        tests, settings = self.checkers[stand], self.settings
+        seed = derived_seed(settings.seed, "edge", *key)
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
-        settings, seed = self.settings, derived_seed(self.settings.seed, "edge", *key)
+        for name, q in zip(key, (q_start, q_goal), strict=True):
+            if not tests.is_free(q):
+                return tests.explain(q).at(name)
         # What RRT* needs too long for, RRT-Connect often finds at once.
         planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
-        found = next(filter(None, (self._planned(q_start, q_goal, seed, each) for each in planners)), None)
+        tries = (self._planned(tests, q_start, q_goal, seed, planner) for planner in planners)
+        found = next(filter(None, tries), None)
         if found is None:
             what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
-            return Record(reason=Reason("no path", detail=what))
-        path = shorten(self.checker, self.space, found, seed=seed, iterations=settings.n_shortcuts)
-        unproven = self.checker.path_is_free(path.waypoints)
+            return Reason("no path", detail=what)
+        path = shorten(tests, self.space, found, seed=seed, iterations=settings.n_shortcuts)
+        unproven = tests.path_is_free(path.waypoints)
         if unproven != -1:
-            what = f"edge {unproven} of the shortened path is not proven whole"
-            return Record(reason=Reason("no proof", detail=what))
-        return Record(arrays={"waypoints": path.waypoints})
+            return Reason("no proof", detail=f"edge {unproven} of the shortened path is not proven whole")
+        return path
 
-    def _planned(self, q_start: Array, q_goal: Array, seed: int, planner: PlannerName) -> JointPath | None:
+    def _planned(
+        self, tests: EdgeChecker, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
+    ) -> JointPath | None:
         return plan(
-            self.checker, self.space, q_start, q_goal[None],
+            tests, self.space, q_start, q_goal[None],
             seed=seed, planner=planner, max_iterations=self.settings.max_iterations,
         )  # fmt: skip
 
@@ -87,7 +111,27 @@ class EdgeRecipe:
         """The joints."""
         return JointSpace.of(self.cell.robot)
 
-    @cached_property
+    @property
     def checker(self) -> EdgeChecker:
-        """Proves configurations and edges."""
-        return checker(CollisionModel(self.cell), PivotState.MOVING, PayloadClass.EMPTY, RESERVE)
+        """Proves configurations and edges for the pod in its place."""
+        return self.checkers[PodStand.NOMINAL]
+
+    @cached_property
+    def checkers(self) -> dict[PodStand, EdgeChecker]:
+        """Prove configurations and edges."""
+        model = CollisionModel(self.cell)
+        return {
+            stand: checker(model, PivotState.MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand
+        }
+
+
+def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:
+    if isinstance(path, Reason):
+        return Record(reason=path)
+    mark = PodMark(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
+    return Record(asdict(mark), {"waypoints": path.waypoints})
+
+
+def mark_of(record: Record) -> PodMark:
+    """For which pods what a record holds was proven."""
+    return PodMark(PodStand(record.values["stand"]), record.values["why_nominal"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -65,8 +65,7 @@ def record_of(made: CoarseMotion | Reason) -> Record:
         "duration": made.duration,
         "lower_bound": made.lower_bound,
         "clearance": made.clearance,
-        "stand": str(made.mark.stand),
-        "why_nominal": made.mark.why_nominal,
+        **asdict(made.mark),
     }
     arrays = {
         "waypoints": made.path.waypoints,

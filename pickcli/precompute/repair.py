@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from pickcli.cell.model import Cell
@@ -19,6 +19,7 @@ from pickcli.roadmap.hdf5_read import stored_file
 from pickcli.roadmap.hdf5_survey import Survey
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.stored_database import DATABASE, missing_row, motion_of
+from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
 
 
@@ -99,7 +100,7 @@ def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:
         waypoints = edge.pieces["waypoints"]
         ends = [name_of.get(q.tobytes()) for q in waypoints[[0, -1]]]
         if ends[0] is not None and ends[1] is not None:
-            kept[ends[0], ends[1]] = Record(arrays={"waypoints": waypoints})
+            kept[ends[0], ends[1]] = Record(asdict(row_mark(edge.row)), {"waypoints": waypoints})
     reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
     return kept | {(min(pair), max(pair)): Record(reason=reason) for pair, reason in reasons}
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.displacement import NOMINAL_POD, PodMark
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -33,6 +34,7 @@ class Roadmap:
     waypoints: Array  # (W, n)
     offsets: IntArray  # (M + 1,)
     proven_for: PivotState = PivotState.MOVING  # the state in which every edge was proven when it was made
+    marks: tuple[PodMark, ...] = ()  # (M,), for which pods each edge was proven
 
     @classmethod
     def empty(cls, joint_names: tuple[str, ...], proven_for: PivotState = PivotState.MOVING) -> Roadmap:
@@ -97,12 +99,13 @@ class Roadmap:
         )
         return enlarged, self.n_nodes
 
-    def with_edge(self, a: int, b: int, waypoints: Array) -> Roadmap:
+    def with_edge(self, a: int, b: int, waypoints: Array, mark: PodMark = NOMINAL_POD) -> Roadmap:
         """A roadmap with one more edge along a proven polyline (K, n) from node a to node b.
 
         Raises ValueError if the polyline does not join the two nodes.
         """
-        return self.with_edges([(a, b, waypoints)])
+        enlarged = self.with_edges([(a, b, waypoints)])
+        return replace(enlarged, marks=(*self.marks, mark))
 
     def with_edges(self, new: Sequence[tuple[int, int, Array]]) -> Roadmap:
         """A roadmap with at least one more edge (node a, node b, polyline), as ``with_edge`` adds one."""
@@ -118,6 +121,7 @@ class Roadmap:
             lengths=np.append(self.lengths, lengths),
             waypoints=np.vstack([self.waypoints, *paths]),
             offsets=np.concatenate([self.offsets, ends]),
+            marks=(*self.marks, *[NOMINAL_POD] * len(new)),
         )
 
     def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.cell.displacement import PodStand
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
@@ -34,6 +35,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "motions": len(database),
         "by_payload": _counts(str(key.payload) for key in database.keys),
         "by_pivot": _counts(str(pivot) for pivot in database.pivots),
+        "by_pod": _counts(str(mark.stand) for mark in database.marks),
         "coverage": round(len(database) / max(len(database) + len(missing), 1), 4),
         "duration_s": round(float(database.durations.sum()), 3),
         "lower_bound_s": round(float(database.lower_bounds.sum()), 3),
@@ -41,6 +43,11 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "least_clearance_mm": round(1e3 * float(database.clearances.min()), 1) if len(database) else None,
         "times_its_bound": histogram(ratios, _RATIOS),
         "worst": [_told(motions[k], float(ratios[k])) for k in worst],
+        "for_the_pod_in_its_place_alone": [
+            f"{key.start} to {key.goal}, {key.payload}: {mark.why_nominal}"
+            for key, mark in zip(database.keys, database.marks, strict=True)
+            if mark.stand is PodStand.NOMINAL
+        ],
         "missing": [f"{key.start} to {key.goal}, {key.payload}: {reason}" for key, reason in missing],
     }
 
@@ -54,9 +61,15 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,
         "parts": len(set(roadmap.components().tolist())),
+        "by_pod": _counts(str(mark.stand) for mark in roadmap.marks),
         "length": round(float(roadmap.lengths.sum()), 3),
         "nodes_by_edges": {f"{n} edges": k for n, k in sorted(Counter(degrees).items())},
         "worst": [f"{' to '.join(ends[m])}: length {roadmap.lengths[m]:.2f}" for m in worst.tolist()],
+        "for_the_pod_in_its_place_alone": [
+            f"{' to '.join(names)}: {mark.why_nominal}"
+            for names, mark in zip(ends, roadmap.marks, strict=True)
+            if mark.stand is PodStand.NOMINAL
+        ],
         "refused": [_named(names, reason) for names, reason in gaps.refused],
         "missing": [_named(names, reason) for names, reason in gaps.missing],
         "without_second_route": [_named(names, reason) for names, reason in gaps.alone],

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -16,7 +15,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TimedPoints, TrajectoryDatabase
 from pickcli.roadmap.hdf5_format import NUMBER, TEXT, Columns, Content, Format, Table
 from pickcli.roadmap.hdf5_read import StoredFile
-from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
+from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of, row_mark
 from pickcli.roadmap.stored_reasons import reason_columns, reason_row, reason_rows, reason_table
 
 Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
@@ -95,8 +94,7 @@ def row_of(file: StoredFile, key: MotionKey) -> int | None:
 
 def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: Array) -> CoarseMotion:
     """One motion from its row of the table and its pieces. Raises ValueError for an unknown name."""
-    names = (*NAMES, "pivot", *MARK)
-    start, goal, payload, pivot, stand, why_nominal = (bytes(row[name]).decode() for name in names)
+    start, goal, payload, pivot = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
     return CoarseMotion(
         MotionKey(start, goal, PayloadClass(payload)),
         PivotState(pivot),
@@ -105,7 +103,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
         Trajectory(joint_names, *_parts(points)),
         float(row["lower_bound"]),
         float(row["clearance"]),
-        PodMark(PodStand(stand), why_nominal),
+        row_mark(row),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.roadmap.hdf5_format import Columns
@@ -20,3 +21,9 @@ def marks_of(file: StoredFile, table: str) -> tuple[PodMark, ...]:
     """The mark of each row of a table. Raises ValueError for an unknown stand."""
     stands, reasons = (file.texts(table, name) for name in MARK)
     return tuple(PodMark(PodStand(stand), why) for stand, why in zip(stands, reasons, strict=True))
+
+
+def row_mark(row: Any) -> PodMark:
+    """The same for one row of its table."""
+    stand, why_nominal = (bytes(row[name]).decode() for name in MARK)
+    return PodMark(PodStand(stand), why_nominal)

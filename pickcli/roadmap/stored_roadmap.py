@@ -13,16 +13,20 @@ from pickcli.errors import Reason
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.hdf5_format import INDEX, NUMBER, TEXT, Columns, Content, Format, Table
 from pickcli.roadmap.hdf5_read import StoredFile
+from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
 from pickcli.roadmap.stored_reasons import reason_columns, reason_rows, reason_table
 
 Names = tuple[str, ...]
 
 ROADMAP = Format(
     "roadmap",
-    3,
+    4,
     {
         "nodes": Table({"name": TEXT, "pivot": TEXT}, pieces=("configurations",)),
-        "edges": Table({"a": INDEX, "b": INDEX, "length": NUMBER, "proven_for": TEXT}, pieces=("waypoints",)),
+        "edges": Table(
+            {"a": INDEX, "b": INDEX, "length": NUMBER, **dict.fromkeys(("proven_for", *MARK), TEXT)},
+            pieces=("waypoints",),
+        ),
         "refused": reason_table("name"),
         "missing": reason_table("start", "goal"),
         "alone": reason_table("start", "goal"),
@@ -55,6 +59,7 @@ def roadmap_content(
             "b": roadmap.edges[:, 1],
             "length": roadmap.lengths,
             "proven_for": [roadmap.proven_for] * roadmap.n_edges,
+            **mark_columns(roadmap.marks),
         },
         "refused": reason_columns(("name",), gaps.refused),
         "missing": reason_columns(("start", "goal"), gaps.missing),
@@ -81,6 +86,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
         file.joint_names, configurations, file.texts("nodes", "name"),
         tuple(PivotState(text) for text in file.texts("nodes", "pivot")),
         np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets, proven_for.pop(),
+        marks_of(file, "edges"),
     )  # fmt: skip
 
 

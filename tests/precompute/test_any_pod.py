@@ -24,8 +24,11 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings, mark_of
 from pickcli.precompute.empty_scene import empty_scene, stand_in
+from pickcli.precompute.record import Record
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.roadmap.planners import PlannerName
 from pickcli.verification.verify import verify
 
 EMPTY, CENTRED = PayloadClass.EMPTY, PayloadClass.CENTRED_CUBE
@@ -70,7 +73,7 @@ def test_all_of_them_hold_for_any_pod(motions: dict[MotionKey, CoarseMotion]) ->
 
 
 @given(shares)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_no_displaced_pod_comes_closer_than_the_motion_says(
     motions: dict[MotionKey, CoarseMotion], share: Share
 ) -> None:
@@ -112,6 +115,31 @@ def test_an_end_too_near_to_a_swept_pod_leaves_a_motion_for_the_pod_in_its_place
     assert motion.mark.stand is PodStand.NOMINAL
     assert motion.mark.why_nominal.startswith("for a displaced pod: cam_E: collision: held cube against pod")
     assert _clearance(motion, empty_scene(cell)) >= motion.clearance
+
+
+EDGES = {
+    ("bin_E", "home"): PodStand.DISPLACED,
+    ("bin_J", "tote"): PodStand.DISPLACED,
+    ("cam_A", "cam_L"): PodStand.DISPLACED,
+}
+
+
+@pytest.fixture(scope="module")
+def edges() -> dict[tuple[str, str], Record]:
+    cell = small_cell(*(name for pair in EDGES for name in pair))
+    recipe = EdgeRecipe(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
+    return {pair: recipe.make(pair) for pair in EDGES}
+
+
+def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
+    assert {pair: mark_of(record).stand for pair, record in edges.items()} == EDGES
+
+
+@given(shares)
+@settings(max_examples=15, deadline=None)
+def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
+    tests = SceneChecker(MODEL, _displaced(share), PivotState.MOVING)
+    assert all(tests.path_is_free(record.arrays["waypoints"]) == -1 for record in edges.values())
 
 
 @dataclass(frozen=True, eq=False)
