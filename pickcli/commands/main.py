@@ -15,6 +15,7 @@ from pickcli.errors import ApcError
 COMMANDS: dict[str, str] = {
     "build-roadmap": "Offline: KTH's roadmap of the named configurations.",
     "build-trajectories": "Offline: Delft's database of coarse motions.",
+    "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
     "compare-planners": "Let planners compete over the same pairs: time, length, duration, share solved.",
     "make-scene": "Place the items of an order in their bins, at rest.",
     "plan-pick": "Plan one pick, from leaving for the bin to the item in the tote, or in another bin.",

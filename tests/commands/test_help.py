@@ -27,6 +27,7 @@ RANDOM = {
     "plan-move",
     "execute",
     "run-trial",
+    "suggest-configurations",
 }
 
 

@@ -1,0 +1,99 @@
+"""``apc suggest-configurations``: where the arm should wait in front of a bin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
+from pickcli.commands.progress import progress
+from pickcli.commands.report import emit_json
+from pickcli.commands.table import table_lines
+
+if TYPE_CHECKING:
+    from pickcli.precompute.suggest import Suggestion
+
+HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
+
+
+@click.command("suggest-configurations")
+@cell_option
+@click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
+@click.option("--pivot", type=click.Choice(["straight", "down"]), default="straight", show_default=True,
+              help="How the cup stands when it goes in.")  # fmt: skip
+@click.option(
+    "--count", type=click.IntRange(1, 100), default=5, show_default=True, help="Suggestions to show."
+)
+@click.option("--poses", type=click.IntRange(1, 10000), default=100, show_default=True,
+              help="Tool poses in the bin that each is judged by.")  # fmt: skip
+@click.option("--candidates", type=click.IntRange(1, 10000), default=40, show_default=True,
+              help="Configurations that are judged, the most manipulable.")  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
+              help="Also write the best as an entry of a cell file (YAML).")  # fmt: skip
+@overwrite_option
+@seed_option
+@json_option
+def command(
+    cell_name: str, bin_name: str, pivot: str, count: int, poses: int, candidates: int, output: Path | None,
+    overwrite: bool, seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Rank configurations in front of a bin by what can be reached from them.
+
+    First by the share of poses in the bin that the tool reaches along one straight line, followed without a
+    jump and proven free; then by manipulability, rail included (KTH). All keep away from joint limits and
+    from everything in the cell. The cell's own configuration is judged as well.
+
+    \b
+    Example:
+      apc suggest-configurations --bin bin_C -o bin_C.yaml
+    """
+    from pickcli.cell.atomic import write_text
+    from pickcli.cell.configuration_text import configuration_line
+    from pickcli.cell.load import load_cell
+    from pickcli.cell.robot import PivotState
+    from pickcli.precompute.suggest import Suggester, SuggestSettings
+
+    if output is not None:
+        refuse_output(output, overwrite)
+    cell = load_cell(cell_name)
+    settings = SuggestSettings(n_kept=candidates, n_poses=poses, seed=seed)
+    suggester = Suggester(cell, bin_name, PivotState(pivot), settings)
+    with progress("judging configurations") as report:
+        found = suggester.suggest(count, report)
+    own = cell.configurations.get(bin_name)
+    now = None if own is None else suggester.judged(own.q)
+    line = configuration_line(found[0].configuration)
+    if output is not None:
+        write_text(output, line)
+    if as_json:
+        emit_json({
+            "cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": pivot, "poses": poses,
+            "seed": seed,
+            "now": None if now is None else _values(now), "suggestions": [_values(each) for each in found],
+            "yaml": line, "output": None if output is None else str(output),
+        })  # fmt: skip
+        return
+    rows = [_row("now", now)] if now is not None else []
+    click.echo(
+        "\n".join(table_lines(HEAD, [*rows, *(_row(str(i + 1), each) for i, each in enumerate(found))]))
+    )
+    click.echo(
+        f"the best, to put in place of {bin_name} under configurations of the cell file:\n{line}", nl=False
+    )
+
+
+def _values(each: Suggestion) -> dict[str, Any]:
+    return {
+        "q": each.configuration.q.tolist(), "reach": each.reach, "manipulability": each.manipulability,
+        "joint_margin": each.margin, "clearance_m": each.clearance, "from_home_s": each.travel,
+        "T_bin_tip": each.T_bin_tip.tolist(),
+    }  # fmt: skip
+
+
+def _row(name: str, each: Suggestion) -> list[str]:
+    travel = "-" if each.travel is None else f"{each.travel:.2f}"
+    place = " ".join(f"{value:6.3f}" for value in each.T_bin_tip[:3, 3])
+    return [name, f"{each.reach:.0%}", f"{each.manipulability:.4f}", f"{each.margin:.1%}",
+            f"{1e3 * each.clearance:.0f}", travel, place]  # fmt: skip

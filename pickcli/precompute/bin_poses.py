@@ -1,0 +1,86 @@
+"""Tool poses in front of a bin and in it, drawn for judging configurations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.station import Bin
+from pickcli.collision.model import CollisionModel
+from pickcli.collision.tool_ghost import ToolGhost
+from pickcli.errors import InputError
+from pickcli.geometry import Array, rotation_rpy
+from pickcli.precompute.empty_scene import empty_scene
+
+# Where the tip may stand while the arm waits, in the bin frame: m before the mouth, and beside its middle.
+# The pod may be displaced by 50 mm: nearer than that and some room nothing should wait.
+_BEFORE = (-0.32, -0.10)
+_BESIDE = 0.06
+
+_INSIDE = 0.04  # m behind the mouth where the inside begins, for a pose to be in the bin for certain
+_LEAN = np.radians(30.0)  # most yaw and pitch of the lance in the bin, either way: as grasps are tried
+_DRAWS = 40  # poses drawn for one that the tool can take, at most
+
+# Orientation of the tip, in the bin frame, of a lance that points straight in: flange x down as in Delft's
+# poses; the pivoted cup points down.
+_R_BIN_TIP = {
+    PivotState.STRAIGHT: np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+    PivotState.DOWN: np.diag([-1.0, 1.0, -1.0]),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class BinPoses:
+    """Poses of the tip around one bin, for the cup straight or down."""
+
+    model: CollisionModel
+    cell_bin: Bin
+    pivot: PivotState
+
+    @property
+    def T_world_bin(self) -> Array:
+        """(4, 4) with the pod where it nominally stands."""
+        return self.model.cell.T_world_pod @ self.cell_bin.T_pod_bin
+
+    def in_front(self, rng: np.random.Generator, n: int) -> Array:
+        """(n, 4, 4) poses in the world before the mouth, the lance level and straight; the straight cup's
+        flange is turned either way up, for both branches of the wrist.
+        """
+        low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.mouth_height / 2 - _BESIDE])
+        high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.mouth_height / 2 + _BESIDE])
+        places = rng.uniform(low, high, (n, 3))
+        is_turned = rng.random(n) < (0.5 if self.pivot is PivotState.STRAIGHT else 0.0)
+        return np.stack(
+            [self._pose(p, 0.0, 0.0, np.pi * turn) for p, turn in zip(places, is_turned, strict=True)]
+        )
+
+    def inside(self, rng: np.random.Generator, n: int) -> Array:
+        """(n, 4, 4) poses in the world inside the bin, all over it and leaning all ways, that the tool by
+        itself can take. Raises InputError if there are none.
+        """
+        each = self.cell_bin
+        low = np.array([_INSIDE, each.y_range[0], each.floor_back, -_LEAN, -_LEAN])
+        high = np.array([each.depth, each.y_range[1], each.ceiling_front, _LEAN, _LEAN])
+        drawn = rng.uniform(low, high, (_DRAWS * n, 5))
+        poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
+        ghost = ToolGhost(
+            self.model, empty_scene(self.model.cell), self.pivot, self.T_world_bin[:3, :3], frozenset()
+        )
+        free = poses[ghost.are_free(poses)][:n]
+        if len(free) < n:
+            raise InputError(f"{each.name}: the tool fits in with the cup {self.pivot} nowhere to speak of")
+        return np.asarray(free)
+
+    def roll(self, T_world_tip: Array) -> float:
+        """rad by which a pose in front of the bin is turned about the cup's axis."""
+        R = (self.T_world_bin[:3, :3] @ _R_BIN_TIP[self.pivot]).T @ T_world_tip[:3, :3]
+        return float(np.arctan2(R[1, 0], R[0, 0]))
+
+    def _pose(self, place: Array, yaw: float, pitch: float, roll: float) -> Array:
+        """(4, 4) in the world: the lance turned about the bin's axes, then about itself."""
+        T = np.eye(4)
+        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ _R_BIN_TIP[self.pivot] @ rotation_rpy(0.0, 0.0, roll)
+        T[:3, 3] = place
+        return np.asarray(self.T_world_bin @ T)

@@ -1,0 +1,29 @@
+"""``apc suggest-configurations``: the table, the JSON, the entry for a cell file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from command_line import apc
+
+QUICK = ("suggest-configurations", "--bin", "bin_C", "--candidates", 3, "--poses", 5, "--count", 2)
+
+
+def test_the_entry_is_told_and_written(tmp_path: Path) -> None:
+    path = tmp_path / "bin_C.yaml"
+    text = apc(*QUICK, "-o", path)
+    assert text.code == 0
+    assert path.read_text().startswith("  - {name: bin_C, kind: bin, pivot: straight, q: [")
+    assert text.out.endswith(path.read_text())
+    assert [line.split()[0] for line in text.out.splitlines()[1:-2]] == ["now", "1", "2"]
+    again = apc(*QUICK, "-o", path)
+    assert again.code == 3 and "exists already" in again.err
+    told = json.loads(apc(*QUICK, "-o", path, "--overwrite", "--json").out)
+    assert told["yaml"] == path.read_text() and len(told["suggestions"]) == 2
+    assert told["now"]["q"][0] == 0.0908
+
+
+def test_an_unknown_bin_is_refused() -> None:
+    answer = apc("suggest-configurations", "--bin", "bin_Z")
+    assert answer.code == 3 and "unknown bin 'bin_Z'" in answer.err
