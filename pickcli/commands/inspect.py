@@ -10,7 +10,7 @@ import click
 
 from pickcli.commands.options import json_option
 from pickcli.commands.report import emit_json, key_lines
-from pickcli.commands.scene_options import open_scene
+from pickcli.commands.scene_options import allowed, open_scene, stand
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 HEAD = 4096  # bytes in which a JSON file of ours names its format
@@ -109,6 +109,7 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
         "cell": scene.cell.name,
         "cell_fingerprint": scene.cell.fingerprint,
         "seed": scene.seed,
+        "pod": f"{stand(scene)} (the cell allows for {allowed(scene)})",
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import acos, degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,8 +28,35 @@ def scene_options(function: F) -> F:
 
 
 def open_scene(path: Path, cell_name: str | None) -> Scene:
-    """The scene in a file, of the named cell if one is named. Raises InputError, StaleError."""
+    """The scene in a file, of the named cell if one is named. Raises InputError, StaleError.
+
+    Where its pod stands beyond the cell's bounds, a note tells what that means.
+    """
     from pickcli.cell.load import load_cell
     from pickcli.cell.scene_file import read_scene
 
-    return read_scene(path, None if cell_name is None else load_cell(cell_name))
+    scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
+    if not scene.is_pod_within_bounds:
+        click.echo(
+            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene)}: stored motions "
+            "may not be free there; each is proven before it is used, and planned anew if that fails",
+            err=True,
+        )
+    return scene
+
+
+def stand(scene: Scene) -> str:
+    """Where the pod stands, seen from its place."""
+    from pickcli.cell.displacement import yaw_of
+
+    x, y, z = 1e3 * scene.T_nominal_pod[:3, 3]
+    turn = degrees(yaw_of(scene.T_nominal_pod))
+    text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {turn:+.2f} degrees off its place"
+    tilt = degrees(acos(min(scene.T_nominal_pod[2, 2], 1.0)))
+    return text + (f", raised by {z:.1f} mm and tilted by {tilt:.2f} degrees" if abs(z) + tilt > 1e-3 else "")
+
+
+def allowed(scene: Scene) -> str:
+    """How far the cell says that the pod may stand from its place."""
+    bounds = scene.cell.pod.displacement
+    return f"{1e3 * bounds.x:.1f} mm, {1e3 * bounds.y:.1f} mm and {degrees(bounds.yaw):.2f} degrees"

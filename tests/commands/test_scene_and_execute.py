@@ -10,14 +10,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from pickcli.cell.displacement import displaced
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
+from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
+from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import write_plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -103,3 +106,16 @@ def test_broken_limits_are_told_and_abort(files: tuple[Path, Path], cell: Cell) 
     write_plan(rail_move(cell, distance=0.6), files[0])
     with pytest.raises(TrialAbortedError, match="limit violations"):
         run_execute(*files, "--unverified")
+
+
+def test_a_pod_beyond_its_bounds_is_noted(cell: Cell, tmp_path: Path) -> None:
+    inside, beyond, raised = (tmp_path / f"{name}.json" for name in ("inside", "beyond", "raised"))
+    write_scene(Scene(cell, displaced(cell.T_world_pod, 0.05, -0.05, 0.052), (), PoseNoise()), inside)
+    write_scene(Scene(cell, displaced(cell.T_world_pod, 0.06, 0.0, 0.0), (), PoseNoise()), beyond)
+    write_scene(Scene(cell, pose((0.0, 0.0, 0.01)), (), PoseNoise()), raised)
+    assert "note" not in CliRunner().invoke(inspect_command, [str(inside)]).stderr
+    told = CliRunner().invoke(inspect_command, [str(beyond)])
+    assert "the pod stands +60.0 mm in x, +0.0 mm in y, +0.00 degrees off its place" in told.stderr
+    assert "the cell allows for 50.0 mm, 50.0 mm and 3.00 degrees" in told.stderr
+    assert "+60.0 mm in x" in told.stdout
+    assert "raised by 10.0 mm and tilted by 0.00" in CliRunner().invoke(inspect_command, [str(raised)]).stderr
