@@ -18,7 +18,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import events, kernel, startup, store, trials
+from bench import events, kernel, routes, startup, store, trials
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
@@ -34,6 +34,7 @@ def measure(seeds: tuple[int, ...]) -> dict[str, Any]:
         "kernel": kernel.measure(),
         "startup": startup.measure(),
         "store": store.measure(),
+        "routes": routes.measure(),
         "events": events.measure(),
         "trials": trials.measure(seeds=seeds),
     }
@@ -56,6 +57,7 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("from leaving to released in the tote, mean, s", 12, t["delivery_s_mean"])
     yield _at_most("roadmap and trajectories together, MB", 20, figures["store"]["size_mb"])
     yield _at_most("open a file and fetch one motion, median, ms", 2, figures["store"]["fetch_ms"])
+    yield _at_most("A* with start and goal connected, warm, median, ms", 5, figures["routes"]["route_ms"])
     yield _at_most("apc --help, s", 0.2, s["help_s"])
     yield _at_most("apc plan-pick, one-shot, s", 2.0, s["plan_pick_s"])
     for robot, figure in figures["events"].items():
