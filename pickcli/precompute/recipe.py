@@ -12,6 +12,7 @@ import numpy as np
 import pickcli
 from pickcli.cell.fingerprint import digest
 from pickcli.cell.model import Cell
+from pickcli.kernel import _kernel
 from pickcli.precompute.record import Record
 
 Key: TypeAlias = tuple[str, ...]  # the name of a task, unique in its build
@@ -49,9 +50,8 @@ def configurations_digest(cell: Cell) -> str:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over this package's sources and binaries: other code may give other bytes."""
+    """SHA-256 over this package's sources and its kernel: other code may give other bytes."""
     root = Path(pickcli.__file__).parent
-    total = hashlib.sha256()
-    for path in sorted([*root.rglob("*.py"), *root.rglob("*.so")]):
-        total.update(f"{path.relative_to(root)}\n{hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
-    return total.hexdigest()
+    parts = {str(path.relative_to(root)): path for path in root.rglob("*.py")}
+    parts["kernel"] = Path(_kernel.__file__)  # which may lie elsewhere while it is being developed
+    return digest([[name, hashlib.sha256(parts[name].read_bytes()).hexdigest()] for name in sorted(parts)])

@@ -33,6 +33,7 @@ from pickcli.roadmap.store import read_roadmap
 NAMES = ("home", "bin_A", "bin_E", "tote", "drop_00_down", "tote_10h")
 EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 BUILDS = {"motions": (make_trajectories, LEAST_EFFORT), "edges": (make_roadmap, EDGES)}
+CODE_DIGEST = recipe.code_digest
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -105,6 +106,14 @@ def test_other_configurations_or_code_are_other_inputs(cell: Cell, monkeypatch: 
     assert MotionRecipe(small_cell(*NAMES[:-1]), LEAST_EFFORT).inputs != inputs
     monkeypatch.setattr(recipe, "code_digest", lambda: "other")
     assert MotionRecipe(cell, LEAST_EFFORT).inputs != inputs
+
+
+def test_another_kernel_is_other_code(monkeypatch: Any, tmp_path: Path) -> None:
+    digest = CODE_DIGEST.__wrapped__
+    before = digest()
+    (tmp_path / "kernel.so").write_bytes(b"another")
+    monkeypatch.setattr(recipe._kernel, "__file__", str(tmp_path / "kernel.so"))
+    assert digest() != before
 
 
 def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(

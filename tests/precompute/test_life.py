@@ -1,0 +1,331 @@
+"""The life of a stored file, in any order: built, killed, gone on with, damaged, checked, repaired, read.
+
+Whatever happened before, a build or a repair that ends leaves the bytes of an undisturbed build, a death costs
+no finished task, and what is read is what was built or an error.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar
+from unittest import mock
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from small_cell import LEAST_EFFORT, small_cell
+
+from pickcli.cell.model import Cell
+from pickcli.errors import ApcError, DamagedError
+from pickcli.precompute import recipe
+from pickcli.precompute.build import Means, Progress
+from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.journal import Journal, journals
+from pickcli.precompute.make import make_roadmap, make_trajectories
+from pickcli.precompute.motion_recipe import MotionRecipe
+from pickcli.precompute.repair import repair
+from pickcli.roadmap.hdf5_survey import survey
+from pickcli.roadmap.planners import PlannerName
+from pickcli.roadmap.store import FORMATS, read_database, read_roadmap
+
+EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
+PLACES = st.floats(0.0, 1.0, exclude_max=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def same_code_and_no_task_done_twice() -> Iterator[None]:
+    """Someone may be editing the sources; and what a task leaves is always the same, so once is enough."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(recipe, "code_digest", lambda: "the same")
+        patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
+        for kind in (EdgeRecipe, MotionRecipe):
+            patch.setattr(kind, "make", _remembered(kind.make))
+        yield
+
+
+def _remembered(make: Callable[..., Any]) -> Callable[..., Any]:
+    made: dict[Any, Any] = {}
+
+    def remembered(self: Any, key: Any) -> Any:
+        at = (self.inputs, key)
+        if at not in made:
+            made[at] = make(self, key)
+        return made[at]
+
+    return remembered
+
+
+@cache
+def cell() -> Cell:
+    return small_cell("home", "bin_A", "bin_E", "tote", "tote_10h")
+
+
+class _Life(RuleBasedStateMachine):
+    """One output file, and all that is beside it."""
+
+    kind: ClassVar[type[_Life]]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.folder = Path(tempfile.mkdtemp())
+        self.out = self.folder / "out.h5"
+        self.good = _good(self.kind)
+
+    def teardown(self) -> None:
+        shutil.rmtree(self.folder)
+
+    @classmethod
+    def make(cls, path: Path, means: Means | None = None) -> None:
+        """Build it."""
+        raise NotImplementedError
+
+    @classmethod
+    def recipe(cls) -> Any:
+        """Of the build."""
+        raise NotImplementedError
+
+    @classmethod
+    def content(cls, path: Path) -> list[Any]:
+        """All numbers that a user of the file is served."""
+        raise NotImplementedError
+
+    @property
+    def journal(self) -> Journal:
+        return Journal(self.out, self.recipe().inputs)
+
+    @rule()
+    def build(self) -> None:
+        """Also after a death: then it goes on, and does only what is left."""
+        told: list[Progress] = []
+        kept = self.journal.read()
+        self.make(self.out, Means(report=told.append))
+        assert self.out.read_bytes() == self.good
+        assert told[-1].n_kept == len(kept) and told[-1].n_done == told[-1].n_total
+        assert not self.journal.path.exists()
+
+    @rule(n_calls=st.integers(1, 40))
+    def die_while_building(self, n_calls: int) -> None:
+        """At any call to the system that changes a disk."""
+        before, kept = self._state(), self.journal.read()
+        n_appended = _dies(n_calls, lambda: self.make(self.out))
+        if self._state() == before:
+            left = self.journal.read()
+            assert left.items() >= kept.items() and len(left) - len(kept) - n_appended in (0, 1)
+        else:
+            assert self.out.read_bytes() == self.good
+
+    @rule(n_done=st.integers(0, 6))
+    def interrupt(self, n_done: int) -> None:
+        """Ctrl-C after some tasks: they are kept."""
+        before, kept = self._state(), self.journal.read()
+
+        def report(progress: Progress) -> None:
+            if progress.n_done - progress.n_kept == n_done:
+                raise KeyboardInterrupt
+
+        try:
+            self.make(self.out, Means(report=report))
+        except KeyboardInterrupt:
+            assert self._state() == before
+            assert len(self.journal.read()) >= len(kept) + n_done
+
+    @precondition(lambda self: self.out.exists())
+    @rule(place=PLACES, bit=st.integers(0, 7))
+    def flip_a_bit(self, place: float, bit: int) -> None:
+        """Of the file."""
+        _flip(self.out, place, bit)
+
+    @precondition(lambda self: self.out.exists())
+    @rule(place=PLACES)
+    def cut_off(self, place: float) -> None:
+        """The end of the file."""
+        content = self.out.read_bytes()
+        self.out.write_bytes(content[: int(place * len(content))])
+
+    @precondition(lambda self: self.journal.path.exists() and self.journal.path.stat().st_size)
+    @rule(place=PLACES, bit=st.integers(0, 7))
+    def flip_a_bit_of_the_journal(self, place: float, bit: int) -> None:
+        """Costs one record at most."""
+        before = self.journal.read()
+        _flip(self.journal.path, place, bit)
+        after = self.journal.read()
+        assert after.items() <= before.items() and len(after) >= len(before) - 1
+
+    @precondition(lambda self: self.out.exists())
+    @rule()
+    def check(self) -> None:
+        """Finds damage exactly where there is some."""
+        try:
+            found = survey(self.out, FORMATS)
+        except ApcError:
+            assert self.out.read_bytes() != self.good
+        else:
+            assert bool(found.damage) == (self.out.read_bytes() != self.good)
+
+    @precondition(lambda self: self.out.exists())
+    @rule(n_calls=st.integers(0, 20))
+    def mend(self, n_calls: int) -> None:
+        """Repair; with ``n_calls``, killed on the way. What cannot be repaired is left as it is."""
+        before = self.out.read_bytes()
+        try:
+            found = survey(self.out, FORMATS)
+            if n_calls:
+                _dies(n_calls, lambda: repair(self.out, found, cell()))
+                assert self.out.read_bytes() in (before, self.good)
+            else:
+                repair(self.out, found, cell())
+                assert self.out.read_bytes() == self.good
+        except ApcError as error:
+            assert isinstance(error, DamagedError) or "expected" in str(error) or "no such" in str(error)
+            assert self.out.read_bytes() == before
+
+    @precondition(lambda self: self.out.exists())
+    @rule()
+    def read(self) -> None:
+        """What is served is what was built, or nothing."""
+        try:
+            served = self.content(self.out)
+        except ApcError:
+            assert self.out.read_bytes() != self.good
+        else:
+            for part, right in zip(served, _good_content(self.kind), strict=True):
+                np.testing.assert_array_equal(part, right)
+
+    @invariant()
+    def nothing_else_lies_around(self) -> None:
+        """But what a death in the middle of writing leaves."""
+        left = {path for path in self.folder.iterdir() if path.suffix != ".part"}
+        assert left <= {self.out, self.journal.path}
+
+    def _state(self) -> tuple[int, bytes] | None:
+        """Which file it is, and its bytes."""
+        return (self.out.stat().st_ino, self.out.read_bytes()) if self.out.exists() else None
+
+
+class LifeOfMotions(_Life):
+    """A trajectory database."""
+
+    @classmethod
+    def make(cls, path: Path, means: Means | None = None) -> None:
+        make_trajectories(cell(), path, LEAST_EFFORT, means)
+
+    @classmethod
+    def recipe(cls) -> MotionRecipe:
+        return MotionRecipe(cell(), LEAST_EFFORT)
+
+    @classmethod
+    def content(cls, path: Path) -> list[Any]:
+        database = read_database(path, cell(), points=True)
+        timed = [motion.trajectory for motion in database]
+        return [array for t in timed if t is not None for array in (t.times, t.positions, t.velocities)]
+
+
+class LifeOfEdges(_Life):
+    """A roadmap."""
+
+    @classmethod
+    def make(cls, path: Path, means: Means | None = None) -> None:
+        make_roadmap(cell(), path, EDGES, means)
+
+    @classmethod
+    def recipe(cls) -> EdgeRecipe:
+        return EdgeRecipe(cell(), EDGES)
+
+    @classmethod
+    def content(cls, path: Path) -> list[Any]:
+        roadmap = read_roadmap(path, cell())
+        return [roadmap.configurations, roadmap.edges, roadmap.waypoints, roadmap.offsets]
+
+
+LifeOfMotions.kind, LifeOfEdges.kind = LifeOfMotions, LifeOfEdges
+
+
+def _flip(path: Path, place: float, bit: int) -> None:
+    content = bytearray(path.read_bytes())
+    if content:
+        content[int(place * len(content))] ^= 1 << bit
+        path.write_bytes(content)
+
+
+@cache
+def _good(kind: type[_Life]) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        kind.make(Path(folder) / "out.h5")
+        return (Path(folder) / "out.h5").read_bytes()
+
+
+@cache
+def _good_content(kind: type[_Life]) -> list[Any]:
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "out.h5").write_bytes(_good(kind))
+        return kind.content(Path(folder) / "out.h5")
+
+
+def _dies(n_calls: int, action: Callable[[], object]) -> int:
+    """Do it in a process that ends, without a word, at its n-th call that changes a disk.
+
+    Returns how many records were appended to a journal before.
+    """
+    n_appended = mmap.mmap(-1, 1)
+    pid = os.fork()
+    if pid == 0:
+        with _mortal(n_calls), mock.patch.object(Journal, "append", _counting(n_appended)):
+            try:
+                action()
+            finally:
+                os._exit(0)
+    os.waitpid(pid, 0)
+    return n_appended[0]
+
+
+def _counting(n_appended: mmap.mmap) -> Callable[..., None]:
+    append = Journal.append
+
+    def counting(*arguments: Any) -> None:
+        append(*arguments)
+        n_appended[0] += 1
+
+    return counting
+
+
+def _mortal(n_calls: int) -> Any:
+    """Patches of the calls that change a disk; the n-th ends the process, writing half of what it should."""
+
+    def mortal(call: Callable[..., Any]) -> Callable[..., Any]:
+        def wrapped(*arguments: Any) -> Any:
+            nonlocal n_calls
+            n_calls -= 1
+            if n_calls == 0:
+                if len(arguments) == 2 and isinstance(arguments[1], bytes):
+                    call(arguments[0], arguments[1][: len(arguments[1]) // 2])
+                os._exit(9)
+            return call(*arguments)
+
+        return wrapped
+
+    return mock.patch.multiple(
+        os, **{name: mortal(getattr(os, name)) for name in ("write", "fsync", "replace", "unlink")}
+    )
+
+
+def _test(kind: type[_Life], max_examples: int, n_steps: int) -> type[Any]:
+    case = type(kind.__name__, (kind,), {}).TestCase
+    case.settings = settings(
+        max_examples=max_examples, stateful_step_count=n_steps, deadline=None, derandomize=True,
+        suppress_health_check=list(HealthCheck),
+    )  # fmt: skip
+    return case
+
+
+TestMotions = _test(LifeOfMotions, 8, 12)
+TestEdges = _test(LifeOfEdges, 8, 12)
+TestMotionsAtLength = pytest.mark.slow(_test(LifeOfMotions, 60, 40))
+TestEdgesAtLength = pytest.mark.slow(_test(LifeOfEdges, 60, 40))
