@@ -1,7 +1,7 @@
 """The life of a stored file, in any order: built, killed, gone on with, damaged, checked, repaired, read.
 
-Whatever happened before, a build or a repair that ends leaves the bytes of an undisturbed build, a death costs
-no finished task, and what is read is what was built or an error.
+Whatever happened before, a build or a repair that ends leaves the bytes of an undisturbed build, a death
+costs no finished task, and what is read is what was built or an error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pickcli.errors import ApcError, DamagedError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
-from pickcli.precompute.journal import Journal, journals
+from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.repair import repair
