@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.progress import LINE_PERIOD, progress
+from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
 
 if TYPE_CHECKING:
     from pickcli.precompute.build import Means, Progress, Report
@@ -47,14 +47,20 @@ def building(
     from pickcli.precompute.journal import journals
 
     who = _who_works(jobs, scheduler)
+    last: Progress | None = None
+
+    def told(p: Progress) -> None:
+        nonlocal last
+        last = p
+        report(p)
+
     try:
         with build_report(label, as_json) as report:
-            yield Means(who, report=report)
+            yield Means(who, report=told)
     except KeyboardInterrupt:
-        for journal in journals(output):
-            click.echo(
-                f"what is finished is kept in {journal}; the same command goes on from there", err=True
-            )
+        if last is not None and last.journal is not None and last.journal.exists():
+            done = f"{last.n_done} of {last.n_total} tasks are kept in {last.journal}"
+            click.echo(f"{done}; the same command goes on from there", err=True)
         raise
     for journal in journals(output):
         click.echo(
@@ -81,8 +87,9 @@ def build_report(label: str, as_json: bool = False) -> Iterator[Report]:
     if as_json:
         yield _telling_json()
     elif sys.stderr.isatty():
-        with progress(label) as bar:
-            yield lambda p: bar(p.n_done, p.n_total, details(p))
+        began = time.monotonic()
+        with terminal_bar(label) as show:
+            yield lambda p: show(p.n_done, p.n_total, seconds_left(p, time.monotonic() - began), details(p))
     else:
         yield _telling_lines(label)
 
@@ -118,7 +125,7 @@ def _telling_lines(label: str) -> Report:
 def line(p: Progress, elapsed: float) -> str:
     """One line of a log, after ``elapsed`` s."""
     left = seconds_left(p, elapsed)
-    time_left = "" if left is None else f", about {left:.0f} s left"
+    time_left = "" if left is None else f", about {duration(left)} left"
     return f"{p.n_done}/{p.n_total}{time_left}, {details(p)}"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -21,6 +21,7 @@ class Progress:
     n_kept: tasks among ``n_done`` that were not done now but found in a journal or file
     n_failed: tasks among ``n_done`` that ended with a reason instead of a result
     task: the one that was finished last, "" at the beginning
+    journal: where finished tasks are kept while the build lasts; None if they are not
     """
 
     n_done: int
@@ -28,6 +29,7 @@ class Progress:
     n_kept: int = 0
     n_failed: int = 0
     task: str = ""
+    journal: Path | None = None
 
     @property
     def coverage(self) -> float:
@@ -95,12 +97,13 @@ class Build:
                 so_far.n_total + len(kept) + len(missing),
                 so_far.n_kept + len(kept),
                 so_far.n_failed + sum(record.reason is not None for record in kept),
+                journal=None if self.journal is None else self.journal.path,
             )
         )
 
     def _count(self, key: Key) -> None:
         p, failed = self._progress, self._records[key].reason is not None
-        self._tell(Progress(p.n_done + 1, p.n_total, p.n_kept, p.n_failed + failed, ", ".join(key)))
+        self._tell(replace(p, n_done=p.n_done + 1, n_failed=p.n_failed + failed, task=", ".join(key)))
 
     def _tell(self, progress: Progress) -> None:
         self._progress = progress

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
+from rich.console import Console
 
 from pickcli.commands import progress as module
-from pickcli.commands.progress import progress, progress_line
+from pickcli.commands.progress import duration, progress, progress_line, terminal_bar
 
 
 def test_lines_tell_what_is_done_and_how_long_it_takes() -> None:
@@ -24,3 +27,24 @@ def test_a_log_gets_a_line_per_period(
     out, err = capsys.readouterr()
     assert out == ""
     assert err.splitlines() == ["building: 2/4, about 11 s left", "building: 4/4, about 0 s left"]
+
+
+def test_times_to_wait_are_told_as_precisely_as_they_interest() -> None:
+    assert [duration(s) for s in (0.4, 95.2, 119.9, 120.0, 700.0, 7300.0)] == [
+        "0 s", "95 s", "120 s", "2 min", "12 min", "2.0 h"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [80, 110, 160])
+def test_a_terminal_gets_one_line_that_cuts_the_least_first(
+    width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    screen = io.StringIO()
+    monkeypatch.setattr(
+        "rich.console.Console", lambda **_: Console(file=screen, width=width, force_terminal=True)
+    )
+    with terminal_bar("building the trajectories") as show:
+        show(133, 332, 700.0, "2 failed, coverage 39 %, 33 kept from before: bin_B, drop_12_down, empty")
+    shown = screen.getvalue()
+    assert "133/332, 12 min left" in shown and "2 failed" in shown
+    assert ("drop_12_down, empty" in shown) == (width == 160)
