@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
@@ -26,12 +27,13 @@ from pickcli.commands.scene_options import open_scene, scene_options
 @click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
 @verify_option
 @artifact_options
+@learn_option
 @seed_option
 @json_option
 @output_option("plan")
 def command(
     scene_path: Path, cell_name: str | None, start: str, goal: str, no_verify: bool, roadmap: Path | None,
-    trajectories: Path | None, seed: int, as_json: bool, output: Path, overwrite: bool,
+    trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan a move between two configurations.
 
@@ -54,7 +56,8 @@ def command(
     q_goal, _ = parse_configuration(scene.cell, goal)
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)
-    plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
+    with learning(planner, roadmap, trajectories, learn):
+        plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
     if not no_verify:
         plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
     write_plan(plan, output)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
@@ -38,14 +39,15 @@ from pickcli.commands.scene_options import open_scene, scene_options
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
 @verify_option
 @artifact_options
+@learn_option
 @seed_option
 @json_option
 @output_option("plan")
 def command(
     scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, into: str,
     neighbours: str,
-    no_verify: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool, output: Path,
-    overwrite: bool,
+    no_verify: bool, roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
+    output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan one pick, from leaving for the bin to the item in the tote, or in another bin.
 
@@ -67,7 +69,8 @@ def command(
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)
     how = Neighbours(neighbours)
-    plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
+    with learning(planner, roadmap, trajectories, learn):
+        plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
     if not no_verify:
         plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
     write_plan(plan, output)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.options import cell_option, json_option, overwrite_option, seed_option
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.progress import progress
@@ -49,11 +50,12 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @cell_option
 @artifact_options
+@learn_option
 @seed_option
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, cell_name: str,
-    roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
+    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -85,8 +87,13 @@ def command(
     arena = SimulatedArena(scene)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
-    with progress("picking") as report:
-        result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), report)
+    with learning(planner, roadmap, trajectories, learn) as keep, progress("picking") as report:
+
+        def between_picks(done: int, total: int, what: str) -> None:
+            keep()
+            report(done, total, what)
+
+        result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), between_picks)
     record = trial_record(result, order_path.name, time.perf_counter() - began)
     pictures["after"] = arena.picture()
     paths = write_folder(folder, result, record, pictures)

@@ -20,6 +20,7 @@ from pickcli.planning.context import Planner
 from pickcli.roadmap.connect import QueryOptions
 from pickcli.roadmap.cost import estimated_duration
 from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.lesson import Lesson
 from pickcli.roadmap.query import query
 
 PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
@@ -94,19 +95,23 @@ def _searched(
     except NoPlanError as error:
         reason = error.reasons[0]
         return reason.at(f"{where}, {reason.where}")
+    if planner.lessons is not None:
+        goal = goals[route.goal]
+        planner.lessons.append(Lesson(q_start, goal, _payload(checker), route.new))
     duration = estimated_duration(planner.space, route.path.waypoints)
     return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
 
 
 def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
-    """The database's motion between two named configurations, if it is proven in the scene as it is."""
-    if planner.database is None:
-        return None
-    payload = PayloadClass.EMPTY if checker.held is None else PayloadClass.CUBE
-    for g, goal in enumerate(goals):
-        motion = planner.database.between(q_start, goal, payload)
-        if motion is not None and checker.path_is_free(motion.path.waypoints) == -1:
-            return Coarse(
-                motion.path.waypoints, g, estimated_duration(planner.space, motion.path.waypoints), "database"
-            )
+    """A stored motion between two named configurations, if it is proven in the scene as it is."""
+    for database in filter(None, (planner.database, planner.learned)):
+        for g, goal in enumerate(goals):
+            motion = database.between(q_start, goal, _payload(checker))
+            if motion is not None and checker.path_is_free(motion.path.waypoints) == -1:
+                waypoints = motion.path.waypoints
+                return Coarse(waypoints, g, estimated_duration(planner.space, waypoints), "database")
     return None
+
+
+def _payload(checker: SceneChecker) -> PayloadClass:
+    return PayloadClass.EMPTY if checker.held is None else PayloadClass.CUBE

@@ -15,6 +15,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.planning.settings import DEFAULTS, PickSettings
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.lesson import Lesson
 from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
@@ -24,12 +25,18 @@ RESERVE = 0.003  # m that coarse motions are planned with on top of the clearanc
 
 @dataclass(eq=False)
 class Planner:
-    """A warm planner. ``stored`` and ``database`` may be absent: then every coarse query is planned."""
+    """A warm planner. ``stored`` and ``database`` may be absent: then every coarse query is planned.
+
+    learned: motions that are asked for where ``database`` has none
+    lessons: where it is a list, coarse queries add what they found that was not stored
+    """
 
     cell: Cell
     stored: Roadmap | None = None
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
+    learned: TrajectoryDatabase | None = None
+    lessons: list[Lesson] | None = None
     roadmap: Roadmap = field(init=False)
     space: JointSpace = field(init=False)
     arm: Arm = field(init=False)

@@ -1,0 +1,52 @@
+"""Giving a roadmap more polylines: without doubles, and not without end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.roadmap.graph import Roadmap
+
+# Euclidean, rad and m: two polylines whose ends are so near to each other lead to the same places.
+SAME_PLACE = 0.05
+
+
+def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
+    """The roadmap with proven polylines (K, n) as edges, those that double one of its edges left out.
+
+    Their ends become nodes without a name, or are the nodes of exactly those configurations.
+    """
+    stored = [roadmap.edge_path(edge) for edge in range(roadmap.n_edges)]
+    fresh = without_doubles(stored, polylines)
+    node_of = {q.tobytes(): node for node, q in enumerate(roadmap.configurations)}
+    nodes: list[Array] = []
+    for q in (polyline[end] for polyline in fresh for end in (0, -1)):
+        if q.tobytes() not in node_of:
+            node_of[q.tobytes()] = roadmap.n_nodes + len(nodes)
+            nodes.append(q)
+    if not fresh:
+        return roadmap
+    edges = [(node_of[p[0].tobytes()], node_of[p[-1].tobytes()], p) for p in fresh]
+    return (roadmap.with_nodes(np.stack(nodes)) if nodes else roadmap).with_edges(edges)
+
+
+def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list[Array]:
+    """Those of the polylines (K, n) that lead, either way, where none of ``stored`` or before them leads."""
+    every = [*stored, *polylines]
+    ends = np.array([polyline[[0, -1]] for polyline in every])  # (M, 2, n)
+    counts = np.arange(len(every)) < len(stored)
+    fresh = []
+    for k in range(len(stored), len(every)):
+        there, back = (_distances(ends[:k], ends[k, order]) for order in ([0, 1], [1, 0]))
+        leads_nowhere = np.linalg.norm(ends[k, 0] - ends[k, 1]) <= SAME_PLACE
+        counts[k] = not leads_nowhere and not np.any(counts[:k] & (np.minimum(there, back) <= SAME_PLACE))
+        if counts[k]:
+            fresh.append(np.asarray(every[k]))
+    return fresh
+
+
+def _distances(ends: Array, pair: Array) -> Array:
+    """(M,): how far the farther end of each pair (M, 2, n) is from its own of another pair (2, n)."""
+    return np.asarray(np.linalg.norm(ends - pair, axis=2).max(axis=1))

@@ -1,0 +1,49 @@
+"""``--learn`` keeps what is found; without it nothing changes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from command_line import ITEM, Made, apc
+
+
+def _pick(made: Made, folder: Path, name: str, *options: object) -> tuple[dict[str, Any], str]:
+    """A plan without its wall-clock figures, and what was said on stderr."""
+    plan = folder / f"{name}.json"
+    files = ("--roadmap", folder / "roadmap.h5") if (folder / "roadmap.h5").exists() else ()
+    answer = apc(
+        "plan-pick", "--scene", made.scene, "--bin", "bin_C", "--item", ITEM, "--from", "cam_K",
+        "-o", plan, *files, *options,
+    )  # fmt: skip
+    assert answer.code == 0, answer.err
+    return {k: v for k, v in json.loads(plan.read_text()).items() if k != "statistics"}, answer.err
+
+
+def test_a_pick_learns_and_only_who_asks_uses_it(made: Made, empty_cache: Path, tmp_path: Path) -> None:
+    before, _ = _pick(made, tmp_path, "before")
+    _, said = _pick(made, tmp_path, "learning", "--learn")
+    assert "note: learned" in said
+    (learned,) = empty_cache.rglob("roadmap.learned.h5")
+    content = learned.read_bytes()
+    assert _pick(made, tmp_path, "without")[0] == before
+    assert learned.read_bytes() == content
+    first, _ = _pick(made, tmp_path, "first", "--learn")
+    assert apc("check", learned).code == 0
+    told = json.loads(apc("inspect", learned, "--json").out)
+    assert told["made"]["settings"] == {"learned": True} and told["edges"] >= 1
+    assert first["certificate"] is not None
+
+
+def test_a_damaged_learned_file_is_named_and_can_be_deleted(
+    made: Made, empty_cache: Path, tmp_path: Path
+) -> None:
+    _pick(made, tmp_path, "learning", "--learn")
+    (learned,) = empty_cache.rglob("roadmap.learned.h5")
+    learned.write_bytes(learned.read_bytes()[:1000])
+    options = ("--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", tmp_path / "move.json")
+    answer = apc("plan-move", *options, "--learn")
+    assert answer.code == 4 and learned.name in answer.err and "delete it" in answer.err
+    learned.unlink()
+    assert apc("plan-move", *options, "--learn").code == 0
