@@ -27,8 +27,12 @@ from bench.peers.table import OURS, Row, replace_section, section
 from pickcli import __version__
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import Scene
+from pickcli.errors import ArtifactError, InputError
 from pickcli.planning.context import Planner
-from pickcli.precompute.artifacts import default_paths, ensure_artifacts
+from pickcli.precompute.artifacts import default_paths
+from pickcli.precompute.build import Means
+from pickcli.precompute.make import make_roadmap
+from pickcli.precompute.runner import available_cores, runner
 from pickcli.roadmap.store import read_database, read_roadmap
 
 ROOT = Path(__file__).parents[2]
@@ -86,19 +90,28 @@ def main() -> None:
     given.json.parent.mkdir(parents=True, exist_ok=True)
     details = [{"query": query.name, **_details(rows, i)} for i, query in enumerate(asked)]
     everything = {"meta": meta, "planners": figures, "queries": details}
-    given.json.write_text(json.dumps(everything, indent=2) + "
-")
+    given.json.write_text(json.dumps(everything, indent=2) + "\n")
     print(f"wrote {given.write} and {given.json}")
 
 
 def _planner() -> Planner:
-    """Warm, with the cell's own files; they are built where there is no roadmap."""
+    """Warm, with the cell's own roadmap, built where it is missing or stale, and its database if there is one.
+
+    No query here lies between two named configurations, so the database never has an answer.
+    """
     cell = load_cell("apc2016_delft")
     paths = default_paths(cell)
-    if not paths.roadmap.exists():
-        paths = ensure_artifacts(cell)
-    database = read_database(paths.trajectories, cell) if paths.trajectories.exists() else None
-    return Planner(cell, read_roadmap(paths.roadmap, cell), database)
+    try:
+        roadmap = read_roadmap(paths.roadmap, cell)
+    except (ArtifactError, InputError):
+        _note("building the roadmap")
+        paths.roadmap.parent.mkdir(parents=True, exist_ok=True)
+        make_roadmap(cell, paths.roadmap, means=Means(runner(available_cores())))
+        roadmap = read_roadmap(paths.roadmap, cell)
+    try:
+        return Planner(cell, roadmap, read_database(paths.trajectories, cell))
+    except (ArtifactError, InputError):
+        return Planner(cell, roadmap)
 
 
 def _asked(planner: Planner, count: int) -> tuple[list[Scene], list[Query]]:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from roboplan.core import (
-    Box,
-    Cylinder,
     JointConfiguration,
     PathShortcutter,
     PathShortcuttingOptions,
     Scene,
-    Sphere,
     loadUrdfSceneDescriptionFromXml,
 )
 from roboplan.rrt import RRT, RRTOptions
@@ -22,7 +19,6 @@ PACKAGES = ("roboplan", "coal")
 
 STEP = 0.05  # between the states that are tested along a motion: the library's default
 MANY = 1_000_000  # nodes: the time limit alone ends the search
-GREY = np.full(4, 0.5)
 
 
 class Peer:
@@ -34,20 +30,16 @@ class Peer:
     def prepare(self, query: dict[str, Any], number: int) -> None:
         """Everything that does not count as planning."""
         robot, names = query["robot"], self._problem["joint_names"]
-        self._scene = Scene("peers", loadUrdfSceneDescriptionFromXml(robot["urdf"]))
-        self._scene.addGroup("arm", names)
-        self._scene.setRngSeed(number + 1)
-        self._scene.setCollisions([tuple(pair) for pair in robot["untested"]], False)
         solids = {
             f"solid_{k}": solid
             for k, solid in enumerate(self._problem["scenes"][query["scene"]])
             if solid["name"] not in query["without"]
         }
-        for name, solid in solids.items():
-            self._add(name, solid)
-        # By itself it would test the world's solids against each other.
-        spared = [*combinations(solids, 2), *_allowed(robot, solids)]
-        self._scene.setCollisions(spared, False)
+        urdf = _with_world(robot, solids, self._problem["margin"])
+        self._scene = Scene("peers", loadUrdfSceneDescriptionFromXml(urdf))
+        self._scene.addGroup("arm", names)
+        self._scene.setRngSeed(number + 1)
+        self._scene.setCollisions([tuple(p) for p in robot["untested"]] + _allowed(robot, solids), False)
         options = RRTOptions(
             group_name="arm", max_nodes=MANY, collision_check_step_size=STEP,
             max_planning_time=float(self._problem["time_limit"]), rrt_connect=True,
@@ -70,16 +62,27 @@ class Peer:
         """The same path by the library's own shortcutting."""
         return _Path(self._shortcutter.shortcut(path.path)).waypoints()
 
-    def _add(self, name: str, solid: dict[str, Any]) -> None:
-        kind, size, margin = solid["kind"], solid["size"], self._problem["margin"]
-        T = np.asfortranarray(solid["T"])
-        if kind == "box":
-            self._scene.addBoxGeometry(name, "universe", Box(*(s + 2 * margin for s in size)), T, GREY)
-        elif kind == "cylinder":
-            cylinder = Cylinder(size[0] + margin, size[1] + 2 * margin)
-            self._scene.addCylinderGeometry(name, "universe", cylinder, T, GREY)
-        else:
-            self._scene.addSphereGeometry(name, "universe", Sphere(size[0] + margin), T, GREY)
+
+def _with_world(robot: dict[str, Any], solids: dict[str, Any], margin: float) -> str:
+    """The URDF with the solids of the world in it as links: added to a scene one by one they take seconds."""
+    document = ElementTree.fromstring(robot["urdf"])
+    for name, solid in solids.items():
+        link = ElementTree.SubElement(document, "link", name=name)
+        collision = ElementTree.SubElement(link, "collision")
+        ElementTree.SubElement(collision, "origin", **solid["origin"])
+        geometry = ElementTree.SubElement(collision, "geometry")
+        ElementTree.SubElement(geometry, solid["kind"], **_grown(solid["kind"], solid["size"], margin))
+        joint = ElementTree.SubElement(document, "joint", name=f"to_{name}", type="fixed")
+        ElementTree.SubElement(joint, "parent", link=robot["links"][0]["name"])
+        ElementTree.SubElement(joint, "child", link=name)
+    return ElementTree.tostring(document, encoding="unicode")
+
+
+def _grown(kind: str, size: list[float], margin: float) -> dict[str, str]:
+    if kind == "box":
+        return {"size": " ".join(repr(s + 2 * margin) for s in size)}
+    radius = {"radius": repr(size[0] + margin)}
+    return radius if kind == "sphere" else radius | {"length": repr(size[1] + 2 * margin)}
 
 
 def _allowed(robot: dict[str, Any], solids: dict[str, Any]) -> list[tuple[str, str]]:

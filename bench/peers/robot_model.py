@@ -52,8 +52,9 @@ def robot_json(cell: Cell, pivot: PivotState, held: Held | None) -> dict[str, An
 
 
 def shape_json(shape: Shape, T: Array) -> dict[str, Any]:
-    """A posed shape: kind, size as ``Shape`` has it, pose (4, 4) in its parent."""
-    return {"kind": str(shape.kind), "size": list(shape.size), "T": np.asarray(T).tolist()}
+    """A posed shape: kind, size as ``Shape`` has it, pose in its parent as (4, 4) and as URDF's origin."""
+    T = np.asarray(T).tolist()
+    return {"kind": str(shape.kind), "size": list(shape.size), "T": T, "origin": _origin(T)}
 
 
 def urdf(links: list[dict[str, Any]], joint_names: tuple[str, ...], lower: Array, upper: Array) -> str:
@@ -82,7 +83,7 @@ def _urdf_link(robot: Element, link: dict[str, Any]) -> None:
     SubElement(inertial, "inertia", ixx="0.01", iyy="0.01", izz="0.01", ixy="0", ixz="0", iyz="0")
     for shape in link["shapes"]:
         collision = SubElement(element, "collision")
-        SubElement(collision, "origin", **_origin(shape["T"]))
+        SubElement(collision, "origin", **shape["origin"])
         geometry, size = SubElement(collision, "geometry"), shape["size"]
         if shape["kind"] == ShapeKind.BOX:
             SubElement(geometry, "box", size=_numbers(size))
