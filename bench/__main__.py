@@ -1,6 +1,6 @@
 """Every figure the project promises, measured: ``make bench``.
 
-    python -m bench [--json FILE] [--seeds 1,2,3]
+    python -m bench [--json FILE] [--seeds 1,2,3] [--no-builds]
 
 Prints a table of promise and measurement and writes everything to runs/bench.json.
 """
@@ -18,13 +18,14 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import events, kernel, routes, startup, store, trials
+from bench import builds, events, flips, kernel, kills, routes, startup, store, trials
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
 
-def measure(seeds: tuple[int, ...]) -> dict[str, Any]:
+def measure(seeds: tuple[int, ...], with_builds: bool) -> dict[str, Any]:
     """All benchmarks, the quiet ones first."""
+    slow = {"builds": builds.measure, "kills": kills.measure, "flips": flips.measure}
     return {
         "machine": {
             "python": platform.python_version(),
@@ -37,6 +38,7 @@ def measure(seeds: tuple[int, ...]) -> dict[str, Any]:
         "routes": routes.measure(),
         "events": events.measure(),
         "trials": trials.measure(seeds=seeds),
+        **{name: measured() for name, measured in slow.items() if with_builds},
     }
 
 
@@ -63,6 +65,19 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     for robot, figure in figures["events"].items():
         yield _at_most(f"events, robot {robot}: distance from trigger, mm", 2, figure["distance_mm"])
     yield _at_most("events in trials: distance from trigger, mm", 2, t["event_distance_mm_max"])
+    if "builds" in figures:
+        yield from _rows_of_builds(figures["builds"], figures["kills"], figures["flips"])
+
+
+def _rows_of_builds(built: dict[str, Any], killed: dict[str, Any], flipped: dict[str, Any]) -> Iterator[Row]:
+    yield _at_most("build of all motions on 2 processes, min", 8, built["build_2_jobs_s"] / 60.0)
+    yield _at_least("the same, speed-up from 1 to 2", 1.8, built["speed_up"])
+    yield _at_most("roadmap on 2 processes, min", 5, built["roadmap_2_jobs_s"] / 60.0)
+    yield _at_most("50 kills: files that do not open as they were", 0, killed["unreadable"])
+    yield _at_most("50 kills: finished tasks that were lost", 0, killed["finished_tasks_lost"])
+    for name, counts in flipped.items():
+        bad = sum(n for outcome, n in counts.items() if outcome not in ("found", "harmless"))
+        yield _at_most(f"1,000 flips of the {name}: not found and not harmless", 0, bad)
 
 
 def _at_least(what: str, promise: float, value: float) -> Row:
@@ -78,8 +93,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, default=Path("runs/bench.json"), metavar="FILE")
     parser.add_argument("--seeds", default="1,2,3")
+    parser.add_argument("--no-builds", action="store_true", help="leave out builds, kills and flips: minutes")
     given = parser.parse_args()
-    figures = measure(tuple(int(seed) for seed in given.seeds.split(",")))
+    figures = measure(tuple(int(seed) for seed in given.seeds.split(",")), not given.no_builds)
     table = Table("figure", "promise", "measured", "")
     for what, promise, value, is_kept in rows(figures):
         table.add_row(what, promise, f"{value:.3g}", "" if is_kept else "missed")

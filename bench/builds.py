@@ -1,0 +1,153 @@
+"""Building: seconds on one process and on two, what a task costs, and what Dask adds to it.
+
+python -m bench.builds [--slices 3] [--dask]
+
+The default cell's motions are built in slices, each on one process and then on two, so that whatever else the
+machine does meets both. Alone on two cores it takes three times as long as a build.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pickle
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.precompute.build import Means
+from pickcli.precompute.cluster import Cluster
+from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.make import make_roadmap
+from pickcli.precompute.motion_recipe import MotionRecipe, task_key
+from pickcli.precompute.pairs import coarse_pairs
+from pickcli.precompute.recipe import Key
+from pickcli.precompute.record import Record
+from pickcli.precompute.runner import Here, Processes, Runner
+
+
+def measure(n_slices: int = 3) -> dict[str, Any]:
+    """Seconds of a build on two processes, the speed-up over one, and what the tasks cost."""
+    cell = load_cell("apc2016_delft")
+    recipe, keys = MotionRecipe(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
+    costs: list[float] = []
+    spent, sizes, same = {1: 0.0, 2: 0.0}, list[int](), True
+    for first in range(n_slices):
+        part = keys[first::n_slices]
+        one = _done(Here(), recipe, part, costs)
+        two = _done(Processes(2), recipe, part, [])
+        spent[1], spent[2] = spent[1] + one[0], spent[2] + two[0]
+        same &= one[1] == two[1]
+        sizes += map(len, one[1].values())
+    return {
+        "motions": len(keys),
+        "build_1_job_s": spent[1],
+        "build_2_jobs_s": spent[2],
+        "speed_up": spent[1] / spent[2],
+        "same_records": same,
+        "roadmap_2_jobs_s": _roadmap_seconds(cell),
+        "task_s": {
+            "mean": statistics.mean(costs),
+            "median": statistics.median(costs),
+            "p99": float(np.percentile(costs, 99)),
+            "max": max(costs),
+        },
+        "record_bytes_mean": statistics.mean(sizes),
+        "recipe_bytes": len(pickle.dumps(recipe)),
+    }
+
+
+def _roadmap_seconds(cell: Cell) -> float:
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        make_roadmap(cell, Path(folder) / "roadmap.h5", means=Means(Processes(2)))
+    return time.perf_counter() - began
+
+
+def _done(
+    runner: Runner, recipe: MotionRecipe, keys: list[Key], costs: list[float]
+) -> tuple[float, dict[Key, bytes]]:
+    """Seconds, and records by key; the seconds between one record and the next go to ``costs``."""
+    began = last = time.perf_counter()
+    records = {}
+    for key, record in runner.run(recipe, keys):
+        now = time.perf_counter()
+        costs.append(now - last)
+        last = now
+        records[key] = record
+    return last - began, records
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """A recipe whose tasks take no time and leave as many bytes as a motion does."""
+
+    n_numbers: int = 1000
+    inputs: str = "nothing"
+
+    def make(self, key: Key) -> Record:
+        """See Recipe."""
+        return Record(arrays={"numbers": np.zeros(self.n_numbers)})
+
+
+def measure_dask(n_tasks: int = 3000) -> dict[str, float]:
+    """What a build on Dask pays besides its tasks: s to connect, ms per task of scheduler and client."""
+    keys = [("nothing", str(i)) for i in range(n_tasks)]
+    with _scheduler(n_workers=2) as address:
+        run = Cluster(address).run
+        list(run(Nothing(), keys[:10]))  # the first loads our code
+        began = time.perf_counter()
+        list(run(Nothing(), keys[:1]))
+        connected = time.perf_counter()
+        list(run(Nothing(), keys))
+        ended = time.perf_counter()
+    connect_s = connected - began
+    return {"connect_s": connect_s, "overhead_ms_per_task": 1e3 * (ended - connected - connect_s) / n_tasks}
+
+
+@contextmanager
+def _scheduler(n_workers: int) -> Iterator[str]:
+    """A scheduler and its workers on the loopback."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    with tempfile.TemporaryDirectory() as folder:
+        worker = ("worker", address, "--nthreads", "1", "--no-nanny", "--local-directory", folder)
+        commands = [("scheduler", "--host", "127.0.0.1", "--port", str(port)), *[worker] * n_workers]
+        processes = [
+            subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.dask_{what}", *options, "--no-dashboard"],
+                stderr=subprocess.DEVNULL,
+            )
+            for what, *options in commands
+        ]
+        try:
+            yield address
+        finally:
+            for process in reversed(processes):
+                process.terminate()
+                process.wait()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--slices", type=int, default=3)
+    parser.add_argument("--dask", action="store_true", help="only what Dask adds")
+    given = parser.parse_args()
+    # As a module, so that workers find the recipe under its name.
+    from bench import builds
+
+    print(json.dumps(builds.measure_dask() if given.dask else builds.measure(given.slices), indent=2))
