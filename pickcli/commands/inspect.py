@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from pickcli.commands.options import json_option
+from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene, stand
 
@@ -19,9 +19,12 @@ HEAD = 4096  # bytes in which a JSON file of ours names its format
 @click.command("inspect")
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
-              help="The cell of a scene.  [default: the one under data/cells that it names]")  # fmt: skip
+              help="The cell of a scene or drawing.  [default: the one under data/cells]")  # fmt: skip
+@click.option("--plot", type=click.Path(path_type=Path), metavar="FILE",
+              help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
+@overwrite_option
 @json_option
-def command(path: Path, cell_name: str | None, as_json: bool) -> None:
+def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: bool, as_json: bool) -> None:
     """Show what is in a roadmap, database, plan, scene or cell.
 
     FILE may also be a cell's folder or name.
@@ -30,12 +33,40 @@ def command(path: Path, cell_name: str | None, as_json: bool) -> None:
     Example:
       apc inspect scene.json
       apc inspect apc2016_delft --json
+      apc inspect roadmap.h5 --plot roadmap.html
     """
+    if plot is not None:
+        _check_plot(plot, overwrite)
     summary = _summary(path, cell_name)
+    if plot is not None:
+        _draw(path, plot, cell_name, summary)
     if as_json:
         emit_json(summary)
     else:
         click.echo("\n".join(key_lines(summary)))
+
+
+def _check_plot(plot: Path, overwrite: bool) -> None:
+    """Refuse, before any work, what could not be drawn in the end."""
+    from pickcli.drawing.draw import refuse_suffix
+
+    refuse_suffix(plot)
+    refuse_output(plot, overwrite)
+
+
+def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]) -> None:
+    """Draw what was described. Raises InputError for what is no roadmap or database."""
+    from pickcli.cell.load import load_cell
+    from pickcli.drawing.draw import cell_of, draw
+    from pickcli.errors import InputError
+
+    if summary["format"] not in ("roadmap", "trajectory database"):
+        raise InputError(
+            f"{path}: --plot draws a roadmap or a trajectory database only, this is: {summary['format']}"
+        )
+    cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else load_cell(cell_name)
+    draw(path, plot, cell)
+    summary["plot"] = str(plot)
 
 
 def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:

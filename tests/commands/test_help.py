@@ -16,7 +16,7 @@ from pickcli.commands import main as cli
 DOCS = Path(__file__).parents[2] / "docs" / "commands.md"
 HEAVY = {
     *("numpy", "pybullet", "ompl", "toppra", "ruckig", "fcl", "h5py", "pydantic", "yaml", "rich", "scipy"),
-    *("dask", "distributed"),
+    *("dask", "distributed", "matplotlib", "plotly"),
 }
 RANDOM = {
     "build-roadmap",
@@ -63,7 +63,7 @@ def test_examples_use_options_that_exist(name: str) -> None:
 def test_shared_options_are_there(name: str) -> None:
     assert "--json" in options(name)
     assert ("--seed" in options(name)) == (name in RANDOM)
-    assert ("--overwrite" in options(name)) == bool({"--output", "--video"} & options(name))
+    assert ("--overwrite" in options(name)) == bool({"--output", "--video", "--plot"} & options(name))
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

@@ -1,0 +1,59 @@
+"""From a stored file to a drawn one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pickcli.cell.atomic import write_bytes
+from pickcli.cell.load import cell_names, load_cell
+from pickcli.cell.model import Cell
+from pickcli.drawing.picture import Picture
+from pickcli.drawing.stored import database_picture, roadmap_picture
+from pickcli.errors import InputError
+from pickcli.roadmap.store import kind_of, read_database, read_gaps, read_missing, read_roadmap
+from pickcli.roadmap.stored_roadmap import ROADMAP
+
+SUFFIXES = (".png", ".html")
+
+
+def refuse_suffix(output: Path) -> None:
+    """Raise InputError, before any work, for a kind of picture that cannot be drawn."""
+    if output.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{output}: a picture is {' or '.join(SUFFIXES)}; name one of these")
+
+
+def draw(stored: Path, output: Path, cell: Cell) -> None:
+    """Draw a roadmap or database of a cell as a PNG or an HTML page, by the suffix of ``output``.
+
+    Raises like reading (StaleError for another cell's file), and InputError for another suffix or a place
+    that cannot be written.
+    """
+    refuse_suffix(output)
+    picture = picture_of(stored, cell)
+    # Each of them is heavy, and only one is needed.
+    if output.suffix.lower() == ".png":
+        from pickcli.drawing.png import png_bytes
+
+        write_bytes(output, png_bytes(picture))
+    else:
+        from pickcli.drawing.html import html_bytes
+
+        write_bytes(output, html_bytes(picture))
+
+
+def picture_of(stored: Path, cell: Cell) -> Picture:
+    """What is drawn of a stored file."""
+    if kind_of(stored) is ROADMAP:
+        return roadmap_picture(cell, read_roadmap(stored, cell), read_gaps(stored))
+    return database_picture(cell, read_database(stored, cell), read_missing(stored))
+
+
+def cell_of(fingerprint: str) -> Cell:
+    """The cell under data/cells with that fingerprint. Raises InputError if none has it."""
+    cells = [load_cell(name) for name in cell_names()]
+    for cell in cells:
+        if cell.fingerprint == fingerprint:
+            return cell
+    raise InputError(
+        f"no cell under data/cells has the fingerprint {fingerprint}; name the one of this file with --cell"
+    )

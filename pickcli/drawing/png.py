@@ -1,0 +1,105 @@
+"""A picture as an image: the only file that imports matplotlib."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from pickcli.drawing.picture import Coverage, Ink, Node, Picture
+from pickcli.geometry import Array
+
+_SIZE, _DPI = (18.0, 10.0), 110  # inches
+_FACES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
+_SEEN = {Ink.POD: 0.05, Ink.TOTE: 0.16, Ink.OBSTACLE: 0.07}  # opacity
+_FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the robot's right shoulder
+
+
+def png_bytes(picture: Picture) -> bytes:
+    """The picture as PNG. No window, no global state: same picture, same bytes."""
+    with matplotlib.rc_context({"font.size": 9}):
+        figure = Figure(_SIZE, _DPI, layout="constrained")
+        halves: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
+        scene = halves[0].add_subplot(projection="3d", computed_zorder=False)
+        _draw_cell(scene, picture)
+        _draw_legend(scene, picture)
+        _draw_coverage(halves[1].add_subplot(), picture.coverage)
+        figure.suptitle(picture.title, fontsize=15)
+        file = io.BytesIO()
+        figure.savefig(file, format="png", metadata={"Software": None})
+    return file.getvalue()
+
+
+def _draw_cell(axes: Any, picture: Picture) -> None:
+    low, high = picture.bounds
+    for ink, opacity in _SEEN.items():
+        corners = [solid.corners for solid in picture.solids if solid.ink is ink]
+        # matplotlib cuts nothing off at the edge of its axes.
+        faces = [np.clip(c, low, high)[face] for c in corners if _is_seen(c, low, high) for face in _FACES]
+        style = {"facecolor": ink, "edgecolor": ink, "linewidth": 0.4, "alpha": opacity, "zorder": 1}
+        _add(axes, Poly3DCollection, faces, style)
+    arm, *paths = picture.lines
+    for _, ink in picture.lines_by_ink:
+        points = [line.points for line in paths if line.ink is ink]
+        _add(axes, Line3DCollection, points, {"colors": ink, "linewidths": 0.9, "alpha": 0.6, "zorder": 2})
+    seen = arm.points[((arm.points >= low) & (arm.points <= high)).all(axis=1)]
+    axes.plot(*seen.T, color=arm.ink, linewidth=4.0, alpha=0.7, marker="o", markersize=5, zorder=3)
+    for node in picture.nodes:
+        _draw_node(axes, node)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set(xlabel="x, m (into the shelf)", ylabel="y, m", zlabel="z, m")
+    axes.set_box_aspect(high - low, zoom=1.22)  # one scale for all axes
+    axes.view_init(*_FROM)
+
+
+def _add(axes: Any, kind: Any, parts: list[Array], style: dict[str, Any]) -> None:
+    if parts:  # an empty collection is an error
+        axes.add_collection3d(kind(parts, **style))
+
+
+def _draw_node(axes: Any, node: Node) -> None:
+    size = 6.5 if node.is_main else 4.5
+    axes.plot(*node.place[:, None], "o", color=node.ink, markersize=size, zorder=4)
+    halo = [withStroke(linewidth=1.8, foreground="white", alpha=0.8)]
+    axes.text(
+        *node.place,
+        f"  {node.name}",
+        color=node.ink,
+        fontsize=1.3 * size,
+        zorder=5,
+        va="center",
+        path_effects=halo,
+    )
+
+
+def _is_seen(corners: Array, low: Array, high: Array) -> bool:
+    return bool((corners.max(axis=0) > low).all() and (corners.min(axis=0) < high).all())
+
+
+def _draw_coverage(axes: Any, coverage: Coverage) -> None:
+    names = [bar.name for bar in coverage.bars]
+    left = np.zeros(len(names))
+    for i, (kind, ink) in enumerate(coverage.kinds):
+        widths = np.array([bar.counts[i] for bar in coverage.bars])
+        drawn = axes.barh(names, widths, left=left, color=ink, label=kind)
+        axes.bar_label(drawn, [str(n) if n else "" for n in widths], label_type="center", color="white")
+        left += widths
+    axes.invert_yaxis()
+    axes.set_title(coverage.title, fontsize=10)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=len(coverage.kinds), frameon=False)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_legend(axes: Any, picture: Picture) -> None:
+    axes.text2D(0.02, 0.98, "\n".join(picture.words), va="top", transform=axes.transAxes, linespacing=1.6)
+    handles = [Line2D([], [], color=ink, label=name, linewidth=2.0) for name, ink in picture.lines_by_ink]
+    axes.legend(
+        handles=handles, title="path of the tip of the cup", alignment="left", frameon=False,
+        loc="upper left", bbox_to_anchor=(0.01, 0.9),
+    )  # fmt: skip

@@ -1,0 +1,71 @@
+"""The cell as boxes, the arm as a skeleton, and where the tip of the cup goes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.model import Cell, NamedConfiguration
+from pickcli.cell.robot import PivotState
+from pickcli.cell.shapes import Body
+from pickcli.drawing.picture import Ink, Line, Node, Solid
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+
+STEP = 0.04  # rad or m of a joint between two points of a drawn path
+
+_INKS = {
+    "home": Ink.HOME,
+    "bin": Ink.BIN,
+    "camera": Ink.CAMERA,
+    "tote": Ink.DELIVERY,
+    "drop": Ink.DELIVERY,
+}
+
+_MAIN = ("home", "bin", "tote")
+
+# Corners by the bits of their number: x, then y, then z.
+_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+
+
+def solids(cell: Cell) -> tuple[Solid, ...]:
+    """Pod, tote and obstacles; what is larger than the robot's surroundings (the floor) is left out."""
+    parts = [(body, cell.T_world_pod, Ink.POD) for body in cell.pod.bodies]
+    parts += [(body, np.eye(4), Ink.TOTE) for body in cell.tote.bodies]
+    parts += [(body, np.eye(4), Ink.OBSTACLE) for body in cell.obstacles.bodies]
+    return tuple(
+        Solid(_corners(T @ body.T_parent_shape, body), ink) for body, T, ink in parts if not _is_floor(body)
+    )
+
+
+def skeleton(cell: Cell, arm: Arm) -> Line:
+    """The arm at home, or at its first configuration: the origins of its frames, joined."""
+    named = list(cell.configurations.values())
+    q = next((each.q for each in named if each.kind == "home"), named[0].q)
+    frames = np.asarray(arm.chain(PivotState.STRAIGHT).fk(q))[:, :3, 3]
+    tip = arm.tip(q, PivotState.STRAIGHT)[:3, 3]
+    return Line(np.vstack([cell.robot.T_world_base[:3, 3], frames, tip]), Ink.ARM, "the arm at home")
+
+
+def node(named: NamedConfiguration, arm: Arm) -> Node:
+    """Where the tip of the cup is in a named configuration."""
+    ink = _INKS.get(named.kind, Ink.OTHER)
+    return Node(arm.tip(named.q, named.pivot)[:3, 3], ink, named.name, named.kind in _MAIN)
+
+
+def tool_path(waypoints: Array, arm: Arm, pivot: PivotState = PivotState.STRAIGHT) -> Array:
+    """(K, 3) of the tip along a polyline (N, n) in joint space."""
+    counts = np.maximum(np.ceil(np.abs(np.diff(waypoints, axis=0)).max(axis=1) / STEP).astype(int), 1)
+    pieces = [
+        a + (b - a) * (np.arange(n) / n)[:, None]
+        for a, b, n in zip(waypoints[:-1], waypoints[1:], counts, strict=True)
+    ]
+    return np.asarray(arm.tips(np.vstack([*pieces, waypoints[-1:]]), pivot)[:, :3, 3])
+
+
+def _corners(T: Array, body: Body) -> Array:
+    """(8, 3) of the box around a shape."""
+    return np.asarray(_CORNERS * body.shape.extents @ T[:3, :3].T + T[:3, 3])
+
+
+def _is_floor(body: Body) -> bool:
+    return bool(np.sort(body.shape.extents)[1] > 3.0)

@@ -1,0 +1,109 @@
+"""Pictures of a stored roadmap and of a stored database."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from pickcli.cell.displacement import PodStand
+from pickcli.cell.model import Cell
+from pickcli.drawing.picture import Bar, Coverage, Ink, Line, Picture
+from pickcli.drawing.scenery import node, skeleton, solids, tool_path
+from pickcli.kinematics.arm import Arm
+from pickcli.precompute.important import important_pairs
+from pickcli.roadmap.database import TrajectoryDatabase
+from pickcli.roadmap.disjoint import edge_disjoint
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.stored_database import Missing
+from pickcli.roadmap.stored_roadmap import RoadmapGaps
+
+Names = tuple[str, str]
+
+_ANY_POD, _NOMINAL = ("free for any displaced pod", Ink.GOOD), ("free for the pod in its place", Ink.FAIR)
+
+
+def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
+    """Edges as paths of the tip; per bin, how many of its important pairs have a second route."""
+    arm = Arm(cell.robot)
+    lines = [
+        Line(tool_path(roadmap.edge_path(m), arm), _ink(mark.stand), " to ".join(_names(roadmap, m)))
+        for m, mark in enumerate(roadmap.marks)
+    ]
+    outcomes = {pair: _n_routes(roadmap, pair) for pair in important_pairs(cell)}
+    kinds = (("second route", Ink.GOOD), ("one route", Ink.FAIR), ("none", Ink.BAD))
+    n_parts = len(set(roadmap.components().tolist()))
+    parts = "one part" if n_parts == 1 else f"{n_parts} parts"
+    words = (
+        f"{roadmap.n_nodes} nodes, {roadmap.n_edges} edges, in {parts}",
+        f"{len(gaps.refused)} configurations not free, {len(gaps.missing)} pairs without an edge",
+        f"{sum(n == 2 for n in outcomes.values())} of {len(outcomes)} important pairs with a second route",
+    )
+    return Picture(
+        f"Roadmap of {cell.name}", words, solids(cell), (skeleton(cell, arm), *lines),
+        tuple(node(cell.configurations[name], arm) for name in roadmap.names if name in cell.configurations),
+        Coverage("important pairs of each bin and its camera pose", kinds,
+                 _bars(cell, {pair: 2 - n for pair, n in outcomes.items()}.items(), len(kinds))),
+        (_ANY_POD, _NOMINAL),
+    )  # fmt: skip
+
+
+def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence[Missing]) -> Picture:
+    """Motions as paths of the tip; per bin, how many of those wanted are stored."""
+    arm = Arm(cell.robot)
+    lines = [
+        Line(tool_path(motion.path.waypoints, arm), _ink(motion.mark.stand),
+             f"{motion.key.start} to {motion.key.goal}, {motion.key.payload}: {motion.duration:.2f} s")
+        for motion in database
+    ]  # fmt: skip
+    stored = [((m.key.start, m.key.goal), 0 if m.mark.stand is PodStand.DISPLACED else 1) for m in database]
+    lost = [((key.start, key.goal), 2) for key, _ in missing]
+    kinds = (_ANY_POD, _NOMINAL, ("missing", Ink.BAD))
+    total = len(stored) + len(lost)
+    words = (
+        f"{len(stored)} of {total} wanted motions are stored",
+        f"{database.durations.sum():.0f} s in all, {_ratio(database):.3f} times their lower bounds",
+    )
+    names = dict.fromkeys(name for key in database.keys for name in (key.start, key.goal))
+    return Picture(
+        f"Trajectory database of {cell.name}", words, solids(cell), (skeleton(cell, arm), *lines),
+        tuple(node(cell.configurations[name], arm) for name in names if name in cell.configurations),
+        Coverage("motions of each bin and its camera pose", kinds, _bars(cell, [*stored, *lost], len(kinds))),
+        (_ANY_POD, _NOMINAL),
+    )  # fmt: skip
+
+
+def _bars(cell: Cell, outcomes: Iterable[tuple[Names, int]], n_kinds: int) -> tuple[Bar, ...]:
+    """Per bin the number of pairs by outcome, of those that involve the bin or its camera pose."""
+    bin_of = _bin_of(cell)
+    counts = {name: [0] * n_kinds for name in cell.pod.bins}
+    for pair, outcome in outcomes:
+        for name in {bin_of[end] for end in pair if end in bin_of}:
+            counts[name][outcome] += 1
+    return tuple(Bar(name, tuple(kinds)) for name, kinds in counts.items())
+
+
+def _bin_of(cell: Cell) -> Mapping[str, str]:
+    """The bin of a configuration in front of it, and of the camera pose with the same letter."""
+    by_letter = {name.rpartition("_")[2]: name for name in cell.pod.bins}
+    return {
+        each.name: by_letter[each.name.rpartition("_")[2]]
+        for each in cell.configurations.values()
+        if each.kind in ("bin", "camera") and each.name.rpartition("_")[2] in by_letter
+    }
+
+
+def _n_routes(roadmap: Roadmap, pair: Names) -> int:
+    start, goal = (roadmap.index(name) for name in pair)
+    return 0 if start is None or goal is None else len(edge_disjoint(roadmap, start, goal).routes)
+
+
+def _names(roadmap: Roadmap, edge: int) -> list[str]:
+    return [roadmap.names[i] or f"#{i}" for i in roadmap.edges[edge].tolist()]
+
+
+def _ink(stand: PodStand) -> Ink:
+    return Ink.GOOD if stand is PodStand.DISPLACED else Ink.FAIR
+
+
+def _ratio(database: TrajectoryDatabase) -> float:
+    bound = float(database.lower_bounds.sum())
+    return float(database.durations.sum()) / bound if bound > 0.0 else float("nan")

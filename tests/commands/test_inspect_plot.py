@@ -1,0 +1,40 @@
+"""``apc inspect --plot``: drawn, told, or refused before any work."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import apc
+
+from pickcli.cell.load import load_cell
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.store import write_roadmap
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> Path:
+    cell = load_cell("apc2016_delft")
+    roadmap = Roadmap.empty(cell.robot.joint_names)
+    for name in ("home", "bin_A"):
+        roadmap, _ = roadmap.with_node(cell.configurations[name].q, name)
+    path = tmp_path / "roadmap.h5"
+    write_roadmap(path, roadmap.with_edge(0, 1, roadmap.configurations), cell.fingerprint, {})
+    return path
+
+
+def test_the_picture_is_written_and_told(stored: Path) -> None:
+    output = stored.with_name("roadmap.html")
+    answer = apc("inspect", stored, "--plot", output, "--json")
+    assert answer.code == 0 and json.loads(answer.out)["plot"] == str(output)
+    assert output.read_bytes().startswith(b"<!DOCTYPE html>") or b"<html" in output.read_bytes()[:100]
+    again = apc("inspect", stored, "--plot", output)
+    assert again.code == 3 and "exists already" in again.err
+
+
+def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
+    answer = apc("inspect", stored, "--plot", stored.with_suffix(".svg"))
+    assert answer.code == 3 and "a picture is .png or .html" in answer.err
+    answer = apc("inspect", "apc2016_delft", "--plot", stored.with_suffix(".png"))
+    assert answer.code == 3 and "only, this is: apc cell" in answer.err

@@ -1,0 +1,155 @@
+"""Pictures of stored files: what they show is what the files hold, and they are drawn the same each time."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pickcli.cell.displacement import ANY_POD
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.drawing.draw import cell_of, draw
+from pickcli.drawing.html import html_bytes
+from pickcli.drawing.picture import Ink, Picture
+from pickcli.drawing.png import png_bytes
+from pickcli.drawing.scenery import solids, tool_path
+from pickcli.drawing.stored import database_picture, roadmap_picture
+from pickcli.errors import InputError, Reason, StaleError
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.path import JointPath
+from pickcli.motion.trajectory import Trajectory
+from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.store import write_database, write_roadmap
+from pickcli.roadmap.stored_roadmap import RoadmapGaps
+
+NAMES = ("home", "bin_A", "bin_B", "cam_A", "tote")
+MISSING = ((MotionKey("bin_A", "tote", PayloadClass.EMPTY), Reason("no path")),)
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    whole = load_cell("apc2016_delft")
+    return replace(whole, configurations={name: whole.configurations[name] for name in NAMES})
+
+
+def _roadmap(cell: Cell) -> Roadmap:
+    """A ring of home, bin_A, bin_B, and the tote beside it; nobody asks whether it is free."""
+    roadmap = Roadmap.empty(cell.robot.joint_names)
+    for name in ("home", "bin_A", "bin_B", "tote"):
+        roadmap, _ = roadmap.with_node(cell.configurations[name].q, name)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        roadmap = roadmap.with_edge(a, b, roadmap.configurations[[a, b]], ANY_POD)
+    return roadmap.with_edge(0, 3, roadmap.configurations[[0, 3]])
+
+
+def _database(cell: Cell) -> TrajectoryDatabase:
+    return TrajectoryDatabase.of(
+        cell.robot.joint_names, [_motion(cell, "home", "bin_A"), _motion(cell, "bin_B", "tote")]
+    )
+
+
+def _motion(cell: Cell, start: str, goal: str) -> CoarseMotion:
+    names, Q = cell.robot.joint_names, np.stack([cell.configurations[name].q for name in (start, goal)])
+    timed = Trajectory(names, np.array([0.0, 2.0]), Q, np.zeros_like(Q), np.zeros_like(Q))
+    key = MotionKey(start, goal, PayloadClass.EMPTY)
+    return CoarseMotion(key, PivotState.MOVING, JointPath(names, Q), 2.0, timed, 1.6)
+
+
+def _drawn(cell: Cell) -> tuple[Picture, Picture]:
+    return roadmap_picture(cell, _roadmap(cell), RoadmapGaps()), database_picture(
+        cell, _database(cell), MISSING
+    )
+
+
+def test_an_edge_is_drawn_where_the_tip_goes(cell: Cell) -> None:
+    arm, Q = Arm(cell.robot), np.stack([cell.configurations[name].q for name in ("home", "bin_A", "tote")])
+    points = tool_path(Q, arm)
+    ends = arm.tips(Q, PivotState.STRAIGHT)[:, :3, 3]
+    np.testing.assert_allclose(points[[0, -1]], ends[[0, -1]], atol=1e-12)
+    assert np.linalg.norm(points - ends[1], axis=1).min() < 1e-12
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 0.15
+
+
+def test_solids_are_the_cells_bodies_but_for_the_floor(cell: Cell) -> None:
+    drawn = solids(cell)
+    bodies = [*cell.pod.bodies, *cell.tote.bodies, *cell.obstacles.bodies]
+    assert len(drawn) == len(bodies) - 1
+    low = cell.obstacles.bodies[1].T_parent_shape[:3, 3] - cell.obstacles.bodies[1].shape.extents / 2
+    assert any(np.allclose(solid.corners.min(axis=0), low) for solid in drawn)
+
+
+def test_a_roadmaps_picture_has_every_node_and_edge_and_counts_routes(cell: Cell) -> None:
+    picture, _ = _drawn(cell)
+    assert [node.name for node in picture.nodes] == ["home", "bin_A", "bin_B", "tote"]
+    edges = picture.lines[1:]
+    assert [line.ink for line in edges] == [Ink.GOOD, Ink.GOOD, Ink.GOOD, Ink.FAIR]
+    assert edges[0].name == "home to bin_A"
+    counts = {bar.name: bar.counts for bar in picture.coverage.bars}
+    # bin_A: two routes to bin_B and home, one to the tote, none to its camera pose; nor has that to the tote
+    assert counts["bin_A"] == (2, 1, 2)
+    assert counts["bin_B"] == (2, 1, 0)
+    assert counts["bin_L"] == (0, 0, 0)
+
+
+def test_a_databases_picture_counts_what_is_stored_and_missing(cell: Cell) -> None:
+    _, picture = _drawn(cell)
+    counts = {bar.name: bar.counts for bar in picture.coverage.bars}
+    assert counts["bin_A"] == (0, 1, 1) and counts["bin_B"] == (0, 1, 0)
+    assert picture.words == ("2 of 3 wanted motions are stored", "4 s in all, 1.250 times their lower bounds")
+
+
+def test_the_image_is_one_and_shows_every_colour_of_its_lines(cell: Cell) -> None:
+    picture, _ = _drawn(cell)
+    content = png_bytes(picture)
+    assert content == png_bytes(picture)
+    image = Image.open(io.BytesIO(content)).convert("RGB")
+    assert min(image.size) >= 1000
+    seen = {tuple(pixel) for pixel in np.unique(np.asarray(image).reshape(-1, 3), axis=0).tolist()}
+    assert {_rgb(Ink.BAD), _rgb(Ink.FAIR), _rgb(Ink.BIN)} <= seen
+
+
+def test_an_empty_roadmap_can_be_drawn(cell: Cell) -> None:
+    picture = roadmap_picture(cell, Roadmap.empty(cell.robot.joint_names), RoadmapGaps())
+    assert png_bytes(picture) and html_bytes(picture)
+
+
+def test_the_page_holds_everything_and_fetches_nothing(cell: Cell) -> None:
+    for picture in _drawn(cell):
+        page = html_bytes(picture).decode()
+        assert page == html_bytes(picture).decode()
+        assert "<script src=" not in page and "https://cdn" not in page.split("plotly.js")[0]
+        for node in picture.nodes:
+            assert f'"{node.name}"' in page
+        for line in picture.words:
+            assert line in page
+
+
+def test_files_are_drawn_by_their_kind_and_by_the_suffix(cell: Cell, tmp_path: Path) -> None:
+    stored = tmp_path / "roadmap.h5", tmp_path / "trajectories.h5"
+    write_roadmap(stored[0], _roadmap(cell), cell.fingerprint, {})
+    write_database(stored[1], _database(cell), cell.fingerprint, {}, MISSING)
+    draw(stored[0], tmp_path / "a.png", cell)
+    draw(stored[1], tmp_path / "b.html", cell)
+    assert (tmp_path / "a.png").read_bytes() == png_bytes(_drawn(cell)[0])
+    assert (tmp_path / "b.html").read_bytes() == html_bytes(_drawn(cell)[1])
+    with pytest.raises(InputError, match=r"a picture is \.png or \.html"):
+        draw(stored[0], tmp_path / "c.svg", cell)
+    with pytest.raises(StaleError):
+        draw(stored[0], tmp_path / "d.png", replace(cell, fingerprint="0" * 64))
+
+
+def test_a_cell_is_found_by_its_fingerprint(cell: Cell) -> None:
+    assert cell_of(cell.fingerprint).name == cell.name
+    with pytest.raises(InputError, match="name the one of this file with --cell"):
+        cell_of("0" * 64)
+
+
+def _rgb(ink: Ink) -> tuple[int, int, int]:
+    return int(ink[1:3], 16), int(ink[3:5], 16), int(ink[5:7], 16)
