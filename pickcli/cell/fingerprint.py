@@ -27,17 +27,32 @@ def fingerprint(cell: Cell) -> str:
     """SHA-256 (hex) of the cell's canonical content."""
     return digest(
         {
-            "robot": _robot(cell.robot),
+            **rules(cell),
             "T_world_pod": numbers(cell.T_world_pod),
             "pod": _bodies(cell.pod.bodies),
-            "displacement": numbers(astuple(cell.pod.displacement)),
             "tote": _bodies(cell.tote.bodies),
             "obstacles": _bodies(cell.obstacles.bodies),
-            "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),
-            "clearance": numbers(cell.clearance),
-            "speed_scale": numbers(cell.speed_scale),
         }
     )
+
+
+def rules(cell: Cell) -> dict[str, Any]:
+    """What every motion depends on: all of the canonical content but the solids around the robot."""
+    return {
+        "robot": _robot(cell.robot),
+        "displacement": numbers(astuple(cell.pod.displacement)),
+        "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),
+        "clearance": numbers(cell.clearance),
+        "speed_scale": numbers(cell.speed_scale),
+    }
+
+
+def solids(cell: Cell) -> dict[str, Any]:
+    """The canonical content of each solid around the robot, by kind and name ("pod wall_left")."""
+    T_world_pod = numbers(cell.T_world_pod)
+    pod = {f"pod {body.name}": [T_world_pod, *_bodies([body])] for body in cell.pod.bodies}
+    tote = {f"tote {body.name}": _bodies([body]) for body in cell.tote.bodies}
+    return pod | tote | {f"obstacle {body.name}": _bodies([body]) for body in cell.obstacles.bodies}
 
 
 def digest(content: Any) -> str:

@@ -24,6 +24,7 @@ COMMANDS: dict[str, str] = {
     "execute": "Run a plan in pybullet.",
     "run-trial": "Play a whole order by the rules and keep score.",
     "check": "Find damage in a roadmap or trajectory database.",
+    "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
 }
 

@@ -38,8 +38,8 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
     if not scene.is_pod_within_bounds:
         click.echo(
-            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene)}: stored motions "
-            "may not be free there; each is proven before it is used, and planned anew if that fails",
+            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene)}: stored "
+            "motions may not be free there; each is proven before it is used, and planned anew if that fails",
             err=True,
         )
     return scene

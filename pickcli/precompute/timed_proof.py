@@ -47,11 +47,15 @@ class _Wider:
         return int(self.checker.kernel.path_is_free(np.ascontiguousarray(Q), self.margin, slack))
 
 
+def keeps(trajectory: Trajectory, space: JointSpace, checker: SceneChecker, clearance: float) -> bool:
+    """Whether a motion is proven to keep that many m from everything."""
+    return is_proven(trajectory, LegProof(_Wider(checker, clearance), space))
+
+
 def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:
     """m that a motion, proven with the checker, is proven to keep from everything, to a millimetre."""
     low, high = checker.margin, _WIDEST
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        is_kept = is_proven(trajectory, LegProof(_Wider(checker, middle), space))
-        low, high = (middle, high) if is_kept else (low, middle)
+        low, high = (middle, high) if keeps(trajectory, space, checker, middle) else (low, middle)
     return low

@@ -1,0 +1,68 @@
+"""``apc refresh``: a roadmap or trajectory database after its cell changed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pickcli.commands.building import building, jobs_option
+from pickcli.commands.options import cell_option, json_option
+from pickcli.commands.report import emit_json
+
+if TYPE_CHECKING:
+    from pickcli.precompute.refresh import Refresh
+
+
+@click.command("refresh")
+@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@cell_option
+@jobs_option
+@json_option
+def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None:
+    """Make a roadmap or trajectory database right for a cell that changed.
+
+    What the change does not touch is kept; what it touches is proven again, and only what fails is planned
+    again. The verdicts are those of a new build. Until FILE is written whole, it stays as it was; an
+    interrupted refresh goes on when the same command is given again. Where the robot, its limits or its tool
+    changed, all is done anew.
+
+    \b
+    Example:
+      apc refresh trajectories.h5 --cell apc2016_delft
+    """
+    from pickcli.cell.load import load_cell
+    from pickcli.precompute.refresh import refresh
+    from pickcli.roadmap.hdf5_survey import survey
+    from pickcli.roadmap.store import FORMATS
+
+    found, cell = survey(path, FORMATS), load_cell(cell_name)
+    with building(f"refreshing {path.name}", path, jobs, as_json) as means:
+        done = refresh(path, found, cell, means)
+    if as_json:
+        emit_json(_summary(path, cell.fingerprint, done))
+    else:
+        click.echo("\n".join(_lines(path, done)))
+
+
+def _summary(path: Path, fingerprint: str, done: Refresh) -> dict[str, Any]:
+    return {
+        "file": str(path),
+        "cell_fingerprint": fingerprint,
+        "changed": list(done.changed),
+        "all_anew_because": done.why_anew or None,
+        "stored": done.n_stored,
+        "proven_again": done.n_proven,
+        "tasks_kept": done.n_kept,
+        "tasks_planned": done.n_planned,
+    }
+
+
+def _lines(path: Path, done: Refresh) -> list[str]:
+    changed = ", ".join(done.changed) or "nothing that stands around the robot"
+    counts = f"{done.n_kept} tasks kept, {done.n_planned} planned"
+    if done.why_anew:
+        return [f"{path}: everything is done anew: {done.why_anew}", counts]
+    proven = f"{done.n_proven} of {done.n_stored} touched and proven again"
+    return [f"{path}: changed: {changed}", f"{proven}; {counts}"]

@@ -1,0 +1,160 @@
+"""A file made right for its cell as it is now: what a change does not touch is kept.
+
+The verdicts are those of a build from nothing: which pairs have a motion or an edge, and for which pods. What
+is kept is not searched for again, so where something went away a build from nothing may find quicker ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from pickcli.cell.change import CellChange, change_since
+from pickcli.cell.displacement import PodStand
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.precompute.build import Means
+from pickcli.precompute.edge_recipe import mark_of
+from pickcli.precompute.make import versions
+from pickcli.precompute.motion_recipe import made_of, motion_key, record_of
+from pickcli.precompute.recipe import Key, configurations_digest
+from pickcli.precompute.record import Record
+from pickcli.precompute.reproof import Reproof
+from pickcli.precompute.stored_records import make_again, stored_records
+from pickcli.roadmap.database import CoarseMotion, PayloadClass
+from pickcli.roadmap.hdf5_survey import Survey
+from pickcli.roadmap.stored_database import DATABASE
+
+
+@dataclass(frozen=True)
+class Refresh:
+    """What a refresh did.
+
+    changed: solids that are other than they were
+    why_anew: why nothing could be kept, "" if that is not so
+    n_stored: motions or edges that the file held
+    n_proven: of these, how many the change touched, so that they were proven again
+    n_kept: tasks whose results stand in the new file as they were, or proven again
+    n_planned: tasks that were done anew
+    """
+
+    changed: tuple[str, ...]
+    why_anew: str
+    n_stored: int
+    n_proven: int
+    n_kept: int
+    n_planned: int
+
+
+def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -> Refresh:
+    """Write a file of ours anew for a cell that changed since.
+
+    Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
+
+    found: by surveying the same file; what is damaged in it is done anew
+    Raises StaleError for settings that this version does not have.
+    """
+    stored = stored_records(found, cell)
+    n_stored = sum(record.reason is None for record in stored.values())
+    change = change_since(found.made.get("parts") or {"rules": {}, "solids": {}}, cell)
+    why = _why_anew(found, change)
+    are_ends_same = found.made.get("configurations") == configurations_digest(cell)
+    sieve = _Sieve(cell, change, stored, are_ends_same)
+    kept = {} if why else sieve.motions() if found.kind is DATABASE else sieve.edges()
+    n_kept, n_planned = make_again(path, found, cell, replace(means or Means(), kept=kept))
+    return Refresh(change.solids, why, n_stored, len(sieve.touched), n_kept, n_planned)
+
+
+def _why_anew(found: Survey, change: CellChange) -> str:
+    """Why nothing of a file can be kept, "" if something can."""
+    if "parts" not in found.made:
+        return "the file does not say what its cell was"
+    if found.made.get("by") != versions():
+        return f"it was made by other versions: {found.made.get('by')}, in use: {versions()}"
+    return f"not as it was: {', '.join(change.rules)}" if change.rules else ""
+
+
+@dataclass
+class _Sieve:
+    """Lets pass what still holds.
+
+    are_ends_same: whether the named configurations are what they were
+    touched: motions or edges that had to be proven again
+    """
+
+    cell: Cell
+    change: CellChange
+    stored: Mapping[Key, Record]
+    are_ends_same: bool
+    touched: list[Key] = field(default_factory=list)
+    proof: Reproof = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.proof = Reproof(self.cell, self.change.added)
+
+    def motions(self) -> dict[Key, Record]:
+        """Motions that hold in the cell as it is, and reasons that still do."""
+        kept: dict[Key, Record] = {}
+        for key, record in self.stored.items():
+            made = made_of(motion_key(key), record, self.cell.robot.joint_names)
+            still = self._still_missing(made) if isinstance(made, Reason) else self._motion(key, made)
+            if still is not None:
+                kept[key] = record if still is made else record_of(still)
+        return kept
+
+    def edges(self) -> dict[Key, Record]:
+        """The same of a roadmap."""
+        return {
+            key: record
+            for key, record in self.stored.items()
+            if (self._still_missing(record.reason) if record.reason else self._edge_holds(key, record))
+        }
+
+    def _still_missing(self, reason: Reason) -> Reason | None:
+        """A reason, unless something went away that it may have been for."""
+        return reason if self.are_ends_same and not self.change.removed else None
+
+    def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
+        """A motion as it is or, where it is touched, with its new clearance; None if it must be planned."""
+        pivot = self._pivot(key)
+        if not self._has_ends(motion, pivot) or self._may_gain(motion.mark.stand, key, pivot):
+            return None
+        if self.proof.is_motion_untouched(motion):
+            return motion
+        self.touched.append(key)
+        return self.proof.proven_motion(motion)
+
+    def _edge_holds(self, key: Key, record: Record) -> bool:
+        """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
+        stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
+        if self._may_gain(stand, (*key, PayloadClass.EMPTY), PivotState.MOVING):
+            return False
+        if self.proof.is_edge_untouched(waypoints, stand):
+            return True
+        self.touched.append(key)
+        return self.proof.is_edge_proven(waypoints, stand)
+
+    def _pivot(self, key: Key) -> PivotState | None:
+        """The narrowest pivot state that a motion between two names may have; None if a name is gone."""
+        if not all(name in self.cell.configurations for name in key[:2]):
+            return None
+        pivots = {self.cell.configurations[name].pivot for name in key[:2]}
+        return pivots.pop() if len(pivots) == 1 else PivotState.MOVING
+
+    def _has_ends(self, motion: CoarseMotion, pivot: PivotState | None) -> bool:
+        """Whether a motion leads between the configurations of its names as they are now."""
+        if motion.pivot not in (pivot, PivotState.MOVING) or pivot is None:
+            return False
+        ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
+        return bool(np.array_equal(motion.path.waypoints[[0, -1]], ends))
+
+    def _may_gain(self, stand: PodStand, key: Key, pivot: PivotState | None) -> bool:
+        """Whether what holds for the pod in its place alone may be had for any, as something is gone."""
+        if stand is PodStand.DISPLACED or not self.change.removed or pivot is None:
+            return False
+        ends, payload = (self.cell.configurations[name].q for name in key[:2]), PayloadClass(key[2])
+        return all(self.proof.is_free_for_any_pod(q, pivot, payload) for q in ends)

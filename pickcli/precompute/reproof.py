@@ -1,0 +1,101 @@
+"""Proving what is stored again, after some solids around the robot have changed.
+
+A motion keeps its clearance from everything. Solids that went away cannot break that; of those that came it
+is asked to keep the same clearance, from them alone, with the kernel that proved it at first. Where it does,
+it is proven in the changed cell as it was in the old one: nothing else there is new. Only what comes nearer
+than that is touched by the change, and proven again against the whole cell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import TypeAlias
+
+from pickcli.cell.change import with_solids
+from pickcli.cell.displacement import PodStand
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.geometry import Array
+from pickcli.precompute.empty_scene import RESERVE, empty_scene, stand_in
+from pickcli.precompute.timed_proof import keeps, proven_clearance
+from pickcli.roadmap.database import CoarseMotion, PayloadClass
+from pickcli.roadmap.space import JointSpace
+
+Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]
+
+
+@dataclass(frozen=True, eq=False)
+class Reproof:
+    """Proofs in a cell of which only some solids (``added``, see ``CellChange``) are new."""
+
+    cell: Cell
+    added: tuple[str, ...]
+
+    def is_motion_untouched(self, motion: CoarseMotion) -> bool:
+        """Whether a motion keeps its clearance from all that is new."""
+        return not self.added or self._is_free(motion, self._new[_case(motion)], motion.clearance)
+
+    def proven_motion(self, motion: CoarseMotion) -> CoarseMotion | None:
+        """A motion with the clearance that it has now, or None if it is not proven any more."""
+        tests = self._all[_case(motion)]
+        if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
+            return None
+        tests = self._checker(self.cell, _case(motion), 0.0)
+        return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
+
+    def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
+        """The same of an edge (N, n) of the roadmap."""
+        return not self.added or self._new[_edge(stand)].path_is_free(waypoints) == -1
+
+    def is_edge_proven(self, waypoints: Array, stand: PodStand) -> bool:
+        """Whether an edge is proven in the cell as it is now."""
+        return self._all[_edge(stand)].path_is_free(waypoints) == -1
+
+    def is_free_for_any_pod(self, q: Array, pivot: PivotState, payload: PayloadClass) -> bool:
+        """Whether a configuration (n,) is free wherever the pod stands within its bounds."""
+        return self._all[PodStand.DISPLACED, pivot, payload].is_free(q)
+
+    def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
+        """Whether the motion keeps that clearance, and its polyline what polylines keep."""
+        assert motion.trajectory is not None
+        is_path_free = tests.path_is_free(motion.path.waypoints) == -1
+        return is_path_free and keeps(motion.trajectory, self._space, tests, clearance)
+
+    @cached_property
+    def _space(self) -> JointSpace:
+        return JointSpace.of(self.cell.robot, self.cell.speed_scale)
+
+    @cached_property
+    def _model(self) -> CollisionModel:
+        return CollisionModel(self.cell)
+
+    @cached_property
+    def _all(self) -> dict[Case, SceneChecker]:
+        """Checkers of the whole cell."""
+        return self._checkers(self.cell)
+
+    @cached_property
+    def _new(self) -> dict[Case, SceneChecker]:
+        """Checkers of what is new alone."""
+        return self._checkers(with_solids(self.cell, self.added))
+
+    def _checkers(self, cell: Cell) -> dict[Case, SceneChecker]:
+        cases = product(PodStand, PivotState, PayloadClass)
+        return {case: self._checker(cell, case, RESERVE) for case in cases}
+
+    def _checker(self, cell: Cell, case: Case, reserve: float) -> SceneChecker:
+        stand, pivot, payload = case
+        scene, margin = empty_scene(cell, stand), cell.clearance + reserve
+        return SceneChecker(self._model, scene, pivot, held=stand_in(payload), margin=margin)
+
+
+def _case(motion: CoarseMotion) -> Case:
+    return motion.mark.stand, motion.pivot, motion.key.payload
+
+
+def _edge(stand: PodStand) -> Case:
+    return stand, PivotState.MOVING, PayloadClass.EMPTY

@@ -1,0 +1,88 @@
+"""A file's content as the records that a build would make of it anew."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from pickcli.cell.model import Cell
+from pickcli.errors import StaleError
+from pickcli.precompute.build import Means, Progress
+from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.make import make_roadmap, make_trajectories
+from pickcli.precompute.motion_recipe import record_of, task_key
+from pickcli.precompute.recipe import Key
+from pickcli.precompute.record import Record
+from pickcli.roadmap.hdf5_survey import Survey
+from pickcli.roadmap.planners import PlannerName
+from pickcli.roadmap.stored_database import DATABASE, missing_row, motion_of
+from pickcli.roadmap.stored_marks import row_mark
+from pickcli.roadmap.stored_reasons import reason_row
+
+
+def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:
+    """What is intact of a database or roadmap, by task."""
+    return _motions(found) if found.kind is DATABASE else _edges(found, cell)
+
+
+def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int, int]:
+    """Write a file for a cell with the settings that it was made with: how many tasks were kept, and done.
+
+    Raises StaleError for settings that this version does not have.
+    """
+    counted, means = _counting(means)
+    settings = _settings(path, found)
+    if isinstance(settings, TrajectorySettings):
+        make_trajectories(cell, path, settings, means)
+    else:
+        make_roadmap(cell, path, settings, means)
+    return counted["kept"], counted["done"]
+
+
+def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings:
+    try:
+        stored = dict(found.made["settings"])
+        stored["planner"] = PlannerName(stored["planner"])
+        return TrajectorySettings(**stored) if found.kind is DATABASE else RoadmapSettings(**stored)
+    except (TypeError, ValueError, KeyError) as error:
+        raise StaleError(
+            f"{path}: its settings are not those of this version ({error}); build it again"
+        ) from None
+
+
+def _motions(found: Survey) -> dict[Key, Record]:
+    """Records of the motions and reasons that are intact."""
+    names, motions = found.joint_names, found.intact["motions"]
+    made = [motion_of(names, m.row, m.pieces["waypoints"], m.pieces["points"]) for m in motions]
+    missing = [missing_row(entry.row) for entry in found.intact["missing"]]
+    kept = {task_key(motion.key): record_of(motion) for motion in made}
+    return kept | {task_key(key): record_of(reason) for key, reason in missing}
+
+
+def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:
+    """The same of a roadmap. An edge is known by the configurations at its ends, whatever became of nodes."""
+    configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
+    counts = Counter(configurations.values())
+    name_of = {q: name for name, q in configurations.items() if counts[q] == 1}
+    kept: dict[Key, Record] = {}
+    for edge in found.intact["edges"]:
+        waypoints = edge.pieces["waypoints"]
+        ends = [name_of.get(q.tobytes()) for q in waypoints[[0, -1]]]
+        if ends[0] is not None and ends[1] is not None:
+            kept[ends[0], ends[1]] = Record(asdict(row_mark(edge.row)), {"waypoints": waypoints})
+    reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
+    return kept | {(min(pair), max(pair)): Record(reason=reason) for pair, reason in reasons}
+
+
+def _counting(means: Means) -> tuple[dict[str, int], Means]:
+    """Means that also count the tasks that were kept and those that were done."""
+    counted = {"kept": 0, "done": 0}
+
+    def report(progress: Progress) -> None:
+        counted.update(kept=progress.n_kept, done=progress.n_done - progress.n_kept)
+        if means.report is not None:
+            means.report(progress)
+
+    return counted, replace(means, report=report)
