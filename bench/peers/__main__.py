@@ -95,7 +95,7 @@ def main() -> None:
 
 
 def _planner() -> Planner:
-    """Warm, with the cell's own roadmap, built where it is missing or stale, and its database if there is one.
+    """Warm, with the cell's roadmap, built where it is missing or stale, and its database if there is one.
 
     No query here lies between two named configurations, so the database never has an answer.
     """
@@ -174,6 +174,7 @@ def _details(rows: list[Row], i: int) -> dict[str, Any]:
             out[row.name] = {
                 "first_ms": 1e3 * answer["first_s"],
                 "short_ms": 1e3 * answer["short_s"],
+                "first_cpu_ms": 1e3 * answer["first_cpu_s"],
                 "first": None if first is None else vars(first),
                 "short": None if short is None else vars(short),
                 "source": answer.get("source", ""),

@@ -13,12 +13,13 @@ from pickcli.planning.context import Planner
 
 def answer(planner: Planner, query: Query, seed: int) -> dict[str, Any]:
     """One answer like a peer's (see ``worker``), and who found it. What it finds is shortened already."""
-    began = time.perf_counter()
+    began, began_cpu = time.perf_counter(), time.process_time()
     found = plan_coarse(
         planner, query.checker, query.q_start, query.q_goal[None], [0.0], seed, "coarse motion"
     )
-    took = time.perf_counter() - began
-    if isinstance(found, Reason):
-        return {"first": None, "first_s": took, "short": None, "short_s": took, "source": "none"}
-    path = found.waypoints.tolist()
-    return {"first": path, "first_s": took, "short": path, "short_s": took, "source": found.source}
+    took, cpu = time.perf_counter() - began, time.process_time() - began_cpu
+    path = None if isinstance(found, Reason) else found.waypoints.tolist()
+    source = "nobody" if isinstance(found, Reason) else found.source
+    return {
+        "first": path, "first_s": took, "first_cpu_s": cpu, "short": path, "short_s": took, "source": source
+    }  # fmt: skip
