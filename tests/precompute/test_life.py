@@ -1,5 +1,7 @@
 """The life of a stored file, in any order: built, killed, gone on with, damaged, checked, repaired, read.
 
+And of what is learned meanwhile.
+
 Whatever happened before, a build or a repair that ends leaves the bytes of an undisturbed build, a death
 costs no finished task, and what is read is what was built or an error.
 """
@@ -25,14 +27,18 @@ from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.model import Cell
 from pickcli.errors import ApcError, DamagedError
+from pickcli.geometry import Array
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.journal import Journal
+from pickcli.precompute.learn import Learner
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.repair import repair
+from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.hdf5_survey import survey
+from pickcli.roadmap.lesson import Lesson
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import FORMATS, read_database, read_roadmap
 
@@ -78,6 +84,8 @@ class _Life(RuleBasedStateMachine):
         self.folder = Path(tempfile.mkdtemp())
         self.out = self.folder / "out.h5"
         self.good = _good(self.kind)
+        self.learner = Learner.beside(cell(), self.folder / "roadmap.h5", self.folder / "motions.h5")
+        self.learned: set[Any] = set()
 
     def teardown(self) -> None:
         shutil.rmtree(self.folder)
@@ -199,15 +207,72 @@ class _Life(RuleBasedStateMachine):
             for part, right in zip(served, _good_content(self.kind), strict=True):
                 np.testing.assert_array_equal(part, right)
 
+    @rule(what=st.integers(0, 2), n_calls=st.integers(0, 8))
+    def learn(self, what: int, n_calls: int) -> None:
+        """An edge or a motion; with ``n_calls``, killed on the way. What was learned before stays."""
+        lesson = LESSONS[what]
+
+        def action() -> object:
+            if isinstance(lesson, MotionKey):
+                return self.learner.learn_motion(lesson)
+            return self.learner.learn_edges([_lesson(lesson)])
+
+        if n_calls:
+            _dies(n_calls, action)
+        else:
+            action()
+            self.learned.add(lesson)
+        known = self._known()
+        assert self.learned <= known <= self.learned | {lesson}
+        self.learned = known
+
+    @rule(place=PLACES, bit=st.integers(0, 7), is_edges=st.booleans())
+    def damage_what_was_learned(self, place: float, bit: int, is_edges: bool) -> None:
+        """It is refused, and after it was deleted, as the message says, learned again."""
+        path = self.learner.roadmap if is_edges else self.learner.trajectories
+        if path.exists():
+            _flip(path, place, bit)
+            try:
+                assert self._known() == self.learned
+            except ApcError as error:
+                assert "or delete it" in str(error)
+            path.unlink()
+            self.learned = self._known()
+
+    def _known(self) -> set[Any]:
+        """Of the lessons, those that a later query finds."""
+        edges = [edge.tobytes() for edge in self.learner.edges()]
+        motions = self.learner.motions() or ()
+        steps = {step for step in LESSONS if isinstance(step, float) and _polyline(step).tobytes() in edges}
+        return steps | {motion.key for motion in motions}
+
     @invariant()
     def nothing_else_lies_around(self) -> None:
         """But what a death in the middle of writing leaves."""
-        left = {path for path in self.folder.iterdir() if path.suffix != ".part"}
-        assert left <= {self.out, self.journal.path}
+        left = {path for path in self.folder.iterdir() if path.suffix not in (".part", ".lock")}
+        assert left <= {self.out, self.journal.path, self.learner.roadmap, self.learner.trajectories}
 
     def _state(self) -> tuple[int, bytes] | None:
         """Which file it is, and its bytes."""
         return (self.out.stat().st_ino, self.out.read_bytes()) if self.out.exists() else None
+
+
+# What is learned: a motion, and straight edges from home by so many rad or m of the second joint.
+LESSONS: tuple[Any, ...] = (
+    MotionKey("home", "bin_A", PayloadClass.EMPTY),
+    0.1,
+    0.3,
+)
+
+
+def _polyline(step: float) -> Array:
+    home = cell().configurations["home"].q
+    return np.stack([home, home + step * (np.arange(len(home)) == 1)])
+
+
+def _lesson(step: float) -> Lesson:
+    polyline = _polyline(step)
+    return Lesson(polyline[0], polyline[1], PayloadClass.EMPTY, (polyline,))
 
 
 class LifeOfMotions(_Life):
@@ -258,6 +323,7 @@ def _flip(path: Path, place: float, bit: int) -> None:
 @cache
 def _good(kind: type[_Life]) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
+        Learner.beside(cell(), Path(folder) / "r.h5", Path(folder) / "m.h5").learn_motion(LESSONS[0])
         kind.make(Path(folder) / "out.h5")
         return (Path(folder) / "out.h5").read_bytes()
 
@@ -327,5 +393,5 @@ def _test(kind: type[_Life], max_examples: int, n_steps: int) -> type[Any]:
 
 TestMotions = _test(LifeOfMotions, 8, 12)
 TestEdges = _test(LifeOfEdges, 8, 12)
-TestMotionsAtLength = pytest.mark.slow(_test(LifeOfMotions, 60, 40))
-TestEdgesAtLength = pytest.mark.slow(_test(LifeOfEdges, 60, 40))
+TestMotionsAtLength = pytest.mark.slow(_test(LifeOfMotions, 25, 40))
+TestEdgesAtLength = pytest.mark.slow(_test(LifeOfEdges, 25, 40))
