@@ -95,5 +95,6 @@ def _route_lines(routes: SecondRoutes) -> list[str]:
     if longer is not None:
         head += f", {longer['median']:.2f} times as long as the first in the median, "
         head += f"at most {longer['worst']:.2f} times ({longer['worst_pair']})"
+    head += f"; {told['n_for_any_displaced_pod']} have one wherever the pod stands"
     added = [f"added for a second route: {a} to {b}" for a, b in routes.added]
     return [head, *added, *(f"no second route: {a} to {b}: {reason}" for (a, b), reason in routes.alone)]

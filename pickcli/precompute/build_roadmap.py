@@ -20,7 +20,7 @@ from pickcli.geometry import Array
 from pickcli.precompute.build import Build
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings, mark_of
 from pickcli.precompute.important import important_pairs
-from pickcli.precompute.second_routes import SecondRoutes, detour, edge_to_try, why_alone
+from pickcli.precompute.second_routes import SecondRoutes, detour, edge_to_try, for_any_pod, why_alone
 from pickcli.roadmap.disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
@@ -125,7 +125,8 @@ class _Builder:
             else:
                 alone.append((names, why_alone(self.roadmap, found, self.failed)))
         joined = tuple(self._names(pair) for pair in added)
-        self.routes = SecondRoutes(tuple(detours), tuple(alone), joined)
+        n_for_any = self._n_double([names for names, _ in detours])
+        self.routes = SecondRoutes(tuple(detours), tuple(alone), joined, n_for_any)
 
     def report(self) -> RoadmapReport:
         """What happened."""
@@ -154,6 +155,12 @@ class _Builder:
             if pair is None:
                 return found
             added += self._join([pair])
+
+    def _n_double(self, pairs: Sequence[tuple[str, str]]) -> int:
+        """How many of these pairs have two routes wherever the pod stands."""
+        part = for_any_pod(self.roadmap)
+        ends = [[part.names.index(name) for name in pair] for pair in pairs]
+        return sum(len(edge_disjoint(part, start, goal).routes) == 2 for start, goal in ends)
 
     def _join(self, pairs: Sequence[Pair]) -> list[Pair]:
         """Add the edges of these pairs, each planned in the order of the names; those that were found."""

@@ -6,11 +6,12 @@ A single RRT* is a tree: one blocked edge parts it. What joins the k nearest is 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from pickcli.cell.displacement import PodStand
 from pickcli.errors import Reason
 from pickcli.roadmap.disjoint import EdgeDisjoint, crossing
 from pickcli.roadmap.graph import Roadmap
@@ -30,11 +31,13 @@ class SecondRoutes:
     detours: of those with a second route, its length over that of the first
     alone: the others, and why
     added: edges that were added for them
+    n_for_any_pod: how many have a second route even by those edges alone that hold for any displaced pod
     """
 
     detours: tuple[tuple[Names, float], ...] = ()
     alone: tuple[tuple[Names, Reason], ...] = ()
     added: tuple[Names, ...] = ()
+    n_for_any_pod: int = 0
 
     def summary(self) -> dict[str, Any]:
         """The figures as JSON values."""
@@ -43,6 +46,7 @@ class SecondRoutes:
         return {
             "n_important": len(self.detours) + len(self.alone),
             "n_with_second_route": len(self.detours),
+            "n_for_any_displaced_pod": self.n_for_any_pod,
             "second_over_first_length": None
             if median is None
             else {"median": round(median, 3), "worst": round(worst, 3), "worst_pair": f"{a} to {b}"},
@@ -71,6 +75,18 @@ def why_alone(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reaso
         return Reason(what, detail="no other pair is left that could lead round it")
     example = f"{_named(roadmap, tried[0])}: {failed[tried[0]]}"
     return Reason(what, detail=f"{len(tried)} pairs beside it were tried, none has a path, e.g. {example}")
+
+
+def for_any_pod(roadmap: Roadmap) -> Roadmap:
+    """The same nodes with those edges alone that are proven wherever the pod stands within its bounds."""
+    kept = [m for m, mark in enumerate(roadmap.marks) if mark.stand is PodStand.DISPLACED]
+    part = replace(
+        roadmap, edges=roadmap.edges[:0], lengths=roadmap.lengths[:0], waypoints=roadmap.waypoints[:0],
+        offsets=roadmap.offsets[:1], marks=(),
+    )  # fmt: skip
+    edges = [(*roadmap.edges[m].tolist(), roadmap.edge_path(m)) for m in kept]
+    marks = tuple(roadmap.marks[m] for m in kept)
+    return replace(part.with_edges(edges), marks=marks) if edges else part
 
 
 def detour(found: EdgeDisjoint) -> float:

@@ -9,12 +9,14 @@ import networkx as nx
 import numpy as np
 from small_cell import small_cell
 
+from pickcli.cell.displacement import ANY_POD, NOMINAL_POD
 from pickcli.errors import Reason
 from pickcli.precompute.build_roadmap import build_roadmap
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.important import important_pairs, neighbouring_bins
 from pickcli.precompute.make import make_roadmap
-from pickcli.precompute.second_routes import MOST_TRIES, edge_to_try, why_alone
+from pickcli.precompute.second_routes import MOST_TRIES, edge_to_try, for_any_pod, why_alone
+from pickcli.roadmap import validate
 from pickcli.roadmap.disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
@@ -34,6 +36,16 @@ def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
     for names in double:
         assert nx.edge_connectivity(graph, *names) >= 2
     assert double and not alone
+
+
+def test_routes_for_any_pod_use_its_edges_alone() -> None:
+    roadmap, report = build_roadmap(EdgeRecipe(small_cell("home", "bin_A", "tote"), THIN))
+    assert report.summary()["second_routes"]["n_for_any_displaced_pod"] == 3
+    part = for_any_pod(replace(roadmap, marks=(ANY_POD, NOMINAL_POD, ANY_POD)))
+    assert part.names == roadmap.names and part.n_edges == 2
+    np.testing.assert_array_equal(part.edge_path(1), roadmap.edge_path(2))
+    validate.roadmap(part, None)
+    assert for_any_pod(replace(roadmap, marks=(NOMINAL_POD,) * 3)).n_edges == 0
 
 
 def test_edges_are_added_for_them_and_told() -> None:
