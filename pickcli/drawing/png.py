@@ -92,7 +92,7 @@ def _draw_coverage(axes: Any, coverage: Coverage) -> None:
         left += widths
     axes.invert_yaxis()
     axes.set_title(coverage.title, fontsize=10)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=len(coverage.kinds), frameon=False)
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.04), frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
 
 
