@@ -5,15 +5,32 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from pickcli.roadmap.graph import Roadmap
+from pickcli.geometry import Array
+
+
+class Graph(Protocol):
+    """What is searched: a roadmap, or one with more nodes and edges behind its own."""
+
+    @property
+    def configurations(self) -> Array:
+        """(N, n) of the nodes."""
+
+    @property
+    def lengths(self) -> Array:
+        """(M,) of the edges, never less than the distance of their ends."""
+
+    @property
+    def neighbours(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """For each node its (edge, other node)."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """A way through the roadmap."""
+    """A way through the graph."""
 
     nodes: tuple[int, ...]
     edges: tuple[int, ...]  # edges[i] joins nodes[i] and nodes[i + 1]
@@ -21,7 +38,7 @@ class Route:
 
 
 def shortest_route(
-    roadmap: Roadmap,
+    graph: Graph,
     start: int,
     goals: Sequence[int],
     edge_is_valid: Callable[[int], bool],
@@ -30,13 +47,13 @@ def shortest_route(
 
     Lazy (after Dellin and Srinivasa 2016): only the edges of a route that would win are asked about, each
     at most once; one that fails is dropped for this query and the search goes on. So the answer is the
-    shortest route of the roadmap as it would be without all invalid edges.
+    shortest route of the graph as it would be without all invalid edges.
     """
     valid: set[int] = set()
     dropped: list[int] = []
-    heuristic, lengths = _to_nearest(roadmap, goals), roadmap.lengths.tolist()
+    heuristic, lengths = _to_nearest(graph, goals), graph.lengths.tolist()
     while True:
-        route = _search(roadmap, start, goals, heuristic, lengths, frozenset(dropped))
+        route = _search(graph, start, goals, heuristic, lengths, frozenset(dropped))
         if route is None:
             return None, tuple(dropped)
         failed = _first_failing(route, valid, edge_is_valid)
@@ -54,17 +71,17 @@ def _first_failing(route: Route, valid: set[int], edge_is_valid: Callable[[int],
     return None
 
 
-def _to_nearest(roadmap: Roadmap, goals: Sequence[int]) -> list[float]:
+def _to_nearest(graph: Graph, goals: Sequence[int]) -> list[float]:
     """Distance of each node to the nearest goal: never more than the way there."""
     if not goals:
         return []
-    to_goals = roadmap.configurations[:, None, :] - roadmap.configurations[list(goals)][None]
+    to_goals = graph.configurations[:, None, :] - graph.configurations[list(goals)][None]
     distances: list[float] = np.linalg.norm(to_goals, axis=2).min(axis=1).tolist()
     return distances
 
 
 def _search(
-    roadmap: Roadmap,
+    graph: Graph,
     start: int,
     goals: Sequence[int],
     heuristic: Sequence[float],
@@ -86,7 +103,7 @@ def _search(
         if node in closed:
             continue
         closed.add(node)
-        for edge, other in roadmap.neighbours[node]:
+        for edge, other in graph.neighbours[node]:
             if edge in dropped or other in closed:
                 continue
             candidate = cost[node] + lengths[edge]

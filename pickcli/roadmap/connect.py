@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,23 +84,3 @@ def planned_link(problem: Problem, q: Array, task: str) -> list[Link]:
         return []
     node = next(i for i in nodes if np.array_equal(problem.roadmap.configurations[i], waypoints[-1]))
     return [Link(node, waypoints)]
-
-
-def with_links(roadmap: Roadmap, linked: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[Roadmap, list[int]]:
-    """The roadmap with configurations (n,) and their links in it, and their nodes.
-
-    A configuration that is a node already (see ``straight_links``) stays that node.
-    """
-    nodes: list[int] = []
-    new: list[Array] = []
-    edges: list[tuple[int, int, Array]] = []
-    for q, links in linked:
-        if len(links[0].waypoints) == 1:
-            nodes.append(links[0].node)
-            continue
-        nodes.append(roadmap.n_nodes + len(new))
-        new.append(q)
-        edges += [(nodes[-1], link.node, link.waypoints) for link in links]
-    if not new:
-        return roadmap, nodes
-    return roadmap.with_nodes(np.stack(new)).with_edges(edges), nodes

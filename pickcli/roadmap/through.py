@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from pickcli.geometry import Array
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connect import Link, Problem, planned_link, straight_links, with_links
-from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.connect import Link, Problem, planned_link, straight_links
+from pickcli.roadmap.linked import LinkedRoadmap, linked
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ def through_roadmap(problem: Problem) -> ThroughRoute | None:
     last = _goal_links(problem) if first else []
     if not last:
         return None
-    enlarged, nodes = with_links(problem.roadmap, [(problem.q_start, first), *last])
-    return _search(problem, enlarged, nodes[0], nodes[1:])
+    graph, nodes = linked(problem.roadmap, [(problem.q_start, first), *last])
+    return _search(problem, graph, nodes[0], nodes[1:])
 
 
 def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
@@ -44,21 +44,19 @@ def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
     return [(goal, links) for goal, links in planned if links]
 
 
-def _search(problem: Problem, enlarged: Roadmap, start: int, ends: list[int]) -> ThroughRoute | None:
+def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int]) -> ThroughRoute | None:
     """A* on the roadmap with start and goals linked."""
-    n_nodes, n_edges = problem.roadmap.n_nodes, problem.roadmap.n_edges
 
     def is_valid(edge: int) -> bool:
         # Links have just been proven; what is stored was proven in another scene.
-        return edge >= n_edges or problem.checker.path_is_free(enlarged.edge_path(edge)) == -1
+        return graph.is_link(edge) or problem.checker.path_is_free(problem.roadmap.edge_path(edge)) == -1
 
-    route, dropped = shortest_route(enlarged, start, ends, is_valid)
+    route, dropped = shortest_route(graph, start, ends, is_valid)
     if route is None:
         return None
-    new = [edge for edge in route.edges if edge >= n_edges]
     return ThroughRoute(
-        enlarged.joined(route.nodes, route.edges),
-        tuple(node for node in route.nodes if node < n_nodes),
-        tuple(enlarged.edge_path(edge) for edge in new),
+        graph.joined(route.nodes, route.edges),
+        tuple(node for node in route.nodes if node < problem.roadmap.n_nodes),
+        tuple(graph.edge_path(edge) for edge in route.edges if graph.is_link(edge)),
         dropped,
     )
