@@ -14,7 +14,7 @@ from pickcli.errors import InputError
 from pickcli.roadmap.planners import PlannerName
 
 if TYPE_CHECKING:
-    from pickcli.precompute.compare import Standing
+    from pickcli.precompute.comparison import Standing
     from pickcli.precompute.contest import Contestant
 
 SEARCH = "search"

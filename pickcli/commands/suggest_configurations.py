@@ -13,7 +13,7 @@ from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
-    from pickcli.precompute.suggest import Suggestion
+    from pickcli.precompute.suggestion import Suggestion
 
 HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
 
@@ -53,7 +53,8 @@ def command(
     from pickcli.cell.configuration_text import configuration_line
     from pickcli.cell.load import load_cell
     from pickcli.cell.robot import PivotState
-    from pickcli.precompute.suggest import Suggester, SuggestSettings
+    from pickcli.precompute.suggest import Suggester
+    from pickcli.precompute.suggestion import SuggestSettings
 
     if output is not None:
         refuse_output(output, overwrite)

@@ -8,7 +8,7 @@ configuration along one straight line, followed without a jump of a joint and pr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,52 +26,11 @@ from pickcli.kinematics.arm import Arm
 from pickcli.precompute.bin_poses import BinPoses
 from pickcli.precompute.bounds import lower_bound, scaled
 from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.suggestion import Suggestion, SuggestSettings, distinct
 from pickcli.roadmap.database import PayloadClass
 from pickcli.seeds import derived_rng
 
 Report = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True)
-class SuggestSettings:
-    """How configurations are sought and judged.
-
-    n_places: poses in front of the bin; inverse kinematics gives several configurations for each
-    n_kept: of these, by manipulability, how many are judged by what they reach
-    n_poses: in the bin, the same for all
-    margin: share of its range that every joint keeps from both of its limits
-    clearance: m that robot and tool keep from everything while they wait, however the cup is pivoted
-    apart: rad or m, largest difference of a joint below which two configurations count as one
-    """
-
-    n_places: int = 60
-    n_kept: int = 40
-    n_poses: int = 100
-    margin: float = 0.03
-    clearance: float = 0.02
-    apart: float = 0.15
-    seed: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Suggestion:
-    """A configuration in front of a bin, and what it is worth.
-
-    T_bin_tip: (4, 4) of the tip there
-    manipulability: Yoshikawa's, rail included; see ``kinematics.manipulability``
-    reach: share of the poses in the bin that it reaches in one line
-    margin: least distance of a joint from a limit, as a share of its range
-    clearance: m
-    travel: s that any motion from home takes at least; None in a cell without home
-    """
-
-    configuration: NamedConfiguration
-    T_bin_tip: Array
-    manipulability: float
-    reach: float
-    margin: float
-    clearance: float
-    travel: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +61,7 @@ class Suggester:
                 report(i, len(kept), f"{self.bin_name}, candidate {i + 1}")
             judged.append(self.judged(q))
         judged.sort(key=lambda each: (-each.reach, -each.manipulability))
-        return _distinct(judged, n, self.settings.apart)
+        return distinct(judged, n, self.settings.apart)
 
     def candidates(self) -> Array:
         """(M, n) configurations before the bin, rounded as in a cell file; the most manipulable first."""
@@ -184,13 +143,3 @@ class Suggester:
     @cached_property
     def _moving_in(self) -> SceneChecker:
         return checker(self._model, self.pivot, PayloadClass.EMPTY)
-
-
-def _distinct(ranked: Sequence[Suggestion], n: int, apart: float) -> list[Suggestion]:
-    """The first n of which no two are nearer than that."""
-    chosen: list[Suggestion] = []
-    for each in ranked:
-        q = each.configuration.q
-        if len(chosen) < n and all(np.abs(q - c.configuration.q).max() > apart for c in chosen):
-            chosen.append(each)
-    return chosen

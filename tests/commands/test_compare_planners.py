@@ -25,6 +25,7 @@ def test_a_row_per_planner_and_the_same_in_json() -> None:
     ("argv", "message"),
     [
         (("--pairs", "home"), "'home' is no pair; write A:B"),
+        (("--pairs", "home:home"), "home:home is no motion"),
         (("--pairs", "home:bin_Z"), "unknown configuration 'bin_Z'"),
         (("--pairs", "home:tote_10h"), "tote_10h is not free"),
         (("--planners", "RRTConect"), "'RRTConect' is none; known: RRTConnect"),

@@ -10,7 +10,8 @@ import pytest
 from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.precompute.compare import Attempt, Comparison, blocked_pairs, compare
+from pickcli.precompute.compare import blocked_pairs, compare
+from pickcli.precompute.comparison import Attempt, Comparison
 from pickcli.precompute.contest import Answer, Contestant, Geometric, InTime, Query
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.planners import PlannerName

@@ -20,7 +20,8 @@ from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.bin_poses import BinPoses
 from pickcli.precompute.empty_scene import checker
-from pickcli.precompute.suggest import Suggester, Suggestion, SuggestSettings
+from pickcli.precompute.suggest import Suggester
+from pickcli.precompute.suggestion import Suggestion, SuggestSettings
 from pickcli.roadmap.database import PayloadClass
 
 FEW = SuggestSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
