@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -18,42 +17,15 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.precompute.build import Build
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings, mark_of
+from pickcli.precompute.edge_recipe import EdgeRecipe, mark_of
 from pickcli.precompute.important import important_pairs
+from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.second_routes import SecondRoutes, detour, edge_to_try, for_any_pod, why_alone
 from pickcli.roadmap.disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
 
 Pair = tuple[int, int]
-
-
-@dataclass(frozen=True)
-class RoadmapReport:
-    """What a build could not do, and what it did beyond the k nearest.
-
-    gaps: named configurations that are not free, and pairs without an edge, with their reasons
-    bridges: pairs joined on top, to connect parts that the k nearest left apart
-    n_components: 1 if every node can be reached from every other
-    routes: second routes of the important pairs
-    """
-
-    settings: RoadmapSettings
-    gaps: RoadmapGaps
-    bridges: tuple[tuple[str, str], ...]
-    n_components: int
-    routes: SecondRoutes
-
-    def summary(self) -> dict[str, Any]:
-        """The figures of the report as JSON values."""
-        return {
-            "n_neighbours": self.settings.n_neighbours,
-            "n_components": self.n_components,
-            "n_refused": len(self.gaps.refused),
-            "n_missing": len(self.gaps.missing),
-            "bridges": [f"{a} to {b}" for a, b in self.bridges],
-            "second_routes": self.routes.summary(),
-        }
 
 
 def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:

@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from pickcli import __version__
-from pickcli.cell.change import part_digests
+from pickcli.cell.change import parts_of
 from pickcli.cell.model import Cell
 from pickcli.precompute.build import Build, Means
-from pickcli.precompute.build_roadmap import RoadmapReport, build_roadmap
+from pickcli.precompute.build_roadmap import build_roadmap
 from pickcli.precompute.build_trajectories import TrajectoryReport, build_trajectories
 from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.recipe import configurations_digest
+from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.roadmap.store import write_database, write_roadmap
 
 
@@ -60,6 +61,6 @@ def _made(recipe: MotionRecipe | EdgeRecipe, summary: dict[str, Any]) -> dict[st
         "by": versions(),
         "settings": asdict(recipe.settings),
         "configurations": configurations_digest(recipe.cell),
-        "parts": part_digests(recipe.cell),
+        "parts": parts_of(recipe.cell),
         "result": summary,
     }

@@ -1,0 +1,38 @@
+"""What became of a roadmap's build."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.second_routes import SecondRoutes
+from pickcli.roadmap.stored_roadmap import RoadmapGaps
+
+
+@dataclass(frozen=True)
+class RoadmapReport:
+    """What a build could not do, and what it did beyond the k nearest.
+
+    gaps: named configurations that are not free, and pairs without an edge, with their reasons
+    bridges: pairs joined on top, to connect parts that the k nearest left apart
+    n_components: 1 if every node can be reached from every other
+    routes: second routes of the important pairs
+    """
+
+    settings: RoadmapSettings
+    gaps: RoadmapGaps
+    bridges: tuple[tuple[str, str], ...]
+    n_components: int
+    routes: SecondRoutes
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of the report as JSON values."""
+        return {
+            "n_neighbours": self.settings.n_neighbours,
+            "n_components": self.n_components,
+            "n_refused": len(self.gaps.refused),
+            "n_missing": len(self.gaps.missing),
+            "bridges": [f"{a} to {b}" for a, b in self.bridges],
+            "second_routes": self.routes.summary(),
+        }
