@@ -31,6 +31,8 @@ from pickcli.roadmap.store import read_database, read_roadmap, write_database, w
 
 T = TypeVar("T")
 
+LEARNED = {"learned": True}  # what a learned file says instead of a build's settings
+
 # The oldest go when there are more.
 MOST_EDGES = 400
 MOST_MOTIONS = 200
@@ -130,7 +132,7 @@ class Learner:
     def _made(self) -> dict[str, Any]:
         return {
             "by": versions(),
-            "settings": {"learned": True},
+            "settings": LEARNED,
             "configurations": configurations_digest(self.cell),
             "result": {},
         }

@@ -11,6 +11,7 @@ from pickcli.errors import StaleError
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.edge_recipe import RoadmapSettings
+from pickcli.precompute.learn import LEARNED
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import record_of, task_key
 from pickcli.precompute.recipe import Key
@@ -44,6 +45,8 @@ def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int
 def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings:
     try:
         stored = dict(found.made["settings"])
+        if stored == LEARNED:
+            raise StaleError(f"{path}: was learned, not built; delete it, and it will be learned again")
         stored["planner"] = PlannerName(stored["planner"])
         return TrajectorySettings(**stored) if found.kind is DATABASE else RoadmapSettings(**stored)
     except (TypeError, ValueError, KeyError) as error:

@@ -41,9 +41,13 @@ def test_a_damaged_learned_file_is_named_and_can_be_deleted(
 ) -> None:
     _pick(made, tmp_path, "learning", "--learn")
     (learned,) = empty_cache.rglob("roadmap.learned.h5")
-    learned.write_bytes(learned.read_bytes()[:1000])
+    whole = learned.read_bytes()
+    learned.write_bytes(whole[:1000])
     options = ("--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", tmp_path / "move.json")
     answer = apc("plan-move", *options, "--learn")
     assert answer.code == 4 and learned.name in answer.err and "delete it" in answer.err
+    learned.write_bytes(whole[:-10] + bytes(10))
+    repaired = apc("check", learned, "--repair")
+    assert repaired.code == 4 and "learned again" in repaired.err
     learned.unlink()
     assert apc("plan-move", *options, "--learn").code == 0
