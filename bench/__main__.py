@@ -18,7 +18,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import builds, events, flips, kernel, kills, routes, startup, store, trials
+from bench import builds, events, flips, kernel, kills, refresh, routes, startup, store, trials
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
@@ -35,6 +35,7 @@ def measure(seeds: tuple[int, ...], with_builds: bool) -> dict[str, Any]:
         "kernel": kernel.measure(),
         "startup": startup.measure(),
         "store": store.measure(),
+        "refresh": refresh.measure(),
         "routes": routes.measure(),
         "events": events.measure(),
         "trials": trials.measure(seeds=seeds),
@@ -60,6 +61,9 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("roadmap and trajectories together, MB", 20, figures["store"]["size_mb"])
     yield _at_most("open a file and fetch one motion, median, ms", 2, figures["store"]["fetch_ms"])
     yield _at_most("A* with start and goal connected, warm, median, ms", 5, figures["routes"]["route_ms"])
+    again = figures["refresh"]
+    yield _at_most("a wall moved: motions proven again, worst wall, %", 15, 100 * again["proven_again_share"])
+    yield _at_most("a wall moved: refresh, worst wall, % of a quick build", 10, 100 * again["time_share"])
     yield _at_most("apc --help, s", 0.2, s["help_s"])
     yield _at_most("apc plan-pick, one-shot, s", 2.0, s["plan_pick_s"])
     for robot, figure in figures["events"].items():

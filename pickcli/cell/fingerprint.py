@@ -47,12 +47,9 @@ def rules(cell: Cell) -> dict[str, Any]:
     }
 
 
-def solids(cell: Cell) -> dict[str, Any]:
-    """The canonical content of each solid around the robot, by kind and name ("pod wall_left")."""
-    T_world_pod = numbers(cell.T_world_pod)
-    pod = {f"pod {body.name}": [T_world_pod, *_bodies([body])] for body in cell.pod.bodies}
-    tote = {f"tote {body.name}": _bodies([body]) for body in cell.tote.bodies}
-    return pod | tote | {f"obstacle {body.name}": _bodies([body]) for body in cell.obstacles.bodies}
+def solid(body: Body) -> list[Any]:
+    """The canonical content of a solid: name, kind, size and pose in its frame."""
+    return [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
 
 
 def digest(content: Any) -> str:
@@ -101,8 +98,4 @@ def _joint(joint: Joint) -> list[Any]:
 
 def _bodies(bodies: Iterable[Body]) -> list[Any]:
     """Bodies by name: their order in the file means nothing."""
-    listed = [
-        [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
-        for body in bodies
-    ]
-    return sorted(listed, key=json.dumps)
+    return sorted((solid(body) for body in bodies), key=json.dumps)

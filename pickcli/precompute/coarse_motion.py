@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
-from typing import TypeAlias
 
 from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.model import Cell
@@ -22,14 +20,14 @@ from pickcli.errors import Reason
 from pickcli.motion.path import JointPath
 from pickcli.precompute.averaged import averaged
 from pickcli.precompute.bounds import lower_bound, scaled
-from pickcli.precompute.empty_scene import RESERVE, checker
+from pickcli.precompute.empty_scene import RESERVE, Case, checkers
 from pickcli.precompute.leg import TICK, Pace
 from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.polyline import polyline
 from pickcli.precompute.ramps import Ramps
 from pickcli.precompute.search import Effort, Search
 from pickcli.precompute.timed_proof import is_proven, proven_clearance
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.roadmap.database import CoarseMotion, MotionKey
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
@@ -42,8 +40,6 @@ _GOOD = 1.01
 
 # Times the motion for the pod in its place: what one for any pod may take and still be kept instead.
 _AS_QUICK = 1.005
-
-Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]  # what a checker is for
 
 
 @dataclass(frozen=True)
@@ -186,18 +182,12 @@ class MotionMaker:
     @cached_property
     def _planning(self) -> dict[Case, SceneChecker]:
         """Checkers that planning asks: with the reserve."""
-        return self._checkers(RESERVE)
+        return checkers(self._model, RESERVE)
 
     @cached_property
     def _proving(self) -> dict[Case, SceneChecker]:
         """Checkers that the timed motion is proven with: the cell's clearance, no more."""
-        return self._checkers(0.0)
-
-    def _checkers(self, reserve: float) -> dict[Case, SceneChecker]:
-        return {
-            (stand, pivot, load): checker(self._model, pivot, load, reserve, stand)
-            for stand, pivot, load in product(PodStand, PivotState, PayloadClass)
-        }
+        return checkers(self._model)
 
     @cached_property
     def _model(self) -> CollisionModel:

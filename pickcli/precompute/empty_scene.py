@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
+from typing import TypeAlias
 
 from pickcli.cell.displacement import PodStand
 from pickcli.cell.item import Item
@@ -22,6 +24,8 @@ CUBE_EDGE = 0.2  # m
 # touches it is proven can depend on where it is cut: what is stored must be provable whole, in parts and
 # with its corners blended, each time that it is used.
 RESERVE = 0.001  # m
+
+Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]  # what a checker is for
 
 
 def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
@@ -44,6 +48,21 @@ def checker(
     """
     scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
     return SceneChecker(model, scene, pivot, held=stand_in(payload), margin=margin)
+
+
+def checkers(
+    model: CollisionModel, reserve: float = 0.0, cell: Cell | None = None
+) -> dict[Case, SceneChecker]:
+    """``checker`` for every case.
+
+    cell: the model's own with other solids around the robot, if given
+    """
+    scenes = {stand: empty_scene(cell or model.cell, stand) for stand in PodStand}
+    margin = model.cell.clearance + reserve
+    return {
+        (stand, pivot, load): SceneChecker(model, scenes[stand], pivot, stand_in(load), margin=margin)
+        for stand, pivot, load in product(PodStand, PivotState, PayloadClass)
+    }
 
 
 def stand_in(payload: PayloadClass) -> Held | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli import __version__
-from pickcli.cell.change import part_digests
+from pickcli.cell.change import parts_of
 from pickcli.cell.model import Cell
 from pickcli.precompute.build import Build, Means
 from pickcli.precompute.build_roadmap import build_roadmap
@@ -61,6 +61,6 @@ def _made(recipe: MotionRecipe | EdgeRecipe, summary: dict[str, Any]) -> dict[st
         "by": versions(),
         "settings": asdict(recipe.settings),
         "configurations": configurations_digest(recipe.cell),
-        "parts": part_digests(recipe.cell),
+        "parts": parts_of(recipe.cell),
         "result": summary,
     }

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pickcli.cell.change import CellChange, change_since
+from pickcli.cell.change import CellChange, change_since, parts_of
 from pickcli.cell.displacement import PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -60,7 +60,7 @@ def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -
     """
     stored = stored_records(found, cell)
     n_stored = sum(record.reason is None for record in stored.values())
-    change = change_since(found.made.get("parts") or {"rules": {}, "solids": {}}, cell)
+    change = change_since(found.made.get("parts") or parts_of(cell), cell)
     why = _why_anew(found, change)
     are_ends_same = found.made.get("configurations") == configurations_digest(cell)
     sieve = _Sieve(cell, change, stored, are_ends_same)
@@ -94,7 +94,7 @@ class _Sieve:
     proof: Reproof = field(init=False)
 
     def __post_init__(self) -> None:
-        self.proof = Reproof(self.cell, self.change.added)
+        self.proof = Reproof(self.cell, self.change)
 
     def motions(self) -> dict[Key, Record]:
         """Motions that hold in the cell as it is, and reasons that still do."""
@@ -116,12 +116,16 @@ class _Sieve:
 
     def _still_missing(self, reason: Reason) -> Reason | None:
         """A reason, unless something went away that it may have been for."""
-        return reason if self.are_ends_same and not self.change.removed else None
+        return reason if self.are_ends_same and not self.change.went else None
 
     def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
         """A motion as it is or, where it is touched, with its new clearance; None if it must be planned."""
         pivot = self._pivot(key)
-        if not self._has_ends(motion, pivot) or self._may_gain(motion.mark.stand, key, pivot):
+        if pivot is None or not self._has_ends(motion, pivot):
+            return None
+        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
+            motion.path.waypoints, pivot, motion.key.payload
+        ):
             return None
         if self.proof.is_motion_untouched(motion):
             return motion
@@ -131,7 +135,9 @@ class _Sieve:
     def _edge_holds(self, key: Key, record: Record) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        if self._may_gain(stand, (*key, PayloadClass.EMPTY), PivotState.MOVING):
+        if stand is PodStand.NOMINAL and self.proof.is_relieved(
+            waypoints, PivotState.MOVING, PayloadClass.EMPTY
+        ):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
             return True
@@ -145,16 +151,9 @@ class _Sieve:
         pivots = {self.cell.configurations[name].pivot for name in key[:2]}
         return pivots.pop() if len(pivots) == 1 else PivotState.MOVING
 
-    def _has_ends(self, motion: CoarseMotion, pivot: PivotState | None) -> bool:
+    def _has_ends(self, motion: CoarseMotion, pivot: PivotState) -> bool:
         """Whether a motion leads between the configurations of its names as they are now."""
-        if motion.pivot not in (pivot, PivotState.MOVING) or pivot is None:
+        if motion.pivot not in (pivot, PivotState.MOVING):
             return False
         ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         return bool(np.array_equal(motion.path.waypoints[[0, -1]], ends))
-
-    def _may_gain(self, stand: PodStand, key: Key, pivot: PivotState | None) -> bool:
-        """Whether what holds for the pod in its place alone may be had for any, as something is gone."""
-        if stand is PodStand.DISPLACED or not self.change.removed or pivot is None:
-            return False
-        ends, payload = (self.cell.configurations[name].q for name in key[:2]), PayloadClass(key[2])
-        return all(self.proof.is_free_for_any_pod(q, pivot, payload) for q in ends)

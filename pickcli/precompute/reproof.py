@@ -4,60 +4,71 @@ A motion keeps its clearance from everything. Solids that went away cannot break
 is asked to keep the same clearance, from them alone, with the kernel that proved it at first. Where it does,
 it is proven in the changed cell as it was in the old one: nothing else there is new. Only what comes nearer
 than that is touched by the change, and proven again against the whole cell.
+
+What holds for the pod in its place alone is *relieved* by a change if it would have met, in the sweep of the
+pod, one of the solids that went away, and its ends are free in the sweep now: then there may be a way for any
+pod.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
-from typing import TypeAlias
 
-from pickcli.cell.change import with_solids
+from pickcli.cell.change import CellChange
 from pickcli.cell.displacement import PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
-from pickcli.precompute.empty_scene import RESERVE, empty_scene, stand_in
+from pickcli.precompute.empty_scene import RESERVE, Case, checker, checkers
 from pickcli.precompute.timed_proof import keeps, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, PayloadClass
 from pickcli.roadmap.space import JointSpace
 
-Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]
+_WIDEST = PodStand.DISPLACED
 
 
 @dataclass(frozen=True, eq=False)
 class Reproof:
-    """Proofs in a cell of which only some solids (``added``, see ``CellChange``) are new."""
+    """Proofs in a cell after a change of its solids alone."""
 
     cell: Cell
-    added: tuple[str, ...]
+    change: CellChange
 
     def is_motion_untouched(self, motion: CoarseMotion) -> bool:
         """Whether a motion keeps its clearance from all that is new."""
-        return not self.added or self._is_free(motion, self._new[_case(motion)], motion.clearance)
+        return not self.change.came or self._is_free(motion, self._new[_case(motion)], motion.clearance)
 
     def proven_motion(self, motion: CoarseMotion) -> CoarseMotion | None:
         """A motion with the clearance that it has now, or None if it is not proven any more."""
         tests = self._all[_case(motion)]
         if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
             return None
-        tests = self._checker(self.cell, _case(motion), 0.0)
+        stand, pivot, payload = _case(motion)
+        tests = checker(self._model, pivot, payload, stand=stand)
         return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
 
     def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
         """The same of an edge (N, n) of the roadmap."""
-        return not self.added or self._new[_edge(stand)].path_is_free(waypoints) == -1
+        return not self.change.came or self._new[_edge(stand)].path_is_free(waypoints) == -1
 
     def is_edge_proven(self, waypoints: Array, stand: PodStand) -> bool:
         """Whether an edge is proven in the cell as it is now."""
         return self._all[_edge(stand)].path_is_free(waypoints) == -1
 
-    def is_free_for_any_pod(self, q: Array, pivot: PivotState, payload: PayloadClass) -> bool:
-        """Whether a configuration (n,) is free wherever the pod stands within its bounds."""
-        return self._all[PodStand.DISPLACED, pivot, payload].is_free(q)
+    def is_relieved(self, waypoints: Array, pivot: PivotState, payload: PayloadClass) -> bool:
+        """Whether a polyline (N, n) that holds for the pod in its place alone has lost what was in its way.
+
+        pivot: the narrowest state that its ends may have
+        """
+        if (
+            not self.change.went
+            or self._old[_WIDEST, PivotState.MOVING, payload].path_is_free(waypoints) == -1
+        ):
+            return False
+        return bool(self._all[_WIDEST, pivot, payload].are_free(waypoints[[0, -1]]).all())
 
     def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
@@ -76,21 +87,17 @@ class Reproof:
     @cached_property
     def _all(self) -> dict[Case, SceneChecker]:
         """Checkers of the whole cell."""
-        return self._checkers(self.cell)
+        return checkers(self._model, RESERVE)
 
     @cached_property
     def _new(self) -> dict[Case, SceneChecker]:
         """Checkers of what is new alone."""
-        return self._checkers(with_solids(self.cell, self.added))
+        return checkers(self._model, RESERVE, self.change.cell_of_came)
 
-    def _checkers(self, cell: Cell) -> dict[Case, SceneChecker]:
-        cases = product(PodStand, PivotState, PayloadClass)
-        return {case: self._checker(cell, case, RESERVE) for case in cases}
-
-    def _checker(self, cell: Cell, case: Case, reserve: float) -> SceneChecker:
-        stand, pivot, payload = case
-        scene, margin = empty_scene(cell, stand), cell.clearance + reserve
-        return SceneChecker(self._model, scene, pivot, held=stand_in(payload), margin=margin)
+    @cached_property
+    def _old(self) -> dict[Case, SceneChecker]:
+        """Checkers of what went away alone."""
+        return checkers(self._model, RESERVE, self.change.cell_of_went)
 
 
 def _case(motion: CoarseMotion) -> Case:

@@ -13,9 +13,9 @@ from click.testing import CliRunner
 from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell import load
-from pickcli.cell.change import change_since, part_digests, with_solids
+from pickcli.cell.change import change_since, parts_of
 from pickcli.cell.displacement import ANY_POD, UNMOVED, PodStand
-from pickcli.cell.fingerprint import fingerprint, solids
+from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.model import Cell
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
@@ -65,8 +65,7 @@ def _new_obstacle(cell: Cell) -> Cell:
 
 def _no_tote(cell: Cell) -> Cell:
     """Nothing that tote_10h could stand in."""
-    kept = with_solids(cell, [name for name in solids(cell) if not name.startswith("tote")])
-    return _with(cell, tote=kept.tote)
+    return _with(cell, tote=replace(cell.tote, bodies=()))
 
 
 CHANGES = {"a wall moved": _moved_divider, "something new": _new_obstacle, "something gone": _no_tote}
@@ -278,14 +277,14 @@ def test_the_command_tells_what_changed(
 
 
 def test_parts_name_what_changed_and_nothing_else(cell: Cell) -> None:
-    before = part_digests(cell)
+    before = parts_of(cell)
     assert change_since(before, cell).solids == () and change_since(before, cell).rules == ()
-    assert change_since(before, _new_obstacle(cell)).added == ("obstacle post",)
+    assert change_since(before, _new_obstacle(cell)).came == ("obstacle post",)
     gone = change_since(before, _no_tote(cell))
-    assert gone.added == () and all(name.startswith("tote ") for name in gone.removed)
+    assert gone.came == () and all(name.startswith("tote ") for name in gone.went)
     T = cell.T_world_pod + 0.01 * (np.arange(16) == 3).reshape(4, 4)
     shifted = change_since(before, _with(cell, T_world_pod=T))
-    assert len(shifted.added) == len(shifted.removed) == len(cell.pod.bodies)
+    assert len(shifted.came) == len(shifted.went) == len(cell.pod.bodies)
     assert change_since(before, _other_limits(cell)).rules == ("the robot, its joint limits or its tool",)
 
 

@@ -69,7 +69,7 @@ def test_much_damage_and_a_lost_end_are_repaired_too(
 ) -> None:
     content = good[kind]
     path = tmp_path / kind
-    path.write_bytes(content[: len(content) * 3 // 4])
+    path.write_bytes(content[: len(content) * 5 // 6])
     done = repair(path, survey(path, FORMATS), cell)
     assert path.read_bytes() == content
     assert done.n_kept > 0 or kind == "edges"  # whose polylines all lie in the lost end

@@ -1,0 +1,98 @@
+"""Refreshing the default cell's stored motions after one wall of the pod moved by 10 mm.
+
+    python -m bench.refresh [--full] [--json FILE]
+
+The motions are built first, in the same run and on one process, as their time is what a refresh is compared
+with. Without --full that is done with the least effort (one try of everything that is counted), which takes a
+fraction of the time and so makes the share that a refresh takes larger than it is. Each wall between two bins
+and each side wall is moved in turn, along y; the figures are those of the worst.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.fingerprint import fingerprint
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.geometry import pose
+from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.make import make_trajectories
+from pickcli.precompute.refresh import Refresh, refresh
+from pickcli.roadmap.hdf5_survey import survey
+from pickcli.roadmap.store import FORMATS
+
+MOVED = pose((0.0, 0.01, 0.0))  # m
+LEAST_EFFORT = TrajectorySettings(
+    **{field.name: 1 for field in fields(TrajectorySettings) if field.name.startswith("n_")}
+)
+
+
+def measure(settings: TrajectorySettings = LEAST_EFFORT) -> dict[str, Any]:
+    """Per wall what was done again; of the worst the shares of motions and of the build's time."""
+    cell = load_cell("apc2016_delft")
+    walls = [body.name for body in cell.pod.bodies if "divider" in body.name or "wall_" in body.name]
+    with tempfile.TemporaryDirectory() as folder:
+        built, path = Path(folder) / "built.h5", Path(folder) / "motions.h5"
+        build_s, _ = _timed(lambda: make_trajectories(cell, built, settings))
+        done = {}
+        for wall in walls:
+            path.write_bytes(built.read_bytes())
+            done[wall] = _refreshed(path, with_moved(cell, wall))
+    return {
+        "build_s": build_s,
+        "proven_again_share": max(each["proven_again"] / each["stored"] for each in done.values()),
+        "time_share": max(each["s"] for each in done.values()) / build_s,
+        "walls": done,
+    }
+
+
+def with_moved(cell: Cell, wall: str) -> Cell:
+    """The cell with one body of its pod elsewhere."""
+    bodies = tuple(
+        replace(body, T_parent_shape=MOVED @ body.T_parent_shape) if body.name == wall else body
+        for body in cell.pod.bodies
+    )
+    changed = replace(cell, pod=replace(cell.pod, bodies=bodies))
+    return replace(changed, fingerprint=fingerprint(changed))
+
+
+def _refreshed(path: Path, cell: Cell) -> dict[str, float]:
+    seconds, done = _timed(lambda: refresh(path, survey(path, FORMATS), cell))
+    assert isinstance(done, Refresh)
+    return {
+        "s": seconds,
+        "stored": done.n_stored,
+        "proven_again": done.n_proven,
+        "kept": done.n_kept,
+        "planned": done.n_planned,
+    }
+
+
+def _timed(action: Callable[[], object]) -> tuple[float, object]:
+    began = time.perf_counter()
+    result = action()
+    return time.perf_counter() - began, result
+
+
+def main() -> None:
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--full", action="store_true", help="build as apc build-trajectories does")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    given = parser.parse_args()
+    text = json.dumps(measure(TrajectorySettings() if given.full else LEAST_EFFORT), indent=2)
+    print(text)
+    if given.json is not None:
+        given.json.write_text(text + "\n")
+
+
+if __name__ == "__main__":
+    main()
