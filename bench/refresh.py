@@ -2,10 +2,11 @@
 
     python -m bench.refresh [--full] [--json FILE]
 
-The motions are built first, in the same run and on one process, as their time is what a refresh is compared
-with. Without --full that is done with the least effort (one try of everything that is counted), which takes a
-fraction of the time and so makes the share that a refresh takes larger than it is. Each wall between two bins
-and each side wall is moved in turn, along y; the figures are those of the worst.
+The motions are built first, in the same run, as their time is what a refresh is compared with: both are
+seconds of one processor, in one process. Without --full that is done with the least effort (one try of
+everything that is counted), which takes a fraction of the time and so makes the share that a refresh takes
+larger than it is. Each wall between two bins and each side wall is moved in turn, along y; the figures are
+those of the worst.
 """
 
 from __future__ import annotations
@@ -77,9 +78,9 @@ def _refreshed(path: Path, cell: Cell) -> dict[str, float]:
 
 
 def _timed(action: Callable[[], object]) -> tuple[float, object]:
-    began = time.perf_counter()
+    began = time.process_time()
     result = action()
-    return time.perf_counter() - began, result
+    return time.process_time() - began, result
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """How far the pod may stand from its place, and the volume that each part of it can sweep there.
 
-The organisers of the challenge shifted the shelf before a trial (KTH, section II). What is computed once per
+The organisers of the challenge shifted the shelf before a trial (KTH, section I). What is computed once per
 cell is proven against the swept volume where that is possible: then it holds wherever the pod stands.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,7 +121,9 @@ class SceneChecker:
             self.kernel.set_held_solid(T_cup_item, shape.extents / 2, tested, kind, held.inflate)
 
 
+@lru_cache(maxsize=32)
 def swept_cover(model: CollisionModel, held: Held) -> Cover:
-    """Spheres in the cup's frame of all that a held item passes through while the cup moves."""
+    """Spheres in the cup's frame of all that a held item passes through while the cup moves. Cached by
+    identity."""
     T_cup_item = model.robot.tool.T_cup_tip @ held.T_tip_item
     return model.swept(cover_shape(held.item.shape).inflated(held.inflate).moved(T_cup_item))

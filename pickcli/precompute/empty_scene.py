@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from typing import TypeAlias
 
@@ -65,6 +66,7 @@ def checkers(
     }
 
 
+@cache
 def stand_in(payload: PayloadClass) -> Held | None:
     """What is held for a payload class: a cube with a face on the cup or its centre there, or nothing."""
     if payload is PayloadClass.EMPTY:
