@@ -16,16 +16,19 @@ def connected(address: str, timeout: float) -> Iterator[Any]:
     """A ``distributed.Client``; closing it cancels what it has asked for and nobody else has.
 
     timeout: s
-    Raises InputError if that is no address, Dask is not installed, or no scheduler answers.
+    Raises InputError if that is no address, Dask is not installed, certificates are missing, or no scheduler
+    answers.
     """
     if not re.fullmatch(r"(tcp|tls)://\S+:\d+", address):
         raise InputError(f"{address!r}: not a scheduler's address; name one like tcp://host:8786")
     try:
-        from distributed import Client
+        from distributed import Client, Security
     except ImportError as error:
         raise InputError(
             f"{address}: needs Dask ({error}); install the extra: pip install 'apc-pick[cluster]'"
         ) from None
+    if address.startswith("tls") and not Security().get_connection_args("client").get("ssl_context"):
+        raise InputError(f"{address}: needs certificates; set distributed.comm.tls in Dask's configuration")
     with _quiet():
         try:
             client = Client(address, timeout=timeout, set_as_default=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import concurrent.futures
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
@@ -73,17 +75,20 @@ class _Fetching:
         return batch
 
     def _fetched(self, futures: Sequence[Any]) -> list[Any]:
-        from distributed import CancelledError
+        """Raises TimeoutError where that takes too long: Dask waits for what has to be done again."""
 
+        async def gather() -> list[Any]:
+            return list(await self.client.gather(list(futures), asynchronous=True))
+
+        # Not by client.sync: its timeout waits for a cancellation that may never come.
+        fetching = asyncio.run_coroutine_threadsafe(gather(), self.client.loop.asyncio_loop)
         try:
-            answers = self.client.sync(
-                lambda: self.client.gather(list(futures), asynchronous=True), callback_timeout=self.timeout
-            )
-        except (CancelledError, OSError) as error:
-            if isinstance(error, TimeoutError):
-                raise
+            return fetching.result(self.timeout)
+        except TimeoutError:
+            fetching.cancel()
+            raise
+        except (concurrent.futures.CancelledError, asyncio.CancelledError, OSError):
             raise self._lost() from None
-        return list(answers)
 
     def _check_that_somebody_works(self) -> None:
         try:

@@ -98,12 +98,19 @@ def test_nothing_to_do_needs_no_scheduler() -> None:
     assert list(Cluster("tcp://127.0.0.1:1", SHORT).run(Toy(), [])) == []
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tls://127.0.0.1:1", "tcp://no.host.invalid:1"])
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://no.host.invalid:1"])
 def test_no_scheduler_is_one_error(address: str) -> None:
     with pytest.raises(
         InputError, match=rf"{address}: no scheduler answers .*; start one with dask scheduler"
     ):
         list(Cluster(address, 0.3).run(Toy(), MANY))
+
+
+def test_tls_without_certificates_is_one_error() -> None:
+    with pytest.raises(
+        InputError, match=r"tls://127.0.0.1:1: needs certificates; set distributed\.comm\.tls"
+    ):
+        list(Cluster("tls://127.0.0.1:1").run(Toy(), MANY))
 
 
 @pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "inproc://host:1"])
