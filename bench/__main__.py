@@ -63,7 +63,7 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("A* with start and goal connected, warm, median, ms", 5, figures["routes"]["route_ms"])
     again = figures["refresh"]
     yield _at_most("a wall moved: motions proven again, worst wall, %", 15, 100 * again["proven_again_share"])
-    yield _at_most("a wall moved: refresh, worst wall, % of a quick build", 10, 100 * again["time_share"])
+    yield _at_most("a wall moved: refresh, worst wall, % of the build", 10, 100 * again["time_share"])
     yield _at_most("apc --help, s", 0.2, s["help_s"])
     yield _at_most("apc plan-pick, one-shot, s", 2.0, s["plan_pick_s"])
     for robot, figure in figures["events"].items():

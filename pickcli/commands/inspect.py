@@ -114,6 +114,7 @@ def _cell(path: Path) -> dict[str, Any]:
         "links": len(robot.links),
         "link_shapes": sum(len(link.shapes) for link in robot.links),
         "bins": list(cell.pod.bins),
+        "pod_may_be_off_by": allowed(cell),
         "bodies": {
             "pod": len(cell.pod.bodies),
             "tote": len(cell.tote.bodies),
@@ -140,7 +141,7 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
         "cell": scene.cell.name,
         "cell_fingerprint": scene.cell.fingerprint,
         "seed": scene.seed,
-        "pod": f"{stand(scene)} (the cell allows for {allowed(scene)})",
+        "pod": f"{stand(scene)} (the cell allows for {allowed(scene.cell)})",
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from pickcli.cell.model import Cell
     from pickcli.cell.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -38,7 +39,7 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
     if not scene.is_pod_within_bounds:
         click.echo(
-            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene)}: stored "
+            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene.cell)}: stored "
             "motions may not be free there; each is proven before it is used, and planned anew if that fails",
             err=True,
         )
@@ -56,7 +57,7 @@ def stand(scene: Scene) -> str:
     return text + (f", raised by {z:.1f} mm and tilted by {tilt:.2f} degrees" if abs(z) + tilt > 1e-3 else "")
 
 
-def allowed(scene: Scene) -> str:
-    """How far the cell says that the pod may stand from its place."""
-    bounds = scene.cell.pod.displacement
+def allowed(cell: Cell) -> str:
+    """How far the pod may stand from its place."""
+    bounds = cell.pod.displacement
     return f"{1e3 * bounds.x:.1f} mm, {1e3 * bounds.y:.1f} mm and {degrees(bounds.yaw):.2f} degrees"
