@@ -35,6 +35,7 @@ from pickcli.precompute.journal import Journal
 from pickcli.precompute.learn import Learner
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
+from pickcli.precompute.refresh import refresh
 from pickcli.precompute.repair import repair
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.hdf5_survey import survey
@@ -179,17 +180,20 @@ class _Life(RuleBasedStateMachine):
             assert bool(found.damage) == (self.out.read_bytes() != self.good)
 
     @precondition(lambda self: self.out.exists())
-    @rule(n_calls=st.integers(0, 20))
-    def mend(self, n_calls: int) -> None:
-        """Repair; with ``n_calls``, killed on the way. What cannot be repaired is left as it is."""
+    @rule(mend=st.sampled_from([repair, refresh]), n_calls=st.integers(0, 20))
+    def mend(self, mend: Callable[..., object], n_calls: int) -> None:
+        """Repair, or refresh for the same cell; with ``n_calls``, killed on the way.
+
+        What cannot be repaired is left as it is.
+        """
         before = self.out.read_bytes()
         try:
             found = survey(self.out, FORMATS)
             if n_calls:
-                _dies(n_calls, lambda: repair(self.out, found, cell()))
+                _dies(n_calls, lambda: mend(self.out, found, cell()))
                 assert self.out.read_bytes() in (before, self.good)
             else:
-                repair(self.out, found, cell())
+                mend(self.out, found, cell())
                 assert self.out.read_bytes() == self.good
         except ApcError as error:
             assert isinstance(error, DamagedError) or "expected" in str(error) or "no such" in str(error)
