@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pickcli.cell.change import CellChange, change_since, parts_of
+from pickcli.cell.change import CellChange, change_since
 from pickcli.cell.displacement import PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -60,18 +60,27 @@ def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -
     """
     stored = stored_records(found, cell)
     n_stored = sum(record.reason is None for record in stored.values())
-    change = change_since(found.made.get("parts") or parts_of(cell), cell)
+    change = _change(found, cell)
     why = _why_anew(found, change)
     are_ends_same = found.made.get("configurations") == configurations_digest(cell)
-    sieve = _Sieve(cell, change, stored, are_ends_same)
-    kept = {} if why else sieve.motions() if found.kind is DATABASE else sieve.edges()
+    sieve = None if why or change is None else _Sieve(cell, change, stored, are_ends_same)
+    kept = {} if sieve is None else sieve.motions() if found.kind is DATABASE else sieve.edges()
     n_kept, n_planned = make_again(path, found, cell, replace(means or Means(), kept=kept))
-    return Refresh(change.solids, why, n_stored, len(sieve.touched), n_kept, n_planned)
+    n_proven = 0 if sieve is None else len(sieve.touched)
+    return Refresh(() if change is None else change.solids, why, n_stored, n_proven, n_kept, n_planned)
 
 
-def _why_anew(found: Survey, change: CellChange) -> str:
+def _change(found: Survey, cell: Cell) -> CellChange | None:
+    """What changed since the file was made, or None if it does not say."""
+    try:
+        return change_since(found.made["parts"], cell)
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return None
+
+
+def _why_anew(found: Survey, change: CellChange | None) -> str:
     """Why nothing of a file can be kept, "" if something can."""
-    if "parts" not in found.made:
+    if change is None:
         return "the file does not say what its cell was"
     if found.made.get("by") != versions():
         return f"it was made by other versions: {found.made.get('by')}, in use: {versions()}"

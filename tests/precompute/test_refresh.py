@@ -208,6 +208,19 @@ def test_a_file_of_other_versions_is_done_anew(
     assert "other versions" in done.why_anew and done.n_kept == 0
 
 
+@pytest.mark.parametrize("parts", [None, [], {"solids": {}}, {"rules": {}, "T_world_pod": [1], "solids": {}}])
+def test_a_file_that_does_not_say_what_its_cell_was_is_done_anew(
+    parts: object, cell: Cell, old: dict[str, bytes], tmp_path: Path
+) -> None:
+    path = tmp_path / "edges"
+    path.write_bytes(old["edges"])
+    found = survey(path, FORMATS)
+    attributes = {**found.attributes, "made": json.dumps(found.made | {"parts": parts})}
+    done = refresh(path, replace(found, attributes=attributes), cell)
+    assert done.why_anew == "the file does not say what its cell was" and done.n_kept == 0
+    assert path.read_bytes() == old["edges"]
+
+
 def test_another_named_configuration_costs_its_motions_alone(
     cell: Cell, old: dict[str, bytes], tmp_path: Path
 ) -> None:
