@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import pickle
 import socket
 import statistics
@@ -30,6 +31,7 @@ from pickcli.cell.model import Cell
 from pickcli.precompute.build import Means
 from pickcli.precompute.cluster import Cluster
 from pickcli.precompute.coarse_motion import TrajectorySettings
+from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap
 from pickcli.precompute.motion_recipe import MotionRecipe, task_key
 from pickcli.precompute.pairs import coarse_pairs
@@ -94,7 +96,7 @@ def _done(
 class Nothing:
     """A recipe whose tasks take no time and leave as many bytes as a motion does."""
 
-    n_numbers: int = 1000
+    n_numbers: int = 800
     inputs: str = "nothing"
 
     def make(self, key: Key) -> Record:
@@ -102,24 +104,51 @@ class Nothing:
         return Record(arrays={"numbers": np.zeros(self.n_numbers)})
 
 
-def measure_dask(n_tasks: int = 3000) -> dict[str, float]:
-    """What a build on Dask pays besides its tasks: s to connect, ms per task of scheduler and client."""
+def measure_dask(n_tasks: int = 1000) -> dict[str, float]:
+    """What a build on Dask pays besides its tasks.
+
+    s to connect; ms per task by the clock, with two workers and all else on this machine; ms of processor
+    time per task in the scheduler and in the client, of which there is one each; ms to keep a record in the
+    journal.
+    """
     keys = [("nothing", str(i)) for i in range(n_tasks)]
-    with _scheduler(n_workers=2) as address:
+    with _scheduler(n_workers=2) as (address, scheduler):
         run = Cluster(address).run
         list(run(Nothing(), keys[:10]))  # the first loads our code
         began = time.perf_counter()
         list(run(Nothing(), keys[:1]))
-        connected = time.perf_counter()
-        list(run(Nothing(), keys))
+        connected, client_spent, scheduler_spent = time.perf_counter(), time.process_time(), _spent(scheduler)
+        records = list(run(Nothing(), keys))
         ended = time.perf_counter()
-    connect_s = connected - began
-    return {"connect_s": connect_s, "overhead_ms_per_task": 1e3 * (ended - connected - connect_s) / n_tasks}
+        client_spent = time.process_time() - client_spent
+        scheduler_spent = _spent(scheduler) - scheduler_spent
+    ms = {
+        "clock_ms": ended - connected - (connected - began),
+        "scheduler_ms": scheduler_spent,
+        "client_ms": client_spent,
+    }
+    per_task = {name: 1e3 * seconds / n_tasks for name, seconds in ms.items()}
+    return {"connect_s": connected - began, **per_task, "journal_ms": _journal_ms(records[:300])}
+
+
+def _journal_ms(records: list[tuple[Key, bytes]]) -> float:
+    with tempfile.TemporaryDirectory(dir=".") as folder:
+        journal = Journal(Path(folder) / "out", "inputs")
+        began = time.perf_counter()
+        for key, record in records:
+            journal.append(key, record)
+        return 1e3 * (time.perf_counter() - began) / len(records)
+
+
+def _spent(pid: int) -> float:
+    """Processor time of a process, s."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
-def _scheduler(n_workers: int) -> Iterator[str]:
-    """A scheduler and its workers on the loopback."""
+def _scheduler(n_workers: int) -> Iterator[tuple[str, int]]:
+    """A scheduler and its workers on the loopback: its address and process."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -135,7 +164,7 @@ def _scheduler(n_workers: int) -> Iterator[str]:
             for what, *options in commands
         ]
         try:
-            yield address
+            yield address, processes[0].pid
         finally:
             for process in reversed(processes):
                 process.terminate()
