@@ -12,8 +12,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 # As if each had been installed anew: someone may be editing the sources while the tests run.
+# None of them outlives the tests, however those end.
 _PROGRAM = f"""
-import sys
+import os, sys, threading, time
+parent = os.getppid()
+def watch():
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
+threading.Thread(target=watch, daemon=True).start()
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 {{before}}
 from distributed.cli.dask_{{what}} import main
