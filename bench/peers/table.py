@@ -22,8 +22,9 @@ INTRODUCTION = (
     "them. Every planner got the same robot, tool, held item, world, margin ({millimetres:.0f} mm around the "
     "world) and time limit ({time_limit:g} s), one query at a time, in turns. Setting up a scene is not "
     "counted. `first`: until the first path; `short`: with the planner's own shortening on top. Ours is "
-    "shortened always. Lengths: median, Euclidean in joint space (rad, m). `invalid`: paths in which, by "
-    "exact shapes, something touches, or that do not lead from start to goal."
+    "shortened always. Times and lengths are over the queries that each answered; lengths: median, "
+    "Euclidean in joint space (rad, m). `invalid`: paths in which, by exact shapes, something touches, or that "
+    "do not lead from start to goal."
 )
 
 
