@@ -11,6 +11,8 @@ from typing import Any
 
 from pickcli.errors import InputError, WorkerLostError
 
+MOST_AT_ONCE = 256  # results that are fetched in one go, well within the timeout
+
 _KEPT = "what is finished is kept, the same command goes on from there"
 
 
@@ -46,11 +48,13 @@ class _Fetching:
         """Some results, in one go; what went wrong is raised after them."""
         batch = self._batch()
         failed = [future for future in batch if future.status == "error"]
-        done = [future for future in batch if future.status != "error"]
+        again = [future for future in batch if future.status in ("lost", "pending")]
+        done = [future for future in batch if future not in failed and future not in again]
+        self.watch(again)
         try:
             answers = self._fetched(done)
         except TimeoutError:  # a worker died with some of them: they are done again
-            self.watch(batch)
+            self.watch([*done, *failed])
             return
         raised = [answer for answer in answers if isinstance(answer, Exception)]
         for future, answer in zip(done, answers, strict=True):
@@ -63,14 +67,14 @@ class _Fetching:
             raise self._told(", ".join(future.key[1:]), future.exception())
 
     def _batch(self) -> list[Any]:
-        """Futures that have come to an end, at least one."""
+        """Futures that have come to an end, at least one; since then, their worker may have died."""
         batch: list[Any] = []
         while not batch:
             try:
                 batch.append(self.ended.get(timeout=self.timeout))
             except Empty:
                 self._check_that_somebody_works()
-        while not self.ended.empty():
+        while len(batch) < MOST_AT_ONCE and not self.ended.empty():
             batch.append(self.ended.get())
         return batch
 
