@@ -116,6 +116,8 @@ def _verdict(figures: list[dict[str, Any]]) -> list[str]:
         return ["No peer answered: nothing to compare with."]
     shortest = min(peers, key=lambda f: f["short_length"])
     share = ours["short_length"] / shortest["short_length"]
+    quickest = min(peers, key=lambda f: f["first_ms"][1])
+    longer = quickest["first_length"] / ours["short_length"]
     who = ", ".join(f"{n} by {source}" for source, n in sorted(ours["sources"].items()))
     return [
         "- Promised: our p95 at least 5 times below that of the quickest peer. Measured: "
@@ -123,8 +125,7 @@ def _verdict(figures: list[dict[str, Any]]) -> list[str]:
         f"{_times_below('first_ms', peers, ours)} to a first path, however long; by processor time, which "
         f"load from elsewhere disturbs less, the latter is {_times_below('first_cpu_ms', peers, ours)}.",
         "- Why a first path is hardly later elsewhere: it needs few tests of states and is not shortened, "
-        "which takes two fifths of our time; the quickest peer's is "
-        f"{min(peers, key=lambda f: f['first_ms'][1])['first_length'] / ours['short_length']:.1f} times as long.",
+        f"which takes two fifths of our time; the quickest peer's is {longer:.1f} times as long.",
         "- Promised: our median length at most 1.05 of that of the shortest peer. Measured: "
         f"{share:.3f} ({shortest['planner']}, shortened).",
         f"- Of our answers {who}.",
