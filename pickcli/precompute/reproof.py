@@ -6,8 +6,8 @@ it is proven in the changed cell as it was in the old one: nothing else there is
 than that is touched by the change, and proven again against the whole cell.
 
 What holds for the pod in its place alone is *relieved* by a change if it would have met, in the sweep of the
-pod, one of the solids that went away, and its ends are free in the sweep now: then there may be a way for any
-pod.
+pod, one of the solids that went away, and meets none there that came, and its ends are free in the sweep now:
+then there may be a way for any pod.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ class Reproof:
 
         pivot: the narrowest state that its ends may have
         """
-        if (
-            not self.change.went
-            or self._old[_WIDEST, PivotState.MOVING, payload].path_is_free(waypoints) == -1
-        ):
+        case = _WIDEST, PivotState.MOVING, payload
+        if not self.change.went or self._old[case].path_is_free(waypoints) == -1:
+            return False
+        if self.change.came and self._new[case].path_is_free(waypoints) != -1:
             return False
         return bool(self._all[_WIDEST, pivot, payload].are_free(waypoints[[0, -1]]).all())
 
