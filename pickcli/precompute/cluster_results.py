@@ -53,7 +53,8 @@ class _Fetching:
         self.watch(again)
         try:
             answers = self._fetched(done)
-        except TimeoutError:  # a worker died with some of them: they are done again
+        except TimeoutError:  # a worker died with some of them: they are done again, if there is another
+            self._check_that_somebody_works()
             self.watch([*done, *failed])
             return
         raised = [answer for answer in answers if isinstance(answer, Exception)]
