@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
@@ -11,6 +12,7 @@ from typing import Any
 
 from pickcli.errors import InputError, WorkerLostError
 
+_PAUSE = 0.02  # s until what was lost is asked for again
 MOST_AT_ONCE = 256  # results that are fetched in one go, well within the timeout
 
 _KEPT = "what is finished is kept, the same command goes on from there"
@@ -50,6 +52,9 @@ class _Fetching:
         failed = [future for future in batch if future.status == "error"]
         again = [future for future in batch if future.status in ("lost", "pending")]
         done = [future for future in batch if future not in failed and future not in again]
+        if again and not done and not failed:  # Dask would tell of them at once, without end
+            self._check_that_somebody_works()
+            time.sleep(_PAUSE)
         self.watch(again)
         try:
             answers = self._fetched(done)
