@@ -24,6 +24,7 @@ _WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of what
 _STEP = 0.03  # s between the configurations whose depth counts
 _WHOLE = 0.4  # share of the bends that replace the whole motion
 _NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
+_PATIENCE = 80  # bends in which the depth must fall by a tenth, or it will not fall to nothing either
 
 
 def press(
@@ -49,7 +50,12 @@ def press(
     motion = Ramps((leg,))
     times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
     depths = _depths(motion.legs, times, clearances, margin, proof)
-    for _ in range(iterations):
+    since, then = 0, np.inf
+    for i in range(iterations):
+        if i - since >= _PATIENCE:
+            if depths.sum() > 0.9 * then:
+                return None
+            since, then = i, float(depths.sum())
         start, end = (0.0, duration) if rng.random() < _WHOLE else random_stretch(motion, rng)
         legs = _bent(proof, pace, motion, start, end, rng)
         if legs is None:
