@@ -20,6 +20,7 @@ TOUCH = 0.0015  # m: as deep as settled items may stand in each other (contact m
 
 _MAX_ITERATIONS = 300
 _PARALLEL = 1e-9  # length of a cross product under which it is no direction
+_ROUNDING = 1e-9  # m between two solids under which a plane between them may be rounding alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def _are_apart(a: Solid, b: Solid) -> bool:
     x = a.center - b.center
     for _ in range(_MAX_ITERATIONS):
         s = a.support(-x) - b.support(x)
-        if float(x @ s) > 0.0:
+        if float(x @ s) > _ROUNDING * float(np.linalg.norm(x)):
             return True  # all of A - B lies beyond the plane through s: 0 is outside
         step = s - x
         t = float(np.clip(-(x @ step) / max(float(step @ step), 1e-300), 0.0, 1.0))

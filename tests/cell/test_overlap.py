@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
@@ -43,7 +43,12 @@ def is_inside(shape: Shape, p: Array) -> Array:
     return (np.hypot(p[:, 0], p[:, 1]) <= shape.size[0]) & (abs(p[:, 2]) <= shape.size[1] / 2)
 
 
+CAN = Shape(ShapeKind.CYLINDER, (0.125, 0.125))
+ROUNDING = 2.0**-52
+
+
 @given(solids, solids)
+@example(Solid(CAN, pose((0.0, 0.0, ROUNDING))), Solid(CAN, pose((0.0, ROUNDING, ROUNDING))))
 def test_no_overlap_means_no_common_point_deeper_than_a_touch(a: Solid, b: Solid) -> None:
     if overlap_depth(a, b) == 0.0:
         world = points_inside(a.shrunk(TOUCH))
