@@ -54,3 +54,22 @@ def apc(*argv: object) -> Answer:
             assert isinstance(stopped.code, int)
             return Answer(stopped.code, out.getvalue(), err.getvalue())
     raise AssertionError("main() ends by SystemExit")
+
+
+def refused(answer: Answer, code: int, *told: str | Path) -> None:
+    """One message on stderr that contains all of ``told``, nothing on stdout, and this exit code."""
+    assert answer.code == code, answer.err
+    assert answer.out == ""
+    assert answer.err.count("error:") == 1 and "Traceback" not in answer.err
+    assert [str(text) for text in told if str(text) not in answer.err] == [], answer.err
+
+
+def misused(answer: Answer, *told: str) -> None:
+    """Exit code 2 with click's message."""
+    assert answer.code == 2 and answer.out == ""
+    assert answer.err.count("Error:") == 1 and [text for text in told if text not in answer.err] == []
+
+
+def pick(scene: Path, out: Path, *more: object) -> Answer:
+    """Plan the pick of ITEM from bin_C."""
+    return apc("plan-pick", "--scene", scene, "--bin", "bin_C", "--item", ITEM, "-o", out, *more)

@@ -39,3 +39,9 @@ def made(empty_cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Made:
         answer = apc(*argv)
         assert answer.code == 0, answer.err
     return files
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Where a command is told to write."""
+    return tmp_path / "out.json"

@@ -8,53 +8,50 @@ costs no finished task, and what is read is what was built or an error.
 
 from __future__ import annotations
 
-import mmap
 import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
-from unittest import mock
 
 import numpy as np
 import pytest
+from dying import dies
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from small_cell import LEAST_EFFORT, small_cell
+from stored_kind import EDGES, MOTIONS, StoredKind, cell
 
-from pickcli.cell.model import Cell
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.journal import Journal
 from pickcli.precompute.learn import Learner
-from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.refresh import refresh
 from pickcli.precompute.repair import repair
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.hdf5_survey import survey
 from pickcli.roadmap.lesson import Lesson
-from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.store import FORMATS, read_database, read_roadmap
+from pickcli.roadmap.store import FORMATS
 
-EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 PLACES = st.floats(0.0, 1.0, exclude_max=True)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def same_code_and_no_task_done_twice() -> Iterator[None]:
+def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Someone may be editing the sources; and what a task leaves is always the same, so once is enough."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recipe, "code_digest", lambda: "the same")
         patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
         for kind in (EdgeRecipe, MotionRecipe):
             patch.setattr(kind, "make", _remembered(kind.make))
+        # So that those who die while they learn it remember it, too.
+        folder = tmp_path_factory.mktemp("learned")
+        Learner.beside(cell(), folder / "roadmap.h5", folder / "motions.h5").learn_motion(LESSONS[0])
         yield
 
 
@@ -70,52 +67,32 @@ def _remembered(make: Callable[..., Any]) -> Callable[..., Any]:
     return remembered
 
 
-@cache
-def cell() -> Cell:
-    return small_cell("home", "bin_A", "bin_E", "tote", "tote_10h")
-
-
 class _Life(RuleBasedStateMachine):
     """One output file, and all that is beside it."""
 
-    kind: ClassVar[type[_Life]]
+    kind: ClassVar[StoredKind]
 
     def __init__(self) -> None:
         super().__init__()
         self.folder = Path(tempfile.mkdtemp())
         self.out = self.folder / "out.h5"
-        self.good = _good(self.kind)
+        self.good = self.kind.good()
         self.learner = Learner.beside(cell(), self.folder / "roadmap.h5", self.folder / "motions.h5")
         self.learned: set[Any] = set()
 
     def teardown(self) -> None:
         shutil.rmtree(self.folder)
 
-    @classmethod
-    def make(cls, path: Path, means: Means | None = None) -> None:
-        """Build it."""
-        raise NotImplementedError
-
-    @classmethod
-    def recipe(cls) -> Any:
-        """Of the build."""
-        raise NotImplementedError
-
-    @classmethod
-    def content(cls, path: Path) -> list[Any]:
-        """All numbers that a user of the file is served."""
-        raise NotImplementedError
-
     @property
     def journal(self) -> Journal:
-        return Journal(self.out, self.recipe().inputs)
+        return Journal(self.out, self.kind.recipe().inputs)
 
     @rule()
     def build(self) -> None:
         """Also after a death: then it goes on, and does only what is left."""
         told: list[Progress] = []
         kept = self.journal.read()
-        self.make(self.out, Means(report=told.append))
+        self.kind.make(self.out, Means(report=told.append))
         assert self.out.read_bytes() == self.good
         assert told[-1].n_kept == len(kept) and told[-1].n_done == told[-1].n_total
         assert not self.journal.path.exists()
@@ -124,7 +101,7 @@ class _Life(RuleBasedStateMachine):
     def die_while_building(self, n_calls: int) -> None:
         """At any call to the system that changes a disk."""
         before, kept = self._state(), self.journal.read()
-        n_appended = _dies(n_calls, lambda: self.make(self.out))
+        n_appended = dies(n_calls, lambda: self.kind.make(self.out, None))
         if self._state() == before:
             left = self.journal.read()
             assert left.items() >= kept.items() and len(left) - len(kept) - n_appended in (0, 1)
@@ -141,7 +118,7 @@ class _Life(RuleBasedStateMachine):
                 raise KeyboardInterrupt
 
         try:
-            self.make(self.out, Means(report=report))
+            self.kind.make(self.out, Means(report=report))
         except KeyboardInterrupt:
             assert self._state() == before
             assert len(self.journal.read()) >= len(kept) + n_done
@@ -190,7 +167,7 @@ class _Life(RuleBasedStateMachine):
         try:
             found = survey(self.out, FORMATS)
             if n_calls:
-                _dies(n_calls, lambda: mend(self.out, found, cell()))
+                dies(n_calls, lambda: mend(self.out, found, cell()))
                 assert self.out.read_bytes() in (before, self.good)
             else:
                 mend(self.out, found, cell())
@@ -204,11 +181,11 @@ class _Life(RuleBasedStateMachine):
     def read(self) -> None:
         """What is served is what was built, or nothing."""
         try:
-            served = self.content(self.out)
+            served = self.kind.content(self.out)
         except ApcError:
             assert self.out.read_bytes() != self.good
         else:
-            for part, right in zip(served, _good_content(self.kind), strict=True):
+            for part, right in zip(served, self.kind.good_content(), strict=True):
                 np.testing.assert_array_equal(part, right)
 
     @rule(what=st.integers(0, 2), n_calls=st.integers(0, 8))
@@ -222,7 +199,7 @@ class _Life(RuleBasedStateMachine):
             return self.learner.learn_edges([_lesson(lesson)])
 
         if n_calls:
-            _dies(n_calls, action)
+            dies(n_calls, action)
         else:
             action()
             self.learned.add(lesson)
@@ -279,44 +256,6 @@ def _lesson(step: float) -> Lesson:
     return Lesson(polyline[0], polyline[1], PayloadClass.EMPTY, (polyline,))
 
 
-class LifeOfMotions(_Life):
-    """A trajectory database."""
-
-    @classmethod
-    def make(cls, path: Path, means: Means | None = None) -> None:
-        make_trajectories(cell(), path, LEAST_EFFORT, means)
-
-    @classmethod
-    def recipe(cls) -> MotionRecipe:
-        return MotionRecipe(cell(), LEAST_EFFORT)
-
-    @classmethod
-    def content(cls, path: Path) -> list[Any]:
-        database = read_database(path, cell(), points=True)
-        timed = [motion.trajectory for motion in database]
-        return [array for t in timed if t is not None for array in (t.times, t.positions, t.velocities)]
-
-
-class LifeOfEdges(_Life):
-    """A roadmap."""
-
-    @classmethod
-    def make(cls, path: Path, means: Means | None = None) -> None:
-        make_roadmap(cell(), path, EDGES, means)
-
-    @classmethod
-    def recipe(cls) -> EdgeRecipe:
-        return EdgeRecipe(cell(), EDGES)
-
-    @classmethod
-    def content(cls, path: Path) -> list[Any]:
-        roadmap = read_roadmap(path, cell())
-        return [roadmap.configurations, roadmap.edges, roadmap.waypoints, roadmap.offsets]
-
-
-LifeOfMotions.kind, LifeOfEdges.kind = LifeOfMotions, LifeOfEdges
-
-
 def _flip(path: Path, place: float, bit: int) -> None:
     content = bytearray(path.read_bytes())
     if content:
@@ -324,70 +263,8 @@ def _flip(path: Path, place: float, bit: int) -> None:
         path.write_bytes(content)
 
 
-@cache
-def _good(kind: type[_Life]) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        Learner.beside(cell(), Path(folder) / "r.h5", Path(folder) / "m.h5").learn_motion(LESSONS[0])
-        kind.make(Path(folder) / "out.h5")
-        return (Path(folder) / "out.h5").read_bytes()
-
-
-@cache
-def _good_content(kind: type[_Life]) -> list[Any]:
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "out.h5").write_bytes(_good(kind))
-        return kind.content(Path(folder) / "out.h5")
-
-
-def _dies(n_calls: int, action: Callable[[], object]) -> int:
-    """Do it in a process that ends, without a word, at its n-th call that changes a disk.
-
-    Returns how many records were appended to a journal before.
-    """
-    n_appended = mmap.mmap(-1, 1)
-    pid = os.fork()
-    if pid == 0:
-        with _mortal(n_calls), mock.patch.object(Journal, "append", _counting(n_appended)):
-            try:
-                action()
-            finally:
-                os._exit(0)
-    os.waitpid(pid, 0)
-    return n_appended[0]
-
-
-def _counting(n_appended: mmap.mmap) -> Callable[..., None]:
-    append = Journal.append
-
-    def counting(*arguments: Any) -> None:
-        append(*arguments)
-        n_appended[0] += 1
-
-    return counting
-
-
-def _mortal(n_calls: int) -> Any:
-    """Patches of the calls that change a disk; the n-th ends the process, writing half of what it should."""
-
-    def mortal(call: Callable[..., Any]) -> Callable[..., Any]:
-        def wrapped(*arguments: Any) -> Any:
-            nonlocal n_calls
-            n_calls -= 1
-            if n_calls == 0:
-                if len(arguments) == 2 and isinstance(arguments[1], bytes):
-                    call(arguments[0], arguments[1][: len(arguments[1]) // 2])
-                os._exit(9)
-            return call(*arguments)
-
-        return wrapped
-
-    return mock.patch.multiple(
-        os, **{name: mortal(getattr(os, name)) for name in ("write", "fsync", "replace", "unlink")}
-    )
-
-
-def _test(kind: type[_Life], max_examples: int, n_steps: int) -> type[Any]:
-    case = type(kind.__name__, (kind,), {}).TestCase
+def _test(kind: StoredKind, max_examples: int, n_steps: int) -> type[Any]:
+    case = type("Life", (_Life,), {"kind": kind}).TestCase
     case.settings = settings(
         max_examples=max_examples, stateful_step_count=n_steps, deadline=None, derandomize=True,
         suppress_health_check=list(HealthCheck),
@@ -395,7 +272,7 @@ def _test(kind: type[_Life], max_examples: int, n_steps: int) -> type[Any]:
     return case
 
 
-TestMotions = _test(LifeOfMotions, 8, 12)
-TestEdges = _test(LifeOfEdges, 8, 12)
-TestMotionsAtLength = pytest.mark.slow(_test(LifeOfMotions, 25, 40))
-TestEdgesAtLength = pytest.mark.slow(_test(LifeOfEdges, 25, 40))
+TestMotions = _test(MOTIONS, 8, 12)
+TestEdges = _test(EDGES, 8, 12)
+TestMotionsAtLength = pytest.mark.slow(_test(MOTIONS, 25, 40))
+TestEdgesAtLength = pytest.mark.slow(_test(EDGES, 25, 40))
