@@ -46,25 +46,25 @@ class Ghost:
         self._names, self._kinds = world.names, world.kinds
         chain = floating_chain(T_world_item[:3, 3], R_world_axes)
         none, no_pairs = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
-        self._kernel = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
+        self.kernel = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
         T_last_item = pose(R=R_world_axes.T @ T_world_item[:3, :3])
         kind = KERNEL_KINDS[item.shape.kind]
-        self._kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflate)
+        self.kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflate)
         ignored = np.zeros(len(world.names), np.uint64)
         ignored[world.indices(touching - without)] = np.uint64(1 << chain.n_frames)
-        world.enter(self._kernel, self._kept, ignored)
+        world.enter(self.kernel, self._kept, ignored)
 
     def is_free(self, d: Array) -> bool:
         """Whether the item keeps the clearance when displaced by d (6,)."""
-        return bool(self._kernel.is_free(d, self.margin))
+        return bool(self.kernel.is_free(d, self.margin))
 
     def are_free(self, D: Array) -> NDArray[np.bool_]:
         """(N,) whether it does so at each of D (N, 6)."""
-        return np.asarray(self._kernel.are_free(np.ascontiguousarray(D), self.margin), dtype=bool)
+        return np.asarray(self.kernel.are_free(np.ascontiguousarray(D), self.margin), dtype=bool)
 
     def path_is_free(self, D: Array) -> int:
         """Index of the first straight push of the polyline D (N, 6) that is not proven free, or -1."""
-        blocked = int(self._kernel.path_is_free(np.ascontiguousarray(D), self.margin))
+        blocked = int(self.kernel.path_is_free(np.ascontiguousarray(D), self.margin))
         return blocked if blocked >= 0 else self._first_pursued(D)
 
     def _first_pursued(self, D: Array) -> int:
@@ -80,7 +80,7 @@ class Ghost:
 
     def clearance(self, d: Array) -> Contact:
         """What is closest to the item when displaced by d (6,)."""
-        distance, frame, _, index = self._kernel.clearance(d, 1.0)
+        distance, frame, _, index = self.kernel.clearance(d, 1.0)
         if frame < 0:
             return Contact(float(distance), "", "")
         box = int(self._kept[index])

@@ -10,8 +10,20 @@ from pickcli.kernel._kernel import (
     EdgeReport,
     fastest_pace,
     quintic_peaks,
+    rrt_connect,
     set_simd,
+    shorten,
     simd,
 )
 
-__all__ = ["Chain", "Checker", "EdgeReport", "fastest_pace", "quintic_peaks", "set_simd", "simd"]
+__all__ = [
+    "Chain",
+    "Checker",
+    "EdgeReport",
+    "fastest_pace",
+    "quintic_peaks",
+    "rrt_connect",
+    "set_simd",
+    "shorten",
+    "simd",
+]

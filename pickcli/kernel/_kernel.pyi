@@ -247,6 +247,44 @@ def quintic_peaks(
     """Largest |velocity| (an upper bound), |acceleration| and |jerk| (both exact), each (N-1, n), on the
     quintics between N points with increasing times (N,) and states (N, n)."""
 
+def rrt_connect(
+    checker: Checker,
+    start: NDArray[float64],
+    goals: NDArray[float64],
+    lower: NDArray[float64],
+    upper: NDArray[float64],
+    seed: int,
+    max_iterations: int,
+    step: float,
+    margin: float = 0.0,
+    resolution: float = 2e-4,
+) -> NDArray[float64]:
+    """Waypoints (K, n) from start (n,) to one of the goals (G, n) by RRT-Connect; (0, n) if none was found.
+
+    Kuffner and LaValle 2000, but the smaller tree grows. Configurations are drawn between lower and upper
+    (n,); step: longest edge of a tree, Euclidean in joint space. Every edge is proven as by edge_is_free;
+    start and goals are not asked about. Same arguments, same bytes.
+    """
+
+def shorten(
+    checker: Checker,
+    Q: NDArray[float64],
+    shortcuts: NDArray[float64],
+    velocity: NDArray[float64],
+    calm: float,
+    worthwhile: float,
+    margin: float = 0.0,
+    resolution: float = 2e-4,
+) -> NDArray[float64]:
+    """A polyline (K, n) with the ends of Q (N, n) that costs no more; every new edge is proven as by
+    edge_is_free, those of Q are taken to be.
+
+    An edge dq costs the largest |dq_j| / velocity_j, velocity (n,) > 0, and calm times the length of
+    dq / velocity. Vertices that a proven edge skips go. Then the shortcuts (S, 2) are tried in their order:
+    each joins the points at two increasing shares of the cost of the polyline as it is then, and is taken if
+    it saves ``worthwhile`` times that cost (Geraerts and Overmars 2007). Then vertices go again.
+    """
+
 def simd() -> str:
     """Which build of the hot test runs: "avx2" or "baseline". Both give the same bits."""
 

@@ -14,7 +14,7 @@ from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
-from pickcli.roadmap.sampling import plan
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
 
@@ -38,6 +38,7 @@ class _Item:
 
     def __init__(self, ghost: Ghost) -> None:
         self._ghost = ghost
+        self.kernel, self.margin = ghost.kernel, ghost.margin
 
     def is_free(self, q: Array) -> bool:
         return self._ghost.is_free(q)

@@ -24,8 +24,8 @@ from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.search import Effort, Search
 from pickcli.precompute.timed_proof import is_proven
 from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
 from pickcli.timing.run import RunPart, time_run

@@ -19,8 +19,8 @@ from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.recipe import Key, inputs_digest
 from pickcli.precompute.record import Record
 from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import EdgeChecker, JointSpace
 from pickcli.seeds import derived_seed

@@ -17,8 +17,8 @@ from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.press import press
 from pickcli.precompute.quicken import quicken
 from pickcli.precompute.ramps import Ramps
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.seeds import derived_seed
 

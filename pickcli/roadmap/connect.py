@@ -8,8 +8,8 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
 from pickcli.roadmap.space import EdgeChecker, JointSpace
 from pickcli.seeds import derived_seed
 
@@ -24,7 +24,8 @@ class QueryOptions:
     n_goals: int = 24  # goals that are linked to the roadmap, nearest first
     n_planned_goals: int = 2  # goals for which the planner searches a link, if no goal has a straight one
     n_shortcuts: int = 80
-    detour: float = 1.3  # a route that costs more than this times the straight line meets a rival
+    enough: float = 1.05  # times the straight line's duration: nothing quicker is searched for
+    n_rivals: int = 4  # ways of the planner that compete with the roadmap's, each with a seed of its own
 
 
 @dataclass(frozen=True, eq=False)

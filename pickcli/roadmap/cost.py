@@ -11,7 +11,7 @@ from pickcli.roadmap.space import JointSpace
 
 # Share of the Euclidean length in the cost of an edge. The slowest joint alone sets the duration, so that
 # the other joints could swing about for free: this decides between equals, for the calmer motion.
-_CALM = 0.05
+CALM = 0.05
 
 # How far a blend may leave its corner, rad or m. Only an estimate rests on it.
 _CORNER_DEVIATION = 0.02
@@ -29,7 +29,7 @@ def edge_costs(space: JointSpace, waypoints: Array) -> Array:
 def step_costs(space: JointSpace, steps: Array) -> Array:
     """(...,): ``edge_costs`` of edges given by their differences (..., n)."""
     seconds = np.abs(steps) / space.velocity
-    return np.asarray(seconds.max(axis=-1) + _CALM * np.sqrt((seconds * seconds).sum(axis=-1)))
+    return np.asarray(seconds.max(axis=-1) + CALM * np.sqrt((seconds * seconds).sum(axis=-1)))
 
 
 def estimated_duration(space: JointSpace, waypoints: Array) -> float:

@@ -6,12 +6,14 @@ from enum import StrEnum
 
 
 class PlannerName(StrEnum):
-    """Planners that are repeatable when limited by iterations; the value is OMPL's class name.
+    """Planners that are repeatable when limited by iterations.
 
-    PRM is not among them (it grows its graph in a thread of its own).
+    RRTConnect is the kernel's own; the others are OMPL's, named by their classes there, which ask Python
+    about every edge. PRM is not among them (it grows its graph in a thread of its own).
     """
 
     RRT_CONNECT = "RRTConnect"  # Kuffner and LaValle 2000; Delft's choice
+    OMPL_RRT_CONNECT = "OMPL-RRTConnect"  # the same by OMPL, to compare the others with
     RRT_STAR = "RRTstar"  # Karaman and Frazzoli 2011; KTH's choice
     INFORMED_RRT_STAR = "InformedRRTstar"  # Gammell et al. 2014
     BIT_STAR = "BITstar"  # Gammell et al. 2015

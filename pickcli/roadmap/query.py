@@ -1,7 +1,8 @@
-"""Coarse queries: straight edge, else roadmap, else planner."""
+"""Coarse queries: straight edge, else the best of what roadmap and planner have."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -11,7 +12,7 @@ from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.roadmap.connect import Problem, QueryOptions
-from pickcli.roadmap.cost import edge_costs
+from pickcli.roadmap.cost import edge_costs, estimated_duration
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.shorten import shorten
@@ -54,12 +55,12 @@ def query(
     options: QueryOptions | None = None,
     label: str = "coarse motion",
 ) -> CoarseRoute:
-    """The coarse motion from q_start (n,) to the goal of (G, n) that is cheapest to reach.
+    """The coarse motion from q_start (n,) to whichever goal of (G, n) it is quickest to reach.
 
     The straight edge to the cheapest goal that has one wins at once. Otherwise start and goals are linked
-    to the roadmap and A* searches it, every stored edge being proven again in the scene as it is; the
-    planner answers where the roadmap cannot, and competes where the roadmap's answer is a detour. The
-    result is shortened; every edge of it is proven by ``checker``. Same arguments, same bytes.
+    to the roadmap and A* searches it, every stored edge being proven again in the scene as it is. Where
+    that takes longer than the straight line almost would, the planner competes, a few times. All are
+    shortened; every edge is proven by ``checker``. Same arguments, same bytes.
 
     Raises NoPlanError with the reasons: which end is not free and why, or that the planner gave up.
     """
@@ -67,7 +68,7 @@ def query(
     free = free_goals(checker, space, q_start, goals, label)
     order = sorted(free, key=lambda g: _cost(space, np.stack([q_start, goals[g]])))
     problem = Problem(roadmap, checker, space, q_start, goals[order], seed, options or QueryOptions())
-    route = _straight(problem) or _cheapest(problem, label)
+    route = _straight(problem) or _quickest(problem, label)
     return replace(route, goal=order[route.goal])
 
 
@@ -79,20 +80,32 @@ def _straight(problem: Problem) -> CoarseRoute | None:
     return None
 
 
-def _cheapest(problem: Problem, label: str) -> CoarseRoute:
-    """The roadmap's answer, or the planner's where that is missing or a dearer detour."""
-    through = through_roadmap(problem)
-    stored = None if through is None else _stored(problem, through)
-    least = _cost(problem.space, np.stack([problem.q_start, problem.goals[0]]))
-    if stored is not None and _cost(problem.space, stored.path.waypoints) <= problem.options.detour * least:
-        return stored
-    waypoints = problem.plan(problem.q_start, problem.goals, "direct")
-    routes = [] if waypoints is None else [_direct(problem, waypoints, How.PLANNER)]
-    routes += [] if stored is None else [stored]
-    if not routes:
+def _quickest(problem: Problem, label: str) -> CoarseRoute:
+    """The roadmap's answer or one of the planner's, whichever takes least time."""
+    enough = problem.options.enough * _duration(problem, np.stack([problem.q_start, problem.goals[0]]))
+    best, least = None, np.inf
+    for route in _rivals(problem):
+        duration = _duration(problem, route.path.waypoints)
+        if duration < least:
+            best, least = route, duration
+        if least <= enough:
+            break
+    if best is None:
         detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
         raise NoPlanError(label, [Reason("no path", label, detail)])
-    return min(routes, key=lambda route: _cost(problem.space, route.path.waypoints))
+    return best
+
+
+def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
+    """The way through the roadmap, then the planner's ways until it fails."""
+    through = through_roadmap(problem)
+    if through is not None:
+        yield _stored(problem, through)
+    for k in range(problem.options.n_rivals):
+        waypoints = problem.plan(problem.q_start, problem.goals, f"direct {k}")
+        if waypoints is None:
+            return
+        yield _direct(problem, waypoints, How.PLANNER)
 
 
 def _direct(problem: Problem, waypoints: Array, how: How) -> CoarseRoute:
@@ -124,6 +137,10 @@ def _shortened(problem: Problem, waypoints: Array) -> JointPath:
 
 def _goal(problem: Problem, path: JointPath) -> int:
     return int(np.argmin(np.abs(problem.goals - path.end).max(axis=1)))
+
+
+def _duration(problem: Problem, waypoints: Array) -> float:
+    return estimated_duration(problem.space, waypoints)
 
 
 def _cost(space: JointSpace, waypoints: Array) -> float:

@@ -1,4 +1,4 @@
-"""Sampling-based planning in joint space: the only file that imports OMPL.
+"""OMPL's planners in joint space: the only file that imports it.
 
 Three rules make it repeatable. OMPL draws the seed of every new generator from one global generator of
 seeds, so this is set before each query and every planner is built anew (the library's warning that
@@ -8,69 +8,35 @@ iterations, never by seconds. And nothing here runs in a thread: one query at a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from ompl import base, geometric, util
 
 from pickcli.geometry import Array
-from pickcli.motion.path import JointPath
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import EdgeChecker
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 
-# How far an end of a returned path may be from what was asked for: a copy of doubles is exact.
-_END_TOLERANCE = 1e-12
+# OMPL's classes, where they are not called what we call them.
+_CLASSES = {PlannerName.OMPL_RRT_CONNECT: "RRTConnect"}
 
 
-def plan(
+def solve(
     checker: EdgeChecker,
-    space: JointSpace,
+    lower: Array,
+    upper: Array,
     q_start: Array,
-    goals: Array,
-    *,
-    seed: int,
-    planner: PlannerName | str = PlannerName.RRT_CONNECT,
-    max_iterations: int = 5000,
-) -> JointPath | None:
-    """A proven polyline from q_start (n,) to one of the goals (G, n), or None.
-
-    A straight edge to the nearest goal that has one comes first: no sampling can beat it. Otherwise the
-    planner runs, at most ``max_iterations`` times round its loop (RRT* uses them all). The same arguments
-    give the same bytes, in one process as in another.
-    """
-    q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
-    if not (space.holds(q_start) and checker.is_free(q_start)):
-        return None
-    reachable = [goal for goal in goals if space.holds(goal) and checker.is_free(goal)]
-    reachable.sort(key=lambda goal: float(np.linalg.norm(goal - q_start)))
-    for goal in reachable:
-        if checker.edge_is_free(q_start, goal):
-            return JointPath(space.joint_names, np.stack([q_start, goal]))
-    if not reachable:
-        return None
-    waypoints = _solve(checker, space, q_start, reachable, PlannerName(planner), seed, max_iterations)
-    if waypoints is None or not _is_answer(checker, q_start, reachable, waypoints):
-        return None
-    return JointPath(space.joint_names, waypoints)
-
-
-def _solve(
-    checker: EdgeChecker,
-    space: JointSpace,
-    q_start: Array,
-    goals: list[Array],
+    goals: Sequence[Array],
     planner: PlannerName,
     seed: int,
     max_iterations: int,
 ) -> Array | None:
-    """OMPL's own answer (N, n), unchecked."""
+    """OMPL's own answer (N, n) between lower and upper (n,), unchecked; None if it has none."""
     util.RNG.setSeed(1 + seed % (2**31 - 1))  # 0 would mean "from the clock"
-    ends = np.array([q_start, *goals])
-    state_space = _bounded(
-        np.minimum(space.lower, ends.min(axis=0)), np.maximum(space.upper, ends.max(axis=0))
-    )
+    state_space = _bounded(lower, upper)
     information = base.SpaceInformation(state_space)
     # OMPL keeps no reference that Python could see: these two names must outlive solve().
     motions, states = _Motions(information, checker), _States(information, checker)
@@ -78,14 +44,14 @@ def _solve(
     information.setStateValidityChecker(states)
     information.setup()
     problem = _problem(information, state_space, q_start, goals)
-    algorithm = getattr(geometric, planner.value)(information)
+    algorithm = getattr(geometric, _CLASSES.get(planner, planner.value))(information)
     algorithm.setProblemDefinition(problem)
     algorithm.setup()
     algorithm.solve(base.PlannerTerminationCondition(_after(max_iterations)))
     path = problem.getSolutionPath()
     if path is None or not problem.hasExactSolution():
         return None
-    return np.array([_read(state, space.n) for state in path.getStates()])
+    return np.array([_read(state, len(q_start)) for state in path.getStates()])
 
 
 def _bounded(lower: Array, upper: Array) -> Any:
@@ -98,7 +64,7 @@ def _bounded(lower: Array, upper: Array) -> Any:
     return state_space
 
 
-def _problem(information: Any, state_space: Any, q_start: Array, goals: list[Array]) -> Any:
+def _problem(information: Any, state_space: Any, q_start: Array, goals: Sequence[Array]) -> Any:
     problem = base.ProblemDefinition(information)
     goal_states = base.GoalStates(information)
     scratch = state_space.allocState()  # Python owns it; freeState would free it twice
@@ -122,17 +88,6 @@ def _after(n: int) -> Any:
         return left < 0
 
     return is_over
-
-
-def _is_answer(checker: EdgeChecker, q_start: Array, goals: list[Array], waypoints: Array) -> bool:
-    """Whether a path starts and ends where it should and is proven: no planner is believed."""
-    gap = min(float(np.abs(goal - waypoints[-1]).max()) for goal in goals)
-    return bool(
-        len(waypoints) >= 2
-        and np.abs(waypoints[0] - q_start).max() <= _END_TOLERANCE
-        and gap <= _END_TOLERANCE
-        and checker.path_is_free(waypoints) == -1
-    )
 
 
 def _read(state: Any, n: int) -> Array:

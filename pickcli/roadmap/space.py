@@ -10,13 +10,25 @@ import numpy as np
 from pickcli.cell.robot import Robot
 from pickcli.errors import Reason
 from pickcli.geometry import Array
+from pickcli.kernel import Checker
 
 # A measured start may lie this far outside a limit (m or rad): encoders are no doubles.
 LIMIT_TOLERANCE = 1e-6
 
 
 class EdgeChecker(Protocol):
-    """What is free, decided by proof: margin, held item and pivot state are the checker's own affair."""
+    """What is free, decided by proof: held item and pivot state are the checker's own affair.
+
+    It may ask for more than the kernel with the margin does: what the kernel finds is proven once more.
+    """
+
+    @property
+    def kernel(self) -> Checker:
+        """The world and the robot in it."""
+
+    @property
+    def margin(self) -> float:
+        """m that everything must be apart."""
 
     def is_free(self, q: Array) -> bool:
         """Whether a configuration (n,) keeps the margin."""

@@ -17,8 +17,8 @@ from pickcli.precompute.build_roadmap import build_roadmap, nearest_pairs
 from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
 from pickcli.precompute.empty_scene import checker
 from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.sampling import plan
 from pickcli.seeds import derived_seed
 
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)

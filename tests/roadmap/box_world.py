@@ -1,4 +1,4 @@
-"""A checker for points in a box with axis-aligned boxes in the way: exact, in any dimension."""
+"""A checker for points among axis-aligned boxes in the plane or in space: exact, besides the kernel's own."""
 
 from __future__ import annotations
 
@@ -7,16 +7,36 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.errors import Reason
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose
+from pickcli.kernel import Chain, Checker
 from pickcli.roadmap.space import JointSpace
 
 
 @dataclass
 class BoxWorld:
-    """Free is what lies in no box (lower, upper); edges are decided exactly by the slab test."""
+    """Free is what lies in no box (lower, upper); edges are decided exactly by the slab test.
+
+    The kernel, which the planner asks, has the same point on n prismatic joints, n at most 3.
+    """
 
     boxes: list[tuple[Array, Array]] = field(default_factory=list)
+    n: int = 2
     n_edges: int = 0
+    margin: float = 0.0
+
+    @property
+    def kernel(self) -> Checker:
+        n = self.n
+        chain = Chain(np.ones(n, np.int32), np.tile(np.eye(4), (n, 1, 1)), np.eye(3)[:n], np.arange(n))
+        point = np.zeros((1, 3)), np.full(1, 1e-9), np.array([n - 1], np.int32)
+        checker = Checker(chain, *point, np.zeros((0, 2), np.int32))
+        lower, upper = np.full((len(self.boxes), 3), -1.0), np.full((len(self.boxes), 3), 1.0)
+        for b, (low, high) in enumerate(self.boxes):
+            lower[b, :n], upper[b, :n] = low, high
+        poses = np.array([pose(middle) for middle in (lower + upper) / 2]).reshape(-1, 4, 4)
+        none = np.zeros(len(self.boxes), np.int32)
+        checker.set_world(poses, (upper - lower) / 2, none, none.astype(np.uint64))
+        return checker
 
     def is_free(self, q: Array) -> bool:
         return not any(bool(np.all((q >= lo) & (q <= hi))) for lo, hi in self.boxes)
@@ -65,4 +85,4 @@ def wall(n: int = 2, gap: float = 0.2, half_thickness: float = 0.05) -> BoxWorld
     """A wall across the first coordinate that leaves a gap below +1 of the second."""
     lo, hi = np.full(n, -1.0), np.full(n, 1.0)
     lo[0], hi[0], hi[1] = -half_thickness, half_thickness, 1.0 - gap
-    return BoxWorld([(lo, hi)])
+    return BoxWorld([(lo, hi)], n)

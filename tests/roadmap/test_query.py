@@ -61,7 +61,7 @@ def test_ends_without_a_straight_link_are_linked_by_the_planner(planner: Planner
         (np.array([0.6, -0.7]), np.array([0.65, -0.3])),
     ]
     world = BoxWorld(wall().boxes + pocket)
-    options = QueryOptions(planner=planner, detour=np.inf, max_iterations=2000)
+    options = QueryOptions(planner=planner, n_rivals=0, max_iterations=2000)
     route = query(_roadmap(), world, space(), START, GOAL[None], seed=4, options=options)
     assert route.how is How.ROADMAP
     _check(route, world, START, GOAL)
@@ -122,7 +122,7 @@ def _check(route: CoarseRoute, world: BoxWorld, start: np.ndarray, goal: np.ndar
 
 def _roadmap_only() -> QueryOptions:
     """The roadmap's answer whatever it costs."""
-    return QueryOptions(detour=np.inf)
+    return QueryOptions(n_rivals=0)
 
 
 def _roadmap() -> Roadmap:

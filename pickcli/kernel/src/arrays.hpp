@@ -145,4 +145,19 @@ inline void write_pose(const Pose& T, double* m) {
   m[15] = 1.0;
 }
 
+// What a check of collisions may be asked for.
+inline void check_margin(double margin) {
+  if (!(margin >= 0.0 && std::isfinite(margin))) throw nb::value_error("margin must not be negative");
+}
+
+inline void check_resolution(double resolution) {
+  if (!(resolution >= 1e-6)) throw nb::value_error("resolution must be at least 1e-6 m");
+}
+
+// Single-precision angles lose their meaning beyond this; no joint gets there.
+inline void check_range(const Doubles& q, const char* name) {
+  for (std::size_t i = 0; i < q.size(); ++i)
+    if (std::abs(q[i]) > 1e6) throw nb::value_error((std::string(name) + ": beyond 1e6 rad or m").c_str());
+}
+
 }  // namespace apc

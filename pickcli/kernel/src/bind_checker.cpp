@@ -82,14 +82,6 @@ void set_held_solid(Checker& checker, nb::handle pose_in, nb::handle half_in, nb
   checker.robot().set_held(solid, to_ints(tested));
 }
 
-void check_margin(double margin) {
-  if (!(margin >= 0.0 && std::isfinite(margin))) throw nb::value_error("margin must not be negative");
-}
-
-void check_resolution(double resolution) {
-  if (!(resolution >= 1e-6)) throw nb::value_error("resolution must be at least 1e-6 m");
-}
-
 // Half-widths of the tube, or none. Raises ValueError for a negative one.
 class Slack {
  public:
@@ -106,12 +98,6 @@ class Slack {
  private:
   std::unique_ptr<Doubles> values_;
 };
-
-// Single-precision angles lose their meaning beyond this; no joint gets there.
-void check_range(const Doubles& q, const char* name) {
-  for (std::size_t i = 0; i < q.size(); ++i)
-    if (std::abs(q[i]) > 1e6) throw nb::value_error((std::string(name) + ": beyond 1e6 rad or m").c_str());
-}
 
 EdgeReport check_edge(const Checker& checker, nb::handle q0_in, nb::handle q1_in, double margin, nb::handle slack_in,
                       double resolution) {
