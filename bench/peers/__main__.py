@@ -61,8 +61,9 @@ PEERS = {
     ),
 }
 HOW_OURS = (
-    "straight edge, database, roadmap or RRT-Connect, every edge proven between samples; shortened; roadmap "
-    "and database are precomputed."
+    "every edge proven between samples. `first`: straight edge, else RRT-Connect in the kernel; `short`: "
+    "straight edge, else the quickest of the way through the precomputed roadmap and up to four of "
+    "RRT-Connect, each shortened."
 )
 
 

@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from pickcli.precompute.contest import Contestant
 
 SEARCH = "search"
-DEFAULT = f"{PlannerName.RRT_CONNECT},{PlannerName.RRT_STAR},{PlannerName.AO_RRT_CONNECT},{SEARCH}"
+GEOMETRIC = (
+    PlannerName.RRT_CONNECT,
+    PlannerName.OMPL_RRT_CONNECT,
+    PlannerName.RRT_STAR,
+    PlannerName.AO_RRT_CONNECT,
+)
+DEFAULT = ",".join([*GEOMETRIC, SEARCH])
 HEAD = ("planner", "solved", "planning ms", "p95", "whole ms", "p95", "as found", "length", "duration s",
         "x bound", "best x bound")  # fmt: skip
 PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
@@ -31,7 +37,7 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
 )
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
-              help=f"Planners of OMPL, and {SEARCH!r}: the one of the trajectory database.")  # fmt: skip
+              help=f"RRTConnect (the kernel's), planners of OMPL, and {SEARCH!r} (the database's).")  # fmt: skip
 @click.option("--tries", type=click.IntRange(1, 1000), default=3, show_default=True, metavar="N",
               help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
 @click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
@@ -44,8 +50,8 @@ def command(
 ) -> None:  # fmt: skip
     """Let planners compete over the same pairs: time, length, duration, share solved.
 
-    RRT-Connect (Delft), RRT* (KTH), AORRTC and our own search in time. Where the straight line is free, all
-    take it, so by default only pairs are tried where it is not.
+    RRT-Connect (Delft) in the kernel and by OMPL, RRT* (KTH), AORRTC and our own search in time. Where the
+    straight line is free, all take it, so by default only pairs are tried where it is not.
 
     \b
     Example:
