@@ -37,7 +37,7 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
 )
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
-              help=f"RRTConnect (the kernel's), planners of OMPL, and {SEARCH!r} (the database's).")  # fmt: skip
+              help=f"The kernel's RRTConnect, OMPL's, and {SEARCH!r}: the database's.")  # fmt: skip
 @click.option("--tries", type=click.IntRange(1, 1000), default=3, show_default=True, metavar="N",
               help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
 @click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
