@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from pickcli.motion.path import JointPath
 from pickcli.roadmap.cost import edge_costs, estimated_duration
 from pickcli.roadmap.plan import plan
-from pickcli.roadmap.polish import polish
 from pickcli.roadmap.shorten import shorten
 
 
@@ -29,29 +28,6 @@ def test_shorter_with_the_same_ends_and_still_proven(seed: int, n: int) -> None:
     before, after = edge_costs(joints, path.waypoints).sum(), edge_costs(joints, short.waypoints).sum()
     assert after <= before + 1e-12
     assert shorten(world, joints, path, seed=seed).waypoints.tobytes() == short.waypoints.tobytes()
-
-
-@settings(max_examples=15, deadline=None)
-@given(seed=st.integers(0, 2**31), n=st.integers(2, 3))
-def test_polishing_never_takes_longer_and_stays_proven(seed: int, n: int) -> None:
-    world, joints = _clutter(seed, n), space(n)
-    path = plan(world, joints, np.full(n, -0.95), np.full((1, n), 0.95), seed=seed + 1)
-    if path is None:
-        return
-    fast = polish(world, joints, path, seed=seed, iterations=100)
-    np.testing.assert_array_equal(fast.waypoints[[0, -1]], path.waypoints[[0, -1]])
-    assert world.path_is_free(fast.waypoints) == -1
-    assert np.all(np.abs(fast.waypoints) <= 1.0)
-    assert estimated_duration(joints, fast.waypoints) <= estimated_duration(joints, path.waypoints)
-    again = polish(world, joints, path, seed=seed, iterations=100)
-    assert again.waypoints.tobytes() == fast.waypoints.tobytes()
-
-
-def test_polishing_helps_where_a_corner_is_in_the_way() -> None:
-    path = JointPath(("j0", "j1"), np.array([[-0.8, 0.5], [0.0, 0.99], [0.8, 0.5]]))
-    fast = polish(wall(), space(), path, seed=1, iterations=200)
-    before, after = (estimated_duration(space(), p.waypoints) for p in (path, fast))
-    assert after < 0.97 * before
 
 
 def test_a_detour_in_free_space_becomes_the_straight_edge() -> None:
