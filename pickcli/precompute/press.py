@@ -49,11 +49,11 @@ def press(
     rng = np.random.default_rng(seed)
     motion = Ramps((leg,))
     times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
-    depths = _depths(motion.legs, times, clearances, margin, proof)
+    depths = depths_of(motion.legs, times, clearances, margin, proof)
     since, then = 0, np.inf
     for i in range(iterations):
         if i - since >= _PATIENCE:
-            if depths.sum() > 0.9 * then:
+            if depths.sum() >= 0.9 * then:
                 return None
             since, then = i, float(depths.sum())
         start, end = (0.0, duration) if rng.random() < _WHOLE else random_stretch(motion, rng)
@@ -61,25 +61,26 @@ def press(
         if legs is None:
             continue
         concerned = (times >= start) & (times < end)
-        deep = _depths(legs, times[concerned] - start, clearances, margin, proof)
+        deep = depths_of(legs, times[concerned] - start, clearances, margin, proof)
         less = float(depths[concerned].sum() - deep.sum())
         if less < 0.0:
             continue
         motion, depths[concerned] = motion.replaced(start, end, legs), deep
-        if less > 0.0 and depths.mean() < _NEARLY and proof.is_free(motion.legs):
+        is_other = less > 0.0 or not depths.any()
+        if is_other and depths.mean() < _NEARLY and proof.is_free(motion.legs):
             return motion
     return None
 
 
-def _depths(
+def depths_of(
     legs: tuple[Leg, ...], times: Array, clearances: Clearances, margin: float, proof: LegProof
 ) -> Array:
     """(K,) at times (K,) since the first leg began: m lacking to the margin, and beyond the limits."""
-    rows, begin = [], 0.0
-    for leg in legs:
-        rows.append(leg.evaluate(times[(times >= begin) & (times < begin + leg.duration)] - begin)[0])
-        begin += leg.duration
-    Q = np.concatenate(rows)
+    ends = np.cumsum([leg.duration for leg in legs])
+    of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)  # a time at the end is the last's
+    Q = np.concatenate(
+        [leg.evaluate(times[of == k] - (ends[k] - leg.duration))[0] for k, leg in enumerate(legs)]
+    )
     outside = np.maximum(np.maximum(proof.space.lower - Q, Q - proof.space.upper), 0.0).sum(axis=1)
     return np.asarray(np.maximum(margin - clearances(Q), 0.0) + outside) if len(Q) else np.zeros(0)
 
