@@ -8,7 +8,7 @@ See docs/precompute.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 from pickcli.cell.displacement import PodMark, PodStand
@@ -62,6 +62,11 @@ class TrajectorySettings:
     n_quicken: int = 600
     n_agains: int = 4
     seed: int = 0
+
+    @property
+    def effort(self) -> Effort:
+        """The same for one search."""
+        return Effort(**{field.name: getattr(self, field.name) for field in fields(Effort)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,19 +122,15 @@ class MotionMaker:
             if not tests.is_free(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
-        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self._effort)
+        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings.effort)
         seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
-        best: CoarseMotion | None = None
-
-        def is_wanted(duration: float) -> bool:
-            is_quicker = duration + self._pace.pause < (quicker_than if best is None else best.duration)
-            return is_quicker and duration <= at_most * search.least + TICK
-
-        for motion in search.motions(seed, is_wanted):
-            made = self._finished(key, case, motion) if is_wanted(motion.duration) else None
-            best = made or best
-            if best is not None and best.duration <= _GOOD * best.lower_bound:
-                break
+        best = search.quickest(
+            seed,
+            lambda motion: self._finished(key, case, motion),
+            _GOOD * lower_bound(self._limits, q0, q1),
+            quicker_than,
+            at_most * search.least + TICK,
+        )
         if best is not None:
             return best
         straight = tests.explain_edge(q0, q1)
@@ -152,20 +153,6 @@ class MotionMaker:
         stand, pivot, _ = case
         path = JointPath(names, waypoints)
         return CoarseMotion(key, pivot, path, timed.duration, timed, bound, clearance, PodMark(stand))
-
-    @cached_property
-    def _effort(self) -> Effort:
-        s = self.settings
-        return Effort(
-            s.planner,
-            s.n_tries,
-            s.max_iterations,
-            s.n_shortcuts,
-            s.n_presses,
-            s.n_press,
-            s.n_quicken,
-            s.n_agains,
-        )
 
     @cached_property
     def _limits(self) -> Limits:

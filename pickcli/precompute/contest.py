@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -15,12 +15,14 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute.averaged import averaged
 from pickcli.precompute.bounds import lower_bound, scaled
 from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.leg import Pace
 from pickcli.precompute.leg_proof import LegProof
+from pickcli.precompute.ramps import Ramps
 from pickcli.precompute.search import Effort, Search
 from pickcli.precompute.timed_proof import is_proven
 from pickcli.roadmap.database import PayloadClass
@@ -141,24 +143,20 @@ class InTime:
     @classmethod
     def of(cls, settings: TrajectorySettings) -> InTime:
         """With the effort of a build of the database."""
-        return cls(Effort(**{field.name: getattr(settings, field.name) for field in fields(Effort)}))
+        return cls(settings.effort)
 
     def answer(self, query: Query, seed: int) -> Answer | None:
         """See Contestant."""
         began = time.perf_counter()
         pace, proof = Pace.of(query.limits), LegProof(query.proving, query.space)
         search = Search(LegProof(query.planning, query.space), query.planning, pace, query.ends, self.effort)
-        names, best = query.cell.robot.joint_names, None
+        names = query.cell.robot.joint_names
 
-        def is_wanted(duration: float) -> bool:
-            return best is None or duration + pace.pause < best.duration
+        def finished(motion: Ramps) -> Trajectory | None:
+            timed = averaged(names, motion, query.ends[1], pace, query.limits)
+            return timed if is_proven(timed, proof) else None
 
-        for motion in search.motions(seed, is_wanted):
-            if is_wanted(motion.duration):
-                timed = averaged(names, motion, query.ends[1], pace, query.limits)
-                best = timed if is_proven(timed, proof) else best
-            if best is not None and best.duration <= self.good * query.bound:
-                break
+        best = search.quickest(seed, finished, self.good * query.bound)
         if best is None:
             return None
         spent, length = time.perf_counter() - began, JointPath(names, best.positions).length

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -26,6 +27,17 @@ _CALM = 1.002  # times the least duration: what the straight line, which is calm
 _LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations to press into, times the least
 _ROOM = 0.002  # m of clearance beyond the checker's margin that bending aims at
 _FAR = 0.05  # m, nothing farther is looked at
+
+
+class Timed(Protocol):
+    """Something that takes time."""
+
+    @property
+    def duration(self) -> float:
+        """s."""
+
+
+T = TypeVar("T", bound=Timed)
 
 
 @dataclass(frozen=True)
@@ -51,6 +63,34 @@ class Search:
     pace: Pace
     ends: tuple[Array, Array]
     effort: Effort
+
+    def quickest(
+        self,
+        seed: int,
+        finished: Callable[[Ramps], T | None],
+        good: float,
+        quicker_than: float = np.inf,
+        at_most: float = np.inf,
+    ) -> T | None:
+        """The quickest of the motions that pass a last test, or None. Repeatable by seed.
+
+        finished: the motion in earnest, or None if it fails; it takes a pause more than the legs, at least
+        good: s, a motion that takes no more ends the search
+        quicker_than: s, motions that take as long are not wanted; at_most: s, nor are legs that take longer
+        """
+        best: T | None = None
+
+        def is_wanted(duration: float) -> bool:
+            limit = quicker_than if best is None else best.duration
+            return duration + self.pace.pause < limit and duration <= at_most
+
+        for motion in self.motions(seed, is_wanted):
+            made = finished(motion) if is_wanted(motion.duration) else None
+            if made is not None and (best is None or made.duration < best.duration):
+                best = made
+            if best is not None and best.duration <= good:
+                break
+        return best
 
     def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
         """Proven motions, the most promising first: another is only worth asking for if one is slow, or fails
