@@ -66,7 +66,7 @@ def refuse_output(path: Path, overwrite: bool) -> None:
     refuse_unwritable(path.parent, path)
 
 
-def refuse_unwritable(folder: Path, output: Path) -> None:
+def refuse_unwritable(folder: Path, output: Path, option: str = "-o") -> None:
     """Raise InputError if no file can be made in a folder. Tries it: permissions alone do not tell."""
     import tempfile
 
@@ -75,5 +75,6 @@ def refuse_unwritable(folder: Path, output: Path) -> None:
             pass
     except OSError as error:
         raise InputError(
-            f"{output}: nothing can be written in {folder} ({error.strerror}); name another place with -o"
+            f"{output}: nothing can be written in {folder} ({error.strerror}); name another place with "
+            f"{option}"
         ) from None

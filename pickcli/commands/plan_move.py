@@ -58,10 +58,10 @@ def command(
     begin = Start(q, pivot or PivotState.STRAIGHT)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
-    if not no_verify:
-        plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
-    write_plan(plan, output)
-    if as_json:
-        emit_json(plan_summary(plan, output))
-    else:
-        click.echo(plan_text(plan, output))
+        if not no_verify:
+            plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
+        write_plan(plan, output)
+        if as_json:
+            emit_json(plan_summary(plan, output))
+        else:
+            click.echo(plan_text(plan, output))

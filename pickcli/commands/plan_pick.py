@@ -71,10 +71,10 @@ def command(
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
-    if not no_verify:
-        plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
-    write_plan(plan, output)
-    if as_json:
-        emit_json(plan_summary(plan, output))
-    else:
-        click.echo(plan_text(plan, output))
+        if not no_verify:
+            plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
+        write_plan(plan, output)
+        if as_json:
+            emit_json(plan_summary(plan, output))
+        else:
+            click.echo(plan_text(plan, output))

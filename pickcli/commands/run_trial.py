@@ -87,20 +87,21 @@ def command(
     arena = SimulatedArena(scene)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
-    with learning(planner, roadmap, trajectories, learn) as keep, progress("picking") as report:
+    with learning(planner, roadmap, trajectories, learn) as keep:
+        with progress("picking") as report:
 
-        def between_picks(done: int, total: int, what: str) -> None:
-            keep()
-            report(done, total, what)
+            def between_picks(done: int, total: int, what: str) -> None:
+                keep()
+                report(done, total, what)
 
-        result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), between_picks)
-    record = trial_record(result, order_path.name, time.perf_counter() - began)
-    pictures["after"] = arena.picture()
-    paths = write_folder(folder, result, record, pictures)
-    if as_json:
-        emit_json(record)
-    else:
-        _show(result, paths)
+            result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), between_picks)
+        record = trial_record(result, order_path.name, time.perf_counter() - began)
+        pictures["after"] = arena.picture()
+        paths = write_folder(folder, result, record, pictures)
+        if as_json:
+            emit_json(record)
+        else:
+            _show(result, paths)
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
 

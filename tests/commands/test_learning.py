@@ -6,7 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from command_line import ITEM, Made, apc
+import pytest
+from command_line import ITEM, Made, apc, refused
+
+from pickcli.commands import planner
+from pickcli.errors import DamagedError
+from pickcli.precompute.learn import Learner
 
 
 def _pick(made: Made, folder: Path, name: str, *options: object) -> tuple[dict[str, Any], str]:
@@ -51,3 +56,35 @@ def test_a_damaged_learned_file_is_named_and_can_be_deleted(
     assert repaired.code == 4 and "learned again" in repaired.err
     learned.unlink()
     assert apc("plan-move", *options, "--learn").code == 0
+
+
+def test_where_nothing_can_be_kept_it_is_said_at_once(
+    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc/none")
+    plan = tmp_path / "plan.json"
+    answer = apc(
+        "plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", plan, "--learn"
+    )  # fmt: skip
+    refused(answer, 3, "learned.h5: nothing can be written in /proc", "--roadmap and --trajectories")
+    assert not plan.exists()
+
+
+@pytest.mark.parametrize("command", ["plan-pick", "plan-move", "run-trial"])
+def test_what_was_asked_for_is_written_before_learning_fails(
+    command: str, made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def damaged(self: Learner, lessons: object) -> None:
+        raise DamagedError("roadmap.learned.h5: damaged meanwhile")
+
+    monkeypatch.setattr(Learner, "learn_edges", damaged)
+    monkeypatch.setattr(planner, "_build_missing", lambda cell: None)
+    out = tmp_path / "out"
+    argv = {
+        "plan-pick": ("--scene", made.scene, "--bin", "bin_C", "--item", ITEM),
+        "plan-move": ("--scene", made.scene, "--from", "home", "--to", "bin_C"),
+        "run-trial": (made.order, "--seed", 3),
+    }[command]
+    answer = apc(command, *argv, "-o", out, "--learn")
+    assert answer.code == 4 and "damaged meanwhile" in answer.err
+    assert out.exists() and answer.out != ""
