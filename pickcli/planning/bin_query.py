@@ -33,6 +33,7 @@ class BinQuery:
     cell_bin: Bin
     target: PlacedItem
     neighbours: Neighbours
+    seed: int = 0
 
     @cached_property
     def T_world_bin(self) -> Array:
@@ -140,7 +141,7 @@ class BinQuery:
     def ways_out(self) -> WaysOut:
         """The ways out of the bin for the target."""
         shape = self.target.item.shape.inflated(self.uncertainty)
-        first, seed = self.planner.settings.lift_contact, derived_seed(0, "exit", self.target.id)
+        first, seed = self.planner.settings.lift_contact, derived_seed(self.seed, "exit", self.target.id)
         ghosts = self._leaving, self.ghost()
         return WaysOut(self.cell_bin, self.T_world_bin, self.T_bin_item, shape, *ghosts, first, seed)
 

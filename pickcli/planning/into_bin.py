@@ -29,7 +29,7 @@ def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[
     found: list[Landing] = []
     reasons: list[Reason] = []
     for k, spot in enumerate(spots):
-        there = BinQuery(planner, query.scene.moved(spot), cell_bin, spot, query.neighbours)
+        there = BinQuery(planner, query.scene.moved(spot), cell_bin, spot, query.neighbours, seed)
         blocked = there.touching - frozenset(cell_bin.floor)
         if blocked:
             reasons.append(Reason("too close", f"place {k} in {cell_bin.name}", ", ".join(sorted(blocked))))

@@ -71,7 +71,7 @@ def plan_pick(
         raise UnknownNameError("place", into, [TOTE, *bins])
     target = scene.find(item, bin_name)
     label = f"pick {target.id} from {bin_name}" + ("" if into == TOTE else f" into {into}")
-    query = BinQuery(planner, scene, planner.cell.pod.bins[bin_name], target, neighbours)
+    query = BinQuery(planner, scene, bins[bin_name], target, neighbours, seed)
     feasible, reasons = feasible_grasps(query, seed, exclude)
     grasped = time.perf_counter()
     for option in _ways_in(query, feasible, start, seed, reasons):

@@ -19,13 +19,13 @@ from pickcli.planning.ways_out import WaysOut
 BIN = "bin_E"
 
 
-def ways_out(planner: Planner, *placed: tuple[str, Array]) -> WaysOut:
+def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> WaysOut:
     """Of the first of the items (name, pose in the bin's frame)."""
     cell = planner.cell
     T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
-    return BinQuery(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID).ways_out
+    return BinQuery(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID, seed).ways_out
 
 
 def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
@@ -70,6 +70,15 @@ def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: WaysO
     assert not isinstance(behind.corridors, Reason)
     for corridor in behind.corridors:
         assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
+
+
+def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: Planner) -> None:
+    bottle = standing(planner.cell, "up_glucose_bottle", 0.33, 0.0)
+    can = lying_across(planner.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
+    first, again, other = (ways_out(planner, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
+    assert not isinstance(first, Reason) and not isinstance(again, Reason) and not isinstance(other, Reason)
+    assert np.array_equal(first[0].freed, again[0].freed)
+    assert not np.array_equal(first[0].freed, other[0].freed)
 
 
 def test_the_same_seed_gives_the_same_ways(behind: WaysOut) -> None:
