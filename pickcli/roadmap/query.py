@@ -33,7 +33,8 @@ class How(StrEnum):
 class CoarseRoute:
     """A proven coarse motion.
 
-    new: polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it
+    new: polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it; of a
+        straight edge none, as it is found as soon as it is looked for
     """
 
     path: JointPath
@@ -76,7 +77,8 @@ def _straight(problem: Problem) -> CoarseRoute | None:
     """The straight edge to the first goal that has one."""
     for goal in problem.goals:
         if problem.checker.edge_is_free(problem.q_start, goal):
-            return _direct(problem, np.stack([problem.q_start, goal]), How.STRAIGHT)
+            path = JointPath(problem.space.joint_names, np.stack([problem.q_start, goal]))
+            return CoarseRoute(path, _goal(problem, path), How.STRAIGHT, (), (), ())
     return None
 
 
@@ -105,13 +107,8 @@ def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
         waypoints = problem.plan(problem.q_start, problem.goals, f"direct {k}")
         if waypoints is None:
             return
-        yield _direct(problem, waypoints, How.PLANNER)
-
-
-def _direct(problem: Problem, waypoints: Array, how: How) -> CoarseRoute:
-    """A route beside the roadmap."""
-    path = _shortened(problem, waypoints)
-    return CoarseRoute(path, _goal(problem, path), how, (), (), (path.waypoints,))
+        path = _shortened(problem, waypoints)
+        yield CoarseRoute(path, _goal(problem, path), How.PLANNER, (), (), (path.waypoints,))
 
 
 def _stored(problem: Problem, through: ThroughRoute) -> CoarseRoute:

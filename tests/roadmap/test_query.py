@@ -19,7 +19,7 @@ START, GOAL = np.array([-0.8, -0.5]), np.array([0.8, -0.5])
 
 def test_a_free_straight_line_needs_no_roadmap() -> None:
     route = query(_roadmap(), BoxWorld(), space(), START, GOAL[None], seed=1)
-    assert route.how is How.STRAIGHT
+    assert route.how is How.STRAIGHT and route.new == ()
     np.testing.assert_array_equal(route.path.waypoints, [START, GOAL])
 
 
