@@ -59,7 +59,13 @@ class Processes:
     n_jobs: int
 
     def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
-        """See Runner. Raises what a task raises; WorkerLostError if a task ended several workers."""
+        """See Runner. Raises what a task raises; WorkerLostError if a task ended several workers.
+
+        A task alone is done here: a worker would only begin to be ready by then.
+        """
+        if len(keys) == 1:
+            yield from Here().run(recipe, keys)
+            return
         waiting, in_hand, deaths = deque(keys), dict[Connection, Key](), Counter[Key]()
         workers = [_Worker.start(recipe) for _ in range(min(self.n_jobs, len(keys)))]
         by_pipe = {worker.pipe: worker for worker in workers}

@@ -10,6 +10,7 @@ import pytest
 from toy_recipe import MANY, Toy
 
 from pickcli.errors import InputError, WorkerLostError
+from pickcli.precompute import runner as runner_module
 from pickcli.precompute.runner import Here, Processes, Runner, available_cores, runner
 
 
@@ -19,6 +20,11 @@ def test_processes_leave_the_bytes_that_this_process_leaves(n_jobs: int) -> None
     here = dict(Here().run(Toy(), keys))
     there = list(Processes(n_jobs).run(Toy(), keys))
     assert len(there) == len(keys) and dict(there) == here
+
+
+def test_a_task_alone_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner_module._Worker, "start", None)
+    assert list(Processes(2).run(Toy(), MANY[:1])) == list(Here().run(Toy(), MANY[:1]))
 
 
 def test_a_worker_that_dies_is_replaced_and_its_task_done_again(tmp_path: Path) -> None:
