@@ -262,8 +262,8 @@ def rrt_connect(
     """Waypoints (K, n) from start (n,) to one of the goals (G, n) by RRT-Connect; (0, n) if none was found.
 
     Kuffner and LaValle 2000, but the smaller tree grows. Configurations are drawn between lower and upper
-    (n,); step: longest edge of a tree, Euclidean in joint space. Every edge is proven as by edge_is_free;
-    start and goals are not asked about. Same arguments, same bytes.
+    (n,); step: longest edge of a tree, Euclidean in joint space, 1e-6 at least. Every edge is proven as by
+    edge_is_free; start and goals are not asked about. Same arguments, same bytes.
     """
 
 def shorten(

@@ -26,7 +26,7 @@ nb::object rrt_connect_in(const Checker& checker, nb::handle start_in, nb::handl
   check_range(lower, "lower");
   check_range(upper, "upper");
   if (goals.size() == 0) throw nb::value_error("goals: there must be one at least");
-  if (!(step > 0.0)) throw nb::value_error("step must be positive");
+  if (!(step >= 1e-6)) throw nb::value_error("step must be at least 1e-6");
   check_margin(margin);
   check_resolution(resolution);
   std::vector<double> path;
