@@ -42,7 +42,7 @@ class Row:
 
     def figures(self) -> dict[str, Any]:
         """All figures: times in ms, lengths in rad and m mixed, over the queries that it answered."""
-        found = [a for a in self.answers if a is not None and a["first"] is not None]
+        found = [a for a in self.answers if a is not None and a["first"] and a["short"]]
         return {
             "planner": self.name,
             "versions": self.versions,
