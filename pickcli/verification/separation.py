@@ -1,4 +1,5 @@
-"""How far apart two solids are at least: the gap between two parallel planes that touch them.
+"""How far apart two solids are at least, how deep they overlap at most: the gap between two parallel planes
+that touch them.
 
 Across any direction whatsoever that gap is a true lower bound of the distance, and across the direction
 of the two nearest points it is the distance. So a search that misses the nearest points costs tightness,
@@ -8,6 +9,7 @@ never truth.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from pickcli.geometry import Array
 
 MAX_PROJECTIONS = 200
 TIGHT = 1e-5  # m, between bound and distance, where the search may end
+_NO_WAY = 1e-9  # length of what is no direction any more
 
 
 def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
@@ -26,6 +29,33 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
     across = way / length
     middle = float(across @ (T_b[:3, 3] - T_a[:3, 3]))
     return middle - half_width(a, T_a, across) - half_width(b, T_b, across)
+
+
+def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -> float:
+    """How deep in m two posed shapes that meet overlap, at most.
+
+    Pushed apart by the overlap across any direction they no longer meet, so each is an upper bound of the
+    depth. The least counts: of ``ways`` (3,), and of those in which what is flat or round gives way first.
+    """
+    between, R_a, R_b = T_b[:3, 3] - T_a[:3, 3], T_a[:3, :3], T_b[:3, :3]
+    radial = [between - T[:3, 2] * (T[:3, 2] @ between) for T in (T_a, T_b)]
+    edges = np.cross(R_a.T[:, None], R_b.T).reshape(-1, 3)
+    directions = np.vstack([*ways, between, *radial, R_a.T, R_b.T, edges])
+    lengths = np.linalg.norm(directions, axis=1)
+    across = directions[lengths > _NO_WAY] / lengths[lengths > _NO_WAY, None]
+    together = half_widths(a, across @ R_a) + half_widths(b, across @ R_b)
+    return float((together - np.abs(across @ between)).min())
+
+
+def half_widths(shape: Shape, directions: Array) -> Array:
+    """(K,): ``half_width`` for unit directions (K, 3) in the shape's own frame."""
+    x, y, z = np.abs(directions).T
+    size = shape.size
+    if shape.kind is ShapeKind.BOX:
+        return np.asarray((x * size[0] + y * size[1] + z * size[2]) / 2)
+    if shape.kind is ShapeKind.SPHERE:
+        return np.full(len(x), size[0])
+    return np.asarray(size[0] * np.hypot(x, y) + z * size[1] / 2)
 
 
 def half_width(shape: Shape, T: Array, direction: Array) -> float:

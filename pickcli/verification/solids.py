@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
-from pickcli.verification.separation import gap, separation
+from pickcli.verification.separation import gap, overlap, separation
 
 MAX_BALLS = 12
 DOUBTFUL = 5e-5  # m by which fcl's distance may exceed the gap across its own direction
@@ -46,11 +46,18 @@ class Solid:
         return separation(self._shape, self._T, other._shape, other._T)
 
     def depth(self, other: Solid) -> float:
-        """How deep, in m, the two overlap; 0 when they do not."""
+        """How deep, in m, the two overlap, never less than they do; 0 when they do not.
+
+        fcl says whether they meet, and where. Its depth is centimetres too large for one pair in ten, and a
+        little too small for some.
+        """
         request = fcl.CollisionRequest(num_max_contacts=8, enable_contact=True)
         result = fcl.CollisionResult()
         fcl.collide(self._object, other._object, request, result)
-        return max((abs(float(c.penetration_depth)) for c in result.contacts), default=0.0)
+        if not result.contacts:
+            return 0.0
+        normals = [np.asarray(contact.normal) for contact in result.contacts]
+        return overlap(self._shape, self._T, other._shape, other._T, normals)
 
 
 def _geometry(shape: Shape) -> object:
