@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,6 @@ def measure(orders: tuple[str, ...] = ORDERS, seeds: tuple[int, ...] = (1, 2, 3)
     failed: list[float] = []
     verified: list[float] = []
     delivery: list[float] = []
-    distances: list[float] = []
     for order in orders:
         for seed in seeds:
             result = play(warm, order, seed)
@@ -68,7 +68,6 @@ def measure(orders: tuple[str, ...] = ORDERS, seeds: tuple[int, ...] = (1, 2, 3)
                 if attempt.outcome is Outcome.IN_TOTE and attempt.plan:
                     held = [s for s in attempt.plan.segments if s.held is not None]
                     delivery.append(held[-1].t_end)
-                distances += [e["distance"] for run in attempt.executions for e in run.events]
     delivered = [t["items_in_tote"] for t in trials]
     return {
         "items_in_tote_mean": float(np.mean(delivered)),
@@ -79,9 +78,16 @@ def measure(orders: tuple[str, ...] = ORDERS, seeds: tuple[int, ...] = (1, 2, 3)
         "plan_pick_failed_ms": _spread(failed),
         "verification_ms": _spread(verified),
         "delivery_s_mean": float(np.mean(delivery)) if delivery else None,
-        "event_distance_mm_max": 1e3 * max(distances, default=0.0),
+        "event_distance_mm_max": max(trial["event_distance_mm"] for trial in trials),
         "trials": trials,
     }
+
+
+def _distances(result: TrialResult) -> Iterator[float]:
+    """m of tool path between each fired event and its trigger."""
+    for attempt in result.attempts:
+        for run in attempt.executions:
+            yield from (event["distance"] for event in run.events)
 
 
 def _summary(order: str, seed: int, result: TrialResult) -> dict[str, Any]:
@@ -93,6 +99,7 @@ def _summary(order: str, seed: int, result: TrialResult) -> dict[str, Any]:
         "max_score": result.score.maximum,
         "collisions": result.n_collisions,
         "limit_violations": result.n_limit_violations,
+        "event_distance_mm": 1e3 * max(_distances(result), default=0.0),
         "missed": {
             t.target.item: f"{t.outcome}: {t.reason}"[:160]
             for t in result.targets
