@@ -11,6 +11,7 @@ from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 
 STEP = 1e-3  # s between samples of the path
+FINE = 2e-5  # s between those around the nearest: at 3 m/s the tool is measured to 0.06 mm
 LOOK_BACK = 0.5  # s of the plan's time: farther than that no robot lags behind its command
 
 
@@ -33,6 +34,11 @@ class TriggerDistance:
 
     def _project(self, q: Array, t_command: float) -> float:
         """Time of the plan's point nearest to q, at or a little before the present command."""
-        times = np.linspace(max(0.0, t_command - LOOK_BACK), t_command, int(LOOK_BACK / STEP) + 1)
+        first = max(0.0, t_command - LOOK_BACK)
+        near = self._nearest(q, np.linspace(first, t_command, int(LOOK_BACK / STEP) + 1))
+        around = np.arange(max(first, near - STEP), min(t_command, near + STEP) + FINE / 2, FINE)
+        return self._nearest(q, around)
+
+    def _nearest(self, q: Array, times: Array) -> float:
         offsets = np.linalg.norm(self._trajectory.sample(times) - q, axis=1)
         return float(times[int(np.argmin(offsets))])
