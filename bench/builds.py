@@ -1,9 +1,8 @@
 """Building: seconds on one process and on two, what a task costs, and what Dask adds to it.
 
-python -m bench.builds [--slices 3] [--dask]
+python -m bench.builds [--dask]
 
-The default cell's motions are built in slices, each on one process and then on two, so that whatever else the
-machine does meets both. Alone on two cores it takes three times as long as a build.
+The default cell's motions are built on two processes and then on one: the machine should be quiet.
 """
 
 from __future__ import annotations
@@ -40,25 +39,20 @@ from pickcli.precompute.record import Record
 from pickcli.precompute.runner import Here, Processes, Runner
 
 
-def measure(n_slices: int = 3) -> dict[str, Any]:
+def measure() -> dict[str, Any]:
     """Seconds of a build on two processes, the speed-up over one, and what the tasks cost."""
     cell = load_cell("apc2016_delft")
     recipe, keys = MotionRecipe(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
+    keys.sort(key=recipe.effort, reverse=True)  # as a build does them
     costs: list[float] = []
-    spent, sizes, same = {1: 0.0, 2: 0.0}, list[int](), True
-    for first in range(n_slices):
-        part = keys[first::n_slices]
-        one = _done(Here(), recipe, part, costs)
-        two = _done(Processes(2), recipe, part, [])
-        spent[1], spent[2] = spent[1] + one[0], spent[2] + two[0]
-        same &= one[1] == two[1]
-        sizes += map(len, one[1].values())
+    two_s, by_two = _done(Processes(2), recipe, keys, [])
+    one_s, by_one = _done(Here(), recipe, keys, costs)
     return {
         "motions": len(keys),
-        "build_1_job_s": spent[1],
-        "build_2_jobs_s": spent[2],
-        "speed_up": spent[1] / spent[2],
-        "same_records": same,
+        "build_1_job_s": one_s,
+        "build_2_jobs_s": two_s,
+        "speed_up": one_s / two_s,
+        "same_records": by_one == by_two,
         "roadmap_2_jobs_s": _roadmap_seconds(cell),
         "task_s": {
             "mean": statistics.mean(costs),
@@ -66,7 +60,7 @@ def measure(n_slices: int = 3) -> dict[str, Any]:
             "p99": float(np.percentile(costs, 99)),
             "max": max(costs),
         },
-        "record_bytes_mean": statistics.mean(sizes),
+        "record_bytes_mean": statistics.mean(map(len, by_one.values())),
         "recipe_bytes": len(pickle.dumps(recipe)),
     }
 
@@ -98,6 +92,10 @@ class Nothing:
 
     n_numbers: int = 800
     inputs: str = "nothing"
+
+    def effort(self, key: Key) -> float:
+        """See Recipe."""
+        return 1.0
 
     def make(self, key: Key) -> Record:
         """See Recipe."""
@@ -173,10 +171,9 @@ def _scheduler(n_workers: int) -> Iterator[tuple[str, int]]:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--slices", type=int, default=3)
     parser.add_argument("--dask", action="store_true", help="only what Dask adds")
     given = parser.parse_args()
     # As a module, so that workers find the recipe under its name.
     from bench import builds
 
-    print(json.dumps(builds.measure_dask() if given.dask else builds.measure(given.slices), indent=2))
+    print(json.dumps(builds.measure_dask() if given.dask else builds.measure(), indent=2))

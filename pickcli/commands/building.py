@@ -136,6 +136,6 @@ def details(p: Progress) -> str:
 
 
 def seconds_left(p: Progress, elapsed: float) -> float | None:
-    """Time left, by the mean of the tasks that were done in ``elapsed`` s; None before the first."""
-    n_now = p.n_done - p.n_kept
-    return elapsed * (p.n_total - p.n_done) / n_now if n_now > 0 else None
+    """Time left, by the share of the work that was done in ``elapsed`` s; None before the first task was."""
+    left = p.effort_total - p.effort_done
+    return elapsed * left / p.effort_done if p.effort_done > 0.0 else None

@@ -20,6 +20,7 @@ class Progress:
 
     n_kept: tasks among ``n_done`` that were not done now but found in a journal or file
     n_failed: tasks among ``n_done`` that ended with a reason instead of a result
+    effort_done, effort_total: of the tasks that are to be done now, as the recipe estimates it
     task: the one that was finished last, "" at the beginning
     journal: where finished tasks are kept while the build lasts; None if they are not
     """
@@ -28,6 +29,8 @@ class Progress:
     n_total: int
     n_kept: int = 0
     n_failed: int = 0
+    effort_done: float = 0.0
+    effort_total: float = 0.0
     task: str = ""
     journal: Path | None = None
 
@@ -63,13 +66,14 @@ class Build:
         self.journal = None if output is None else Journal(output, recipe.inputs)
         self._records = dict(self.means.kept) | self._from_journal()
         self._progress = Progress(0, 0)
+        self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[Record]:
         """The records of these tasks, in their order; those not kept are done now.
 
         May be called again with what follows from the records: the next round's tasks count on top.
         """
-        missing = [key for key in keys if key not in self._records]
+        missing = self._longest_first([key for key in keys if key not in self._records])
         self._begin_round(keys, missing)
         with closing(self.means.runner.run(self.recipe, missing)) as finished:
             for key, content in finished:
@@ -78,6 +82,10 @@ class Build:
                 self._records[key] = Record.of_bytes(content)
                 self._count(key)
         return [self._records[key] for key in keys]
+
+    def _longest_first(self, keys: Sequence[Key]) -> list[Key]:
+        self._efforts = {key: self.recipe.effort(key) for key in keys}
+        return sorted(keys, key=lambda key: -self._efforts[key])
 
     def finish(self) -> None:
         """The output is written: the journal goes."""
@@ -97,13 +105,20 @@ class Build:
                 so_far.n_total + len(kept) + len(missing),
                 so_far.n_kept + len(kept),
                 so_far.n_failed + sum(record.reason is not None for record in kept),
+                so_far.effort_done,
+                so_far.effort_total + sum(self._efforts.values()),
                 journal=None if self.journal is None else self.journal.path,
             )
         )
 
     def _count(self, key: Key) -> None:
         p, failed = self._progress, self._records[key].reason is not None
-        self._tell(replace(p, n_done=p.n_done + 1, n_failed=p.n_failed + failed, task=", ".join(key)))
+        effort = p.effort_done + self._efforts[key]
+        self._tell(
+            replace(
+                p, n_done=p.n_done + 1, n_failed=p.n_failed + failed, effort_done=effort, task=", ".join(key)
+            )
+        )
 
     def _tell(self, progress: Progress) -> None:
         self._progress = progress

@@ -11,6 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
+import numpy as np
+
 from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import Limits, PivotState
@@ -40,6 +42,8 @@ _GOOD = 1.01
 
 # Times the motion for the pod in its place: what one for any pod may take and still be kept instead.
 _AS_QUICK = 1.005
+
+_SAMPLES = 60  # of a straight line whose depth tells how long a search will take
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,14 @@ class MotionMaker:
         if isinstance(nominal, CoarseMotion) and nominal.duration < at_most:
             return _marked(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
         return wide
+
+    def depth(self, key: MotionKey) -> float:
+        """How deep in m, at most, the straight line runs in what any displaced pod may leave in its way."""
+        tests = self._planning[PodStand.DISPLACED, PivotState.MOVING, key.payload]
+        q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
+        line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
+        lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
+        return max(float(lacking.max()), 0.0)
 
     def _in_stand(
         self, key: MotionKey, stand: PodStand, quicker_than: float = float("inf")

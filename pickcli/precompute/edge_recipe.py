@@ -62,6 +62,10 @@ class EdgeRecipe:
         """See Recipe."""
         return inputs_digest(self.cell, "roadmap edge", self.settings)
 
+    def effort(self, key: Key) -> float:
+        """See Recipe: none is known to take longer than another."""
+        return 1.0
+
     def make(self, key: Key) -> Record:
         """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
         wide = self._path(key, PodStand.DISPLACED)

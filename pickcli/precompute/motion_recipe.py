@@ -17,6 +17,8 @@ from pickcli.precompute.recipe import Key, inputs_digest
 from pickcli.precompute.record import Record
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 
+_LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a free line
+
 
 @dataclass(frozen=True, eq=False)
 class MotionRecipe:
@@ -33,6 +35,10 @@ class MotionRecipe:
     def make(self, key: Key) -> Record:
         """See Recipe."""
         return record_of(self._maker.make(motion_key(key)))
+
+    def effort(self, key: Key) -> float:
+        """See Recipe: motions whose straight line runs deep in something take long."""
+        return _LEAST_EFFORT + self._maker.depth(motion_key(key))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.

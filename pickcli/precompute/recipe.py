@@ -33,6 +33,12 @@ class Recipe(Protocol):
     def make(self, key: Key) -> Record:
         """Do one task."""
 
+    def effort(self, key: Key) -> float:
+        """About how long one task takes compared with others, in any unit, always more than 0.
+
+        What takes long is begun first, so that no worker is left with it in the end; time left goes by it.
+        """
+
 
 def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
     """The ``inputs`` of a recipe of this kind: cell, settings (a dataclass of JSON values) and our code."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -17,12 +18,13 @@ from pickcli.precompute.runner import Here, Processes, available_cores, runner
 
 
 def test_the_time_left_counts_only_what_was_done_now() -> None:
-    assert seconds_left(Progress(n_done=50, n_total=100, n_kept=40), 20.0) == 100.0
-    assert seconds_left(Progress(n_done=40, n_total=100, n_kept=40), 20.0) is None
+    begun = Progress(n_done=50, n_total=100, n_kept=40, effort_done=2.0, effort_total=12.0)
+    assert seconds_left(begun, 20.0) == 100.0
+    assert seconds_left(replace(begun, n_done=40, effort_done=0.0), 20.0) is None
 
 
 def test_a_line_tells_failures_coverage_and_what_was_kept() -> None:
-    progress = Progress(n_done=50, n_total=100, n_kept=40, n_failed=5, task="bin_A, tote, empty")
+    progress = Progress(50, 100, 40, 5, effort_done=1.0, effort_total=6.0, task="bin_A, tote, empty")
     assert line(progress, 20.0) == (
         "50/100, about 100 s left, 5 failed, coverage 45 %, 40 kept from before: bin_A, tote, empty"
     )
@@ -31,8 +33,8 @@ def test_a_line_tells_failures_coverage_and_what_was_kept() -> None:
 
 def test_json_lines_on_stderr_one_per_task(capsys: pytest.CaptureFixture[str]) -> None:
     with build_report("building", as_json=True) as report:
-        report(Progress(2, 4, n_kept=2, n_failed=1))
-        report(Progress(3, 4, n_kept=2, n_failed=1, task="a, b"))
+        report(Progress(2, 4, 2, 1, effort_total=3.0))
+        report(Progress(3, 4, 2, 1, effort_done=1.0, effort_total=3.0, task="a, b"))
     out, err = capsys.readouterr()
     first, second = (json.loads(text) for text in err.splitlines())
     assert out == "" and first["seconds_left"] is None and first["task"] == ""
@@ -49,7 +51,7 @@ def test_a_log_gets_a_line_per_period(
     monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
     with build_report("building") as report:
         for done in (1, 2, 3, 4):
-            report(Progress(done, 4))
+            report(Progress(done, 4, effort_done=done, effort_total=4.0))
     assert [text.split(",")[0] for text in capsys.readouterr().err.splitlines()] == [
         "building: 2/4",
         "building: 4/4",

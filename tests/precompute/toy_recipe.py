@@ -28,6 +28,10 @@ class Toy:
     folder: Path = Path()
     inputs: str = "0123456789abcdef"
 
+    def effort(self, key: Key) -> float:
+        """See Recipe."""
+        return float(key[1]) + 1.0 if key[0] == "number" else 1.0
+
     def make(self, key: Key) -> Record:
         """See Recipe."""
         what, *_ = key
