@@ -29,7 +29,6 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.precompute.build import Means
 from pickcli.precompute.cluster import Cluster
-from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap
 from pickcli.precompute.motion_recipe import MotionRecipe, task_key
@@ -37,6 +36,7 @@ from pickcli.precompute.pairs import coarse_pairs
 from pickcli.precompute.recipe import Key
 from pickcli.precompute.record import Record
 from pickcli.precompute.runner import Here, Processes, Runner
+from pickcli.precompute.settings import TrajectorySettings
 
 
 def measure() -> dict[str, Any]:

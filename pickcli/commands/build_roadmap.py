@@ -3,42 +3,32 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.building import building, jobs_option, scheduler_option
-from pickcli.commands.options import (
-    cell_option,
-    json_option,
-    output_option,
-    refuse_output,
-    seed_option,
-)
+from pickcli.commands.build_options import build_options
+from pickcli.commands.building import building
+from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 
 if TYPE_CHECKING:
+    from pickcli.precompute.roadmap_report import RoadmapReport
     from pickcli.precompute.second_routes import SecondRoutes
-
-PLANNERS = click.Choice([planner.value for planner in PlannerName])
+    from pickcli.roadmap.graph import Roadmap
 
 
 @click.command("build-roadmap")
 @cell_option
-@click.option("--planner", type=PLANNERS, default="RRTstar", show_default=True, help="Planner of the edges.")
-@click.option("--neighbours", type=click.IntRange(1, 100), default=6, show_default=True,
+@click.option("--neighbours", type=click.IntRange(1, 100), default=RoadmapSettings.n_neighbours,
+              show_default=True,
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
-@click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
-              help="Most iterations of the planner for one edge.")  # fmt: skip
-@jobs_option
-@scheduler_option
-@seed_option
-@json_option
-@output_option("roadmap")
+@build_options("roadmap", RoadmapSettings, "edge")
 def command(
-    cell_name: str, planner: str, neighbours: int, iterations: int, jobs: int | None,
-    scheduler: str | None, seed: int, as_json: bool, output: Path, overwrite: bool,
+    cell_name: str, neighbours: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
+    seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
 
@@ -52,7 +42,6 @@ def command(
       apc build-roadmap --cell apc2016_delft -o roadmap.h5
     """
     from pickcli.cell.load import load_cell
-    from pickcli.precompute.edge_recipe import RoadmapSettings
     from pickcli.precompute.make import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
@@ -62,29 +51,37 @@ def command(
     with building("building the roadmap", output, jobs, as_json, scheduler) as means:
         built = make_roadmap(cell, output, settings, means)
     roadmap = read_roadmap(output, cell)
-    summary = {
+    if as_json:
+        emit_json(_summary(output, cell.fingerprint, roadmap, built))
+    else:
+        click.echo("\n".join(_lines(output, roadmap, built)))
+
+
+def _summary(output: Path, fingerprint: str, roadmap: Roadmap, built: RoadmapReport) -> dict[str, Any]:
+    gaps = built.gaps
+    return {
         "roadmap": str(output),
-        "cell_fingerprint": cell.fingerprint,
+        "cell_fingerprint": fingerprint,
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,
         **built.summary(),
-        "refused": [f"{name}: {reason}" for (name,), reason in built.gaps.refused],
-        "missing": [f"{a} to {b}: {reason}" for (a, b), reason in built.gaps.missing],
-        "without_second_route": [f"{a} to {b}: {reason}" for (a, b), reason in built.gaps.alone],
+        "refused": [f"{name}: {reason}" for (name,), reason in gaps.refused],
+        "missing": [f"{a} to {b}: {reason}" for (a, b), reason in gaps.missing],
+        "without_second_route": [f"{a} to {b}: {reason}" for (a, b), reason in gaps.alone],
     }
-    if as_json:
-        emit_json(summary)
-        return
-    click.echo(f"{output}: {roadmap.n_nodes} nodes, {roadmap.n_edges} edges, k = {neighbours}, {planner}")
-    for (name,), reason in built.gaps.refused:
-        click.echo(f"not free: {name}: {reason}")
-    for (a, b), reason in built.gaps.missing:
-        click.echo(f"no edge: {a} to {b}: {reason.detail} (another --seed or more --iterations may find one)")
-    for a, b in built.bridges:
-        click.echo(f"joined on top of the k nearest: {a} to {b}")
+
+
+def _lines(output: Path, roadmap: Roadmap, built: RoadmapReport) -> list[str]:
+    """What was built, and everything that was not or not as asked."""
+    settings, gaps, more = built.settings, built.gaps, "another --seed or more --iterations may find one"
+    counts = f"{roadmap.n_nodes} nodes, {roadmap.n_edges} edges"
+    lines = [f"{output}: {counts}, k = {settings.n_neighbours}, {settings.planner}"]
+    lines += [f"not free: {name}: {reason}" for (name,), reason in gaps.refused]
+    lines += [f"no edge: {a} to {b}: {reason.detail} ({more})" for (a, b), reason in gaps.missing]
+    lines += [f"joined on top of the k nearest: {a} to {b}" for a, b in built.bridges]
     if built.n_components > 1:
-        click.echo(f"the roadmap is in {built.n_components} parts that could not be joined")
-    click.echo("\n".join(_route_lines(built.routes)))
+        lines.append(f"the roadmap is in {built.n_components} parts that could not be joined")
+    return lines + _route_lines(built.routes)
 
 
 def _route_lines(routes: SecondRoutes) -> list[str]:

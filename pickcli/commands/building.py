@@ -1,14 +1,14 @@
-"""What the building commands share: jobs, progress, and how an interrupted build goes on."""
+"""What the building commands share: who works, progress, and how an interrupted build goes on."""
 
 from __future__ import annotations
 
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,25 +17,6 @@ from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
 if TYPE_CHECKING:
     from pickcli.precompute.build import Means, Progress, Report
     from pickcli.precompute.runner import Runner
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def jobs_option(function: F) -> F:
-    """--jobs N."""
-    return click.option(
-        "--jobs", type=click.IntRange(1, 1024), metavar="N",
-        help="Processes that work at once; the bytes are the same.  [default: one per core]",
-    )(function)  # fmt: skip
-
-
-def scheduler_option(function: F) -> F:
-    """--scheduler ADDRESS."""
-    return click.option(
-        "--scheduler", metavar="ADDRESS",
-        help="Let the workers of this Dask scheduler do the tasks, e.g. tcp://host:8786; the bytes are the "
-        "same. It is trusted: see docs/cluster.md.",
-    )(function)  # fmt: skip
 
 
 @contextmanager

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.building import building, jobs_option
+from pickcli.commands.build_options import jobs_option
+from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, json_option
 from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError

@@ -86,8 +86,8 @@ def _pairs(text: str) -> list[tuple[str, str]]:
 
 def _contestants(text: str, iterations: int) -> list[Contestant]:
     """The planners of those names. Raises InputError."""
-    from pickcli.precompute.coarse_motion import TrajectorySettings
     from pickcli.precompute.contest import Geometric, InTime
+    from pickcli.precompute.settings import TrajectorySettings
 
     known = [*map(str, PlannerName), SEARCH]
     names = list(dict.fromkeys(text.split(",")))

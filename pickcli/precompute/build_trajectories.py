@@ -10,9 +10,9 @@ from typing import Any
 
 from pickcli.errors import Reason
 from pickcli.precompute.build import Build
-from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
 from pickcli.precompute.pairs import coarse_pairs
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.stored_database import Missing
 

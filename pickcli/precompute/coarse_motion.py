@@ -8,7 +8,7 @@ See docs/precompute.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,10 +27,10 @@ from pickcli.precompute.leg import TICK, Pace
 from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.polyline import polyline
 from pickcli.precompute.ramps import Ramps
-from pickcli.precompute.search import Effort, Search
+from pickcli.precompute.search import Search
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.precompute.timed_proof import is_proven, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, MotionKey
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
 
@@ -44,33 +44,6 @@ _GOOD = 1.01
 _AS_QUICK = 1.005
 
 _SAMPLES = 60  # of a straight line whose depth tells how long a search will take
-
-
-@dataclass(frozen=True)
-class TrajectorySettings:
-    """How a database is built; all of it is stored with the result.
-
-    n_tries: times that the planner is asked for a path where bending finds nothing near the bound
-    max_iterations, n_shortcuts: of the planner for a path, and shortcuts in it
-    n_presses, n_press: times that bending is tried for a duration, and bends each time
-    n_quicken: moves that make a motion quicker
-    n_agains: times that the best motion, where it is not near its bound, is made quicker once more
-    """
-
-    planner: PlannerName = PlannerName.RRT_CONNECT
-    n_tries: int = 4
-    max_iterations: int = 5000
-    n_shortcuts: int = 150
-    n_presses: int = 6
-    n_press: int = 400
-    n_quicken: int = 600
-    n_agains: int = 4
-    seed: int = 0
-
-    @property
-    def effort(self) -> Effort:
-        """The same for one search."""
-        return Effort(**{field.name: getattr(self, field.name) for field in fields(Effort)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +107,7 @@ class MotionMaker:
             if not tests.is_free(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
-        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings.effort)
+        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings)
         seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
         best = search.quickest(
             seed,

@@ -18,12 +18,12 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute.averaged import averaged
 from pickcli.precompute.bounds import lower_bound, scaled
-from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.leg import Pace
 from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.ramps import Ramps
 from pickcli.precompute.search import Effort, Search
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.precompute.timed_proof import is_proven
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan

@@ -18,6 +18,7 @@ from pickcli.motion.path import JointPath
 from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.recipe import Key, inputs_digest
 from pickcli.precompute.record import Record
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
@@ -28,22 +29,6 @@ from pickcli.seeds import derived_seed
 # Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*
 # leaves some of that to chance.
 _AS_SHORT = 1.1
-
-
-@dataclass(frozen=True)
-class RoadmapSettings:
-    """How a roadmap is built; all of it is stored with the result.
-
-    n_neighbours: k, edges are tried from each node to its k nearest
-    planner: of the edges; where it gives up, RRT-Connect tries
-    max_iterations: of a planner for one edge; RRT* uses them all unless the straight edge is free
-    """
-
-    planner: PlannerName = PlannerName.RRT_STAR
-    n_neighbours: int = 6
-    max_iterations: int = 3000
-    n_shortcuts: int = 200
-    seed: int = 0
 
 
 @dataclass(frozen=True, eq=False)

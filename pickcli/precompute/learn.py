@@ -18,11 +18,11 @@ from pickcli.cell.lock import locked
 from pickcli.cell.model import Cell
 from pickcli.errors import ArtifactError, InputError, Reason
 from pickcli.geometry import Array
-from pickcli.precompute.coarse_motion import TrajectorySettings
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.make import versions
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
 from pickcli.precompute.recipe import configurations_digest
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.database import MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.grow import with_polylines, without_doubles

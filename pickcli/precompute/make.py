@@ -13,11 +13,11 @@ from pickcli.cell.model import Cell
 from pickcli.precompute.build import Build, Means
 from pickcli.precompute.build_roadmap import build_roadmap
 from pickcli.precompute.build_trajectories import TrajectoryReport, build_trajectories
-from pickcli.precompute.coarse_motion import TrajectorySettings
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.recipe import configurations_digest
 from pickcli.precompute.roadmap_report import RoadmapReport
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.store import write_database, write_roadmap
 
 

@@ -12,9 +12,10 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.recipe import Key, inputs_digest
 from pickcli.precompute.record import Record
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 
 _LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a free line

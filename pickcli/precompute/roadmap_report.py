@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.second_routes import SecondRoutes
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
 
 

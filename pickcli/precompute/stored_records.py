@@ -9,13 +9,12 @@ from pathlib import Path
 from pickcli.cell.model import Cell
 from pickcli.errors import StaleError
 from pickcli.precompute.build import Means, Progress
-from pickcli.precompute.coarse_motion import TrajectorySettings
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.learn import LEARNED
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import record_of, task_key
 from pickcli.precompute.recipe import Key
 from pickcli.precompute.record import Record
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.hdf5_survey import Survey
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.stored_database import DATABASE, missing_row, motion_of

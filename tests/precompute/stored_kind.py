@@ -13,9 +13,10 @@ from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.model import Cell
 from pickcli.precompute.build import Means
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import read_database, read_roadmap
 

@@ -23,10 +23,11 @@ from pickcli.errors import Reason
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings, mark_of
+from pickcli.precompute.coarse_motion import MotionMaker
+from pickcli.precompute.edge_recipe import EdgeRecipe, mark_of
 from pickcli.precompute.empty_scene import empty_scene, stand_in
 from pickcli.precompute.record import Record
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.roadmap.planners import PlannerName
 from pickcli.verification.verify import verify

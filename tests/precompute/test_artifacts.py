@@ -12,9 +12,9 @@ from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.precompute import artifacts
 from pickcli.precompute.artifacts import default_paths, ensure_artifacts
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap, make_trajectories
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
 

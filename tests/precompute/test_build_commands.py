@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,8 @@ from pickcli.cell import load
 from pickcli.commands.build_roadmap import command as build_roadmap
 from pickcli.commands.build_trajectories import command as build_trajectories
 from pickcli.errors import InputError
+from pickcli.precompute.make import make_roadmap, make_trajectories
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.store import describe
 
 
@@ -42,6 +45,25 @@ def test_json_is_one_object_and_the_file_says_how_it_was_made(
     assert made["settings"]["seed"] == 3 and made["settings"]["planner"] == "RRTConnect"
     again = CliRunner().invoke(command, ["-o", str(output)])
     assert isinstance(again.exception, InputError) and "--overwrite" in str(again.exception)
+
+
+@pytest.mark.parametrize(
+    ("command", "make", "settings"),
+    [
+        (build_roadmap, make_roadmap, RoadmapSettings()),
+        (build_trajectories, make_trajectories, TrajectorySettings()),
+    ],
+)
+def test_without_options_it_is_what_a_trial_builds(
+    command, make, settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # type: ignore[no-untyped-def]
+    cell = small_cell("home", "bin_A")
+    monkeypatch.setattr(load, "load_cell", lambda name: cell)
+    told, made = tmp_path / "told.h5", tmp_path / "made.h5"
+    assert CliRunner().invoke(command, ["-o", str(told), "--jobs", "1"]).exit_code == 0
+    make(cell, made)
+    assert describe(told)["made"]["settings"] == asdict(settings)
+    assert told.read_bytes() == made.read_bytes()
 
 
 def test_text_names_what_is_not_free(tmp_path: Path) -> None:

@@ -14,8 +14,9 @@ from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.precompute.build import Build, Means
 from pickcli.precompute.build_roadmap import build_roadmap, nearest_pairs
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName

@@ -16,9 +16,9 @@ from pickcli.errors import InputError, WorkerLostError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.cluster import Cluster
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.runner import Here
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 
 NAMES = ("home", "bin_A", "bin_E", "tote", "drop_00_down", "tote_10h")

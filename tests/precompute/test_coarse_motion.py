@@ -14,8 +14,9 @@ from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.precompute.coarse_motion import MotionMaker, TrajectorySettings
+from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.empty_scene import checker, empty_scene
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.verification.verify import verify
 

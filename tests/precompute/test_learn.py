@@ -24,9 +24,10 @@ from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import Planner
 from pickcli.precompute import learn
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.empty_scene import empty_scene
 from pickcli.precompute.learn import Learner
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.grow import with_polylines
 from pickcli.roadmap.hdf5_survey import survey

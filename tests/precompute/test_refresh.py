@@ -24,12 +24,12 @@ from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
 from pickcli.precompute import make
 from pickcli.precompute.build import Means
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.recipe import Key, Recipe
 from pickcli.precompute.refresh import Refresh, refresh
 from pickcli.precompute.runner import Finished
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.hdf5_survey import survey
 from pickcli.roadmap.planners import PlannerName

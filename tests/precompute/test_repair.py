@@ -17,9 +17,9 @@ from pickcli.cell.model import Cell
 from pickcli.commands.check import command as check
 from pickcli.errors import DamagedError, StaleError
 from pickcli.precompute import make
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.repair import Repair, repair
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.hdf5_survey import survey
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import FORMATS

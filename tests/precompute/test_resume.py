@@ -21,12 +21,11 @@ from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
-from pickcli.precompute.coarse_motion import TrajectorySettings
-from pickcli.precompute.edge_recipe import RoadmapSettings
 from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.runner import Processes
+from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import read_roadmap
 

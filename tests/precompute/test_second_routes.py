@@ -12,10 +12,11 @@ from small_cell import small_cell
 from pickcli.cell.displacement import ANY_POD, NOMINAL_POD
 from pickcli.errors import Reason
 from pickcli.precompute.build_roadmap import build_roadmap
-from pickcli.precompute.edge_recipe import EdgeRecipe, RoadmapSettings
+from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.important import important_pairs, neighbouring_bins
 from pickcli.precompute.make import make_roadmap
 from pickcli.precompute.second_routes import MOST_TRIES, edge_to_try, for_any_pod, why_alone
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap import validate
 from pickcli.roadmap.disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap

@@ -1,0 +1,67 @@
+"""Options that the building commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.commands.options import json_option, output_option, seed_option
+from pickcli.roadmap.planners import PlannerName
+
+if TYPE_CHECKING:
+    from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+PLANNERS = click.Choice([planner.value for planner in PlannerName])
+
+
+def build_options(
+    output: str, settings: type[RoadmapSettings] | type[TrajectorySettings], one: str
+) -> Callable[[F], F]:
+    """What both builds take besides the cell, with the defaults of their settings.
+
+    output: what is written. one: what the planner looks for, in the singular
+    """
+
+    def decorate(function: F) -> F:
+        for option in (  # the last is the first in the help
+            output_option(output), json_option, seed_option, scheduler_option, jobs_option,
+            _iterations_option(settings.max_iterations, one), _planner_option(settings.planner, one),
+        ):  # fmt: skip
+            function = option(function)
+        return function
+
+    return decorate
+
+
+def jobs_option(function: F) -> F:
+    """--jobs N."""
+    return click.option(
+        "--jobs", type=click.IntRange(1, 1024), metavar="N",
+        help="Processes that work at once; the bytes are the same.  [default: one per core]",
+    )(function)  # fmt: skip
+
+
+def scheduler_option(function: F) -> F:
+    """--scheduler ADDRESS."""
+    return click.option(
+        "--scheduler", metavar="ADDRESS",
+        help="Let the workers of this Dask scheduler do the tasks, e.g. tcp://host:8786; the bytes are the "
+        "same. It is trusted: see docs/cluster.md.",
+    )(function)  # fmt: skip
+
+
+def _planner_option(default: PlannerName, one: str) -> Callable[[F], F]:
+    return click.option(
+        "--planner", type=PLANNERS, default=default.value, show_default=True, help=f"Planner of the {one}s."
+    )
+
+
+def _iterations_option(default: int, one: str) -> Callable[[F], F]:
+    return click.option(
+        "--iterations", type=click.IntRange(1), default=default, show_default=True,
+        help=f"Most iterations of the planner for one {one}.",
+    )  # fmt: skip
