@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,24 +66,28 @@ def command(
         found = suggester.suggest(count, report)
     own = cell.configurations.get(bin_name)
     now = None if own is None else suggester.judged(own.q)
-    line = configuration_line(found[0].configuration)
+    entry = configuration_line(found[0].configuration)
     if output is not None:
-        write_text(output, line)
+        write_text(output, entry)
     if as_json:
-        emit_json({
-            "cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": pivot, "poses": poses,
-            "seed": seed,
-            "now": None if now is None else _values(now), "suggestions": [_values(each) for each in found],
-            "yaml": line, "output": None if output is None else str(output),
-        })  # fmt: skip
-        return
-    rows = [_row("now", now)] if now is not None else []
-    click.echo(
-        "\n".join(table_lines(HEAD, [*rows, *(_row(str(i + 1), each) for i, each in enumerate(found))]))
-    )
-    click.echo(
-        f"the best, to put in place of {bin_name} under configurations of the cell file:\n{line}", nl=False
-    )
+        asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": pivot, "poses": poses}
+        written = {"yaml": entry, "output": None if output is None else str(output)}
+        emit_json({**asked, "seed": seed, **_summary(now, found), **written})
+    else:
+        click.echo("\n".join([*_table(now, found), _how_to_adopt(bin_name, entry)]), nl=False)
+
+
+def _summary(now: Suggestion | None, found: Sequence[Suggestion]) -> dict[str, Any]:
+    return {"now": None if now is None else _values(now), "suggestions": [_values(each) for each in found]}
+
+
+def _table(now: Suggestion | None, found: Sequence[Suggestion]) -> list[str]:
+    rows = [] if now is None else [_row("now", now)]
+    return table_lines(HEAD, [*rows, *(_row(str(i + 1), each) for i, each in enumerate(found))])
+
+
+def _how_to_adopt(bin_name: str, entry: str) -> str:
+    return f"the best, to put in place of {bin_name} under configurations of the cell file:\n{entry}"
 
 
 def _values(each: Suggestion) -> dict[str, Any]:

@@ -7,6 +7,11 @@ from pathlib import Path
 
 from command_line import apc
 
+from pickcli.cell.load import load_cell
+from pickcli.commands.options import DEFAULT_CELL
+from pickcli.commands.suggest_configurations import command
+from pickcli.precompute.suggestion import SuggestSettings
+
 QUICK = ("suggest-configurations", "--bin", "bin_C", "--candidates", 3, "--poses", 5, "--count", 2)
 
 
@@ -21,7 +26,14 @@ def test_the_entry_is_told_and_written(tmp_path: Path) -> None:
     assert again.code == 3 and "exists already" in again.err
     told = json.loads(apc(*QUICK, "-o", path, "--overwrite", "--json").out)
     assert told["yaml"] == path.read_text() and len(told["suggestions"]) == 2
-    assert told["now"]["q"][0] == 0.0908
+    assert told["now"]["q"] == load_cell(DEFAULT_CELL).configurations["bin_C"].q.tolist()
+
+
+def test_the_defaults_are_those_of_the_settings() -> None:
+    defaults = {parameter.name: parameter.default for parameter in command.params}
+    settings = SuggestSettings()
+    assert (defaults["candidates"], defaults["poses"]) == (settings.n_kept, settings.n_poses)
+    assert defaults["seed"] == settings.seed
 
 
 def test_an_unknown_bin_is_refused() -> None:
