@@ -21,6 +21,11 @@ class NamedConfiguration:
     pivot: PivotState
     kind: str  # "home", "bin", "camera", "tote", "drop", "midway"; "yardstick": only to compare with Delft
 
+    @property
+    def place(self) -> str:
+        """The part of the name after its kind: "A" of bin_A, and of cam_A, which looks into that bin."""
+        return self.name.rpartition("_")[2]
+
 
 @dataclass(frozen=True, eq=False)
 class AllowedPair:

@@ -83,12 +83,8 @@ def _bars(cell: Cell, outcomes: Iterable[tuple[Names, int]], n_kinds: int) -> tu
 
 def _bin_of(cell: Cell) -> Mapping[str, str]:
     """The bin of a configuration in front of it, and of the camera pose with the same letter."""
-    by_letter = {name.rpartition("_")[2]: name for name in cell.pod.bins}
-    return {
-        each.name: by_letter[each.name.rpartition("_")[2]]
-        for each in cell.configurations.values()
-        if each.kind in ("bin", "camera") and each.name.rpartition("_")[2] in by_letter
-    }
+    before = (each for each in cell.configurations.values() if each.kind in ("bin", "camera"))
+    return {each.name: name for each in before for name in cell.pod.bins if name.endswith(f"_{each.place}")}
 
 
 def _n_routes(roadmap: Roadmap, pair: Names) -> int:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator
 from itertools import pairwise
 
-from pickcli.cell.model import Cell
+from pickcli.cell.model import Cell, NamedConfiguration
 from pickcli.cell.station import Bin, Pod
 
 Names = tuple[str, str]
@@ -22,14 +23,13 @@ def important_pairs(cell: Cell) -> list[Names]:
     By the kinds of the two ends (see ``_KINDS``), each bin with its own camera pose, and each bin with those
     that touch it in the pod: what was taken out of one bin is put aside into a neighbour.
     """
-    by_kind: dict[str, list[str]] = {}
+    by_kind: dict[str, list[NamedConfiguration]] = defaultdict(list)
     for named in cell.configurations.values():
-        by_kind.setdefault(named.kind, []).append(named.name)
-    pairs = {(a, b) for one, two in _KINDS for a in by_kind.get(one, []) for b in by_kind.get(two, [])}
-    cameras = {_place(name): name for name in by_kind.get("camera", [])}
-    bins = set(by_kind.get("bin", []))
-    pairs |= {(name, cameras[_place(name)]) for name in bins if _place(name) in cameras}
-    pairs |= {(a, b) for a, b in neighbouring_bins(cell.pod) if {a, b} <= bins}
+        by_kind[named.kind].append(named)
+    bins, cameras = by_kind["bin"], by_kind["camera"]
+    pairs = {(a.name, b.name) for one, two in _KINDS for a in by_kind[one] for b in by_kind[two]}
+    pairs |= {(a.name, b.name) for a in bins for b in cameras if a.place == b.place}
+    pairs |= {(a, b) for a, b in neighbouring_bins(cell.pod) if {a, b} <= {each.name for each in bins}}
     return sorted({(min(pair), max(pair)) for pair in pairs})
 
 
@@ -49,8 +49,3 @@ def _overlap(a: Bin, b: Bin) -> bool:
     """Whether one mouth lies above a part of the other."""
     apart = abs(float(a.T_pod_bin[1, 3] - b.T_pod_bin[1, 3]))
     return apart < (a.mouth_width + b.mouth_width) / 2
-
-
-def _place(name: str) -> str:
-    """The part of a name after its kind: "A" of bin_A and cam_A."""
-    return name.rpartition("_")[2]

@@ -57,10 +57,5 @@ def delft_pairs(cell: Cell, payload: PayloadClass) -> list[MotionKey]:
 
 def _is_wanted(a: NamedConfiguration, b: NamedConfiguration, kinds: tuple[tuple[str, str], ...]) -> bool:
     if {a.kind, b.kind} == {"bin", "camera"}:
-        return ("bin", "camera") in kinds and _place(a) == _place(b)
+        return ("bin", "camera") in kinds and a.place == b.place
     return (a.kind, b.kind) in kinds or (b.kind, a.kind) in kinds
-
-
-def _place(named: NamedConfiguration) -> str:
-    """The part of a name after its kind: "A" of bin_A and cam_A."""
-    return named.name.rpartition("_")[2]

@@ -62,6 +62,12 @@ def test_bin_poses_point_into_their_bin_and_the_pivoted_cup_down(cell: Cell, let
     assert arm_table.chain_tip(cell.robot, named.q, DOWN)[2, 2] < -0.998
 
 
+def test_each_bin_has_a_waiting_and_a_camera_pose_of_its_letter(cell: Cell) -> None:
+    named = cell.configurations.values()
+    for kind in ("bin", "camera"):
+        assert sorted(each.place for each in named if each.kind == kind) == list(BINS)
+
+
 def test_yardstick_poses_stand_over_the_tote_pointing_down(cell: Cell) -> None:
     poses = [c for c in cell.configurations.values() if c.kind == "yardstick"]
     assert len(poses) == 12
