@@ -41,7 +41,7 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
 @click.option("--tries", type=click.IntRange(1, 1000), default=3, show_default=True, metavar="N",
               help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
 @click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
-              help="Most iterations of a planner for one path.")  # fmt: skip
+              help=f"Most iterations of a planner for one path; {SEARCH!r} keeps to its own.")  # fmt: skip
 @seed_option
 @json_option
 def command(
@@ -70,7 +70,9 @@ def command(
         given = {"payload": payload, "tries": tries, "iterations": iterations, "seed": seed}
         emit_json({"cell_fingerprint": cell.fingerprint, **given, **done.values()})
         return
-    click.echo(f"{len(chosen)} pairs, {tries} tries each, payload {payload}, at most {iterations} iterations")
+    own = f" ({SEARCH}: its own)" if SEARCH in planners.split(",") else ""
+    most = f"at most {iterations} iterations{own}"
+    click.echo(f"{len(chosen)} pairs, {tries} tries each, payload {payload}, {most}")
     click.echo(f"lengths and durations: the {len(done.common)} pairs that all solved, each by its median try")
     click.echo("\n".join(table_lines(HEAD, [_row(standing) for standing in done.standings])))
 

@@ -14,11 +14,16 @@ def test_a_row_per_planner_and_the_same_in_json() -> None:
     text = apc(*QUICK, "--pairs", "home:bin_A")
     assert text.code == 0
     first, _, head, *rows = text.out.splitlines()
-    assert first.startswith("1 pairs, 1 tries each, payload empty")
+    assert first == "1 pairs, 1 tries each, payload empty, at most 400 iterations"
     assert head.startswith("planner") and [row.split()[0] for row in rows] == ["RRTConnect", "AORRTC"]
     told = json.loads(apc(*QUICK, "--pairs", "home:bin_A", "--json").out)
     assert [row["planner"] for row in told["planners"]] == ["RRTConnect", "AORRTC"]
     assert told["pairs"] == told["pairs_solved_by_all"] == 1 and len(told["attempts"]) == 2
+
+
+def test_the_search_keeps_to_its_own_iterations_and_the_table_says_so() -> None:
+    first, *_ = apc(*QUICK, "--planners", "search,RRTConnect", "--pairs", "home:bin_A").out.splitlines()
+    assert first.endswith("at most 400 iterations (search: its own)")
 
 
 @pytest.mark.parametrize(
