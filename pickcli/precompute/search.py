@@ -135,7 +135,9 @@ class Search:
 
     @property
     def least(self) -> float:
-        """s that no legs can undercut."""
+        """s of the leg on which every joint runs on its own: the time of the slowest, or up to 32 ticks more
+        where another joint has no leg of just that time (see ``between``).
+        """
         return self._direct.duration
 
     def _pressed(self, seed: int, factor: float) -> Iterator[Ramps]:

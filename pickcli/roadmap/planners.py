@@ -8,8 +8,9 @@ from enum import StrEnum
 class PlannerName(StrEnum):
     """Planners that are repeatable when limited by iterations.
 
-    RRTConnect is the kernel's own; the others are OMPL's, named by their classes there, which ask Python
-    about every edge. PRM is not among them (it grows its graph in a thread of its own).
+    RRTConnect is the kernel's own; the others are OMPL's, which ask Python about every edge: named by their
+    classes there, with OMPL- before the one that the kernel has as well. PRM is not among them (it grows its
+    graph in a thread of its own).
     """
 
     RRT_CONNECT = "RRTConnect"  # Kuffner and LaValle 2000; Delft's choice

@@ -34,9 +34,9 @@ def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
     """The goals that have links, with them: straight ones, else for a few goals planned ones."""
     options = problem.options
     straight = [(goal, straight_links(problem, goal)) for goal in problem.goals[: options.n_goals]]
-    linked = [(goal, links) for goal, links in straight if links]
-    if linked:
-        return linked
+    in_sight = [(goal, links) for goal, links in straight if links]
+    if in_sight:
+        return in_sight
     planned = [
         (goal, planned_link(problem, goal, f"goal link {i}"))
         for i, goal in enumerate(problem.goals[: options.n_planned_goals])
