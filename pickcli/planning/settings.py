@@ -28,7 +28,6 @@ class PickSettings:
     release_time: float = 0.15  # at rest over the tote, for the vacuum to leak away
     start_dwell: float = 0.0
     load_ratio: float = 0.9  # of the cup's limits that planned motion may use
-    max_candidates: int = 48  # grasps tried per query
     wanted: int = 3  # feasible grasps among which the best whole motion is chosen
     solutions_per_grasp: int = 4  # inverse-kinematics branches followed per grasp
     shortcuts: int = 60

@@ -65,6 +65,15 @@ def test_beside_an_item_the_lance_rises_towards_the_mouth_as_the_search_says() -
     assert np.allclose(pitches, sorted(USUAL.pitches), atol=0.01)
 
 
+@pytest.mark.parametrize(("search", "most"), [(USUAL, 119), (WIDE, 3588)])
+def test_the_counts_of_the_search_bound_the_grasps(search: Search, most: int) -> None:
+    """As docs/how-a-pick-works.md tells for a box that shows its front, top and both sides."""
+    middle = pose([0.2, 0.0, 0.0])
+    grasps = sampled("kleenex_tissue_box", middle, search)
+    assert {g.face for g in grasps} == {"-x", "+z", "+y", "-y"}
+    assert len(grasps) == most
+
+
 @pytest.mark.parametrize(("name", "T"), ITEMS)
 def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
     a, b = sampled(name, T, USUAL, 7), sampled(name, T, USUAL, 7)
