@@ -22,7 +22,6 @@ BIN = Bin(
 )  # fmt: skip
 FIRST = 0.05
 MOST = 4
-MOST = 4
 
 
 class Open:

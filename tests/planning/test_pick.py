@@ -45,7 +45,7 @@ def test_a_free_item_is_picked_and_certified(
     assert verdict.certificate is not None and verdict.certificate.min_clearance > 0.0
 
 
-def test_same_query_same_motion_other_seed_may_differ(
+def test_same_query_same_motion_and_with_another_seed_another(
     planner: Planner, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("dove_beauty_bar", "bin_H", 0.2, 0.03))
@@ -53,6 +53,9 @@ def test_same_query_same_motion_other_seed_may_differ(
     again = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=1)
     assert motion_hash(first) == motion_hash(again)
     np.testing.assert_array_equal(first.trajectory.positions, again.trajectory.positions)
+    other = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=2)
+    assert motion_hash(other) != motion_hash(first)
+    assert verify(other, scene).reasons == ()
 
 
 def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: SceneWith, home: Start) -> None:
