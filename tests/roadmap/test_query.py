@@ -9,12 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.errors import NoPlanError
-from pickcli.roadmap.connect import QueryOptions
+from pickcli.motion.path import JointPath
+from pickcli.roadmap.connect import Problem, QueryOptions
+from pickcli.roadmap.cost import estimated_duration
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.query import CoarseRoute, How, query
+from pickcli.roadmap.shorten import shorten
+from pickcli.seeds import derived_seed
 
 START, GOAL = np.array([-0.8, -0.5]), np.array([0.8, -0.5])
+LINE = JointPath(space().joint_names, np.stack([START, GOAL]))
+SCREEN = BoxWorld([(np.array([-0.05, -0.9]), np.array([0.05, 0.9]))])  # quickly passed below, slowly above
 
 
 def test_a_free_straight_line_needs_no_roadmap() -> None:
@@ -67,16 +73,29 @@ def test_ends_without_a_straight_link_are_linked_by_the_planner(planner: Planner
     _check(route, world, START, GOAL)
 
 
-def test_a_detour_over_the_roadmap_meets_a_rival() -> None:
-    roadmap = Roadmap.empty(space().joint_names)
-    far = np.array([[-0.9, 0.9], [-0.9, 0.99], [0.9, 0.99], [0.9, 0.9]])
-    roadmap, a = roadmap.with_node(far[0])
-    roadmap, b = roadmap.with_node(far[-1])
-    roadmap = roadmap.with_edge(a, b, far)
-    block = BoxWorld([(np.array([-0.05, -0.6]), np.array([0.05, -0.4]))])  # small, easily passed
-    route = query(roadmap, block, space(), START, GOAL[None], seed=1)
-    _check(route, block, START, GOAL)
-    assert route.path.length < 2.0
+def test_a_detour_over_the_roadmap_loses_to_a_rival() -> None:
+    stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=0, options=_roadmap_only())
+    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=0)
+    assert (stored.how, route.how) == (How.ROADMAP, How.PLANNER)
+    assert _seconds(route.path) < 0.7 * _seconds(stored.path)
+    _check(route, SCREEN, START, GOAL)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_quickest_of_the_roadmap_and_all_rivals_wins(seed: int) -> None:
+    options = QueryOptions(enough=0.0, n_rivals=4)
+    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=options)
+    assert _seconds(route.path) == min(_each_alone(seed, options))
+
+
+@pytest.mark.parametrize(("enough", "answer"), [(np.inf, 0), (1.1, 4), (1.0, 5)])
+def test_the_search_ends_with_what_is_quick_enough(enough: float, answer: int) -> None:
+    """The roadmap's answer, one rival that is not the quickest, all of them."""
+    options = QueryOptions(enough=enough, n_rivals=6)
+    alone = _each_alone(3, options)
+    assert min(alone) == alone[5] < alone[4] <= 1.1 * _seconds(LINE) < min(alone[:4])
+    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=3, options=options)
+    assert _seconds(route.path) == alone[answer]
 
 
 def test_of_several_goals_one_that_is_free_is_reached_and_named() -> None:
@@ -123,6 +142,30 @@ def _check(route: CoarseRoute, world: BoxWorld, start: np.ndarray, goal: np.ndar
 def _roadmap_only() -> QueryOptions:
     """The roadmap's answer whatever it costs."""
     return QueryOptions(n_rivals=0)
+
+
+def _seconds(path: JointPath) -> float:
+    return estimated_duration(space(), path.waypoints)
+
+
+def _each_alone(seed: int, options: QueryOptions) -> list[float]:
+    """Durations of the roadmap's answer and of each of the planner's, with nobody to compete against."""
+    stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=_roadmap_only())
+    problem = Problem(_over(), SCREEN, space(), START, GOAL[None], seed, options)
+    ways = [problem.plan(START, GOAL[None], f"direct {k}") for k in range(options.n_rivals)]
+    found = [JointPath(space().joint_names, way) for way in ways if way is not None]
+    own = derived_seed(seed, "shorten")
+    short = [shorten(SCREEN, space(), path, seed=own, iterations=options.n_shortcuts) for path in found]
+    return [_seconds(stored.path), *map(_seconds, short)]
+
+
+def _over() -> Roadmap:
+    """Two nodes joined high above a screen."""
+    roadmap = Roadmap.empty(space().joint_names)
+    way = np.array([[-0.9, 0.9], [-0.9, 0.99], [0.9, 0.99], [0.9, 0.9]])
+    roadmap, a = roadmap.with_node(way[0])
+    roadmap, b = roadmap.with_node(way[-1])
+    return roadmap.with_edge(a, b, way)
 
 
 def _roadmap() -> Roadmap:
