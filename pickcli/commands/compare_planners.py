@@ -97,7 +97,7 @@ def _contestants(text: str, iterations: int) -> list[Contestant]:
     if wrong is not None:
         raise InputError(f"--planners: {wrong!r} is none; known: {', '.join(known)}")
     return [
-        InTime.of(TrajectorySettings()) if name == SEARCH else Geometric(PlannerName(name), iterations)
+        InTime(TrajectorySettings()) if name == SEARCH else Geometric(PlannerName(name), iterations)
         for name in names
     ]
 

@@ -22,7 +22,7 @@ from pickcli.precompute.empty_scene import RESERVE, checker
 from pickcli.precompute.leg import Pace
 from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.ramps import Ramps
-from pickcli.precompute.search import Effort, Search
+from pickcli.precompute.search import Search
 from pickcli.precompute.settings import TrajectorySettings
 from pickcli.precompute.timed_proof import is_proven
 from pickcli.roadmap.database import PayloadClass
@@ -130,9 +130,12 @@ class Geometric:
 
 @dataclass(frozen=True)
 class InTime:
-    """Our own search, that of the trajectory database: in time, not in length."""
+    """Our own search, that of the trajectory database: in time, not in length.
 
-    effort: Effort
+    settings: of the database, for its effort
+    """
+
+    settings: TrajectorySettings
     good: float = 1.01  # times the lower bound: what ends the search
 
     @property
@@ -140,16 +143,13 @@ class InTime:
         """See Contestant."""
         return "search in time"
 
-    @classmethod
-    def of(cls, settings: TrajectorySettings) -> InTime:
-        """With the effort of a build of the database."""
-        return cls(settings.effort)
-
     def answer(self, query: Query, seed: int) -> Answer | None:
         """See Contestant."""
         began = time.perf_counter()
         pace, proof = Pace.of(query.limits), LegProof(query.proving, query.space)
-        search = Search(LegProof(query.planning, query.space), query.planning, pace, query.ends, self.effort)
+        search = Search(
+            LegProof(query.planning, query.space), query.planning, pace, query.ends, self.settings
+        )
         names = query.cell.robot.joint_names
 
         def finished(motion: Ramps) -> Trajectory | None:

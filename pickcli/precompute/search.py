@@ -18,8 +18,8 @@ from pickcli.precompute.leg_proof import LegProof
 from pickcli.precompute.press import press
 from pickcli.precompute.quicken import quicken
 from pickcli.precompute.ramps import Ramps
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.plan import plan
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.shorten import shorten
 from pickcli.seeds import derived_seed
 
@@ -40,20 +40,6 @@ class Timed(Protocol):
 T = TypeVar("T", bound=Timed)
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How much is tried; see TrajectorySettings."""
-
-    planner: PlannerName
-    n_tries: int
-    max_iterations: int
-    n_shortcuts: int
-    n_presses: int
-    n_press: int
-    n_quicken: int
-    n_agains: int
-
-
 @dataclass(frozen=True, eq=False)
 class Search:
     """One search: between two free configurations (n,), for one checker."""
@@ -62,7 +48,7 @@ class Search:
     checker: SceneChecker
     pace: Pace
     ends: tuple[Array, Array]
-    effort: Effort
+    settings: TrajectorySettings
 
     def quickest(
         self,
@@ -108,7 +94,7 @@ class Search:
         for motion in self._searched(seed, is_line_free, is_wanted):
             found.append(motion)
             yield motion
-        for again in range(self.effort.n_agains):
+        for again in range(self.settings.n_agains):
             if not found or not is_wanted(_LADDER[0] * self.least):
                 return
             best = min(found, key=lambda motion: motion.total(self.pace))
@@ -142,11 +128,11 @@ class Search:
 
     def _pressed(self, seed: int, factor: float) -> Iterator[Ramps]:
         """At most one motion: bent until free in ``factor`` times the least duration, then quickened."""
-        for attempt in range(self.effort.n_presses):
+        for attempt in range(self.settings.n_presses):
             own = derived_seed(seed, "press", factor, attempt)
             motion = press(
                 self.proof, self._clearances, self.checker.margin + _ROOM, self.pace, self.ends,
-                float(ticks_up(factor * self.least)), seed=own, iterations=self.effort.n_press,
+                float(ticks_up(factor * self.least)), seed=own, iterations=self.settings.n_press,
             )  # fmt: skip
             if motion is not None:
                 yield self._quickened(motion, own)
@@ -157,15 +143,15 @@ class Search:
 
     def _planned(self, seed: int) -> Iterator[Ramps]:
         """What the planner finds, shortened, then from stops at each corner to a motion that has none."""
-        for attempt in range(self.effort.n_tries):
+        for attempt in range(self.settings.n_tries):
             own = derived_seed(seed, "try", attempt)
             path = plan(
                 self.checker, self.proof.space, self.ends[0], self.ends[1][None],
-                seed=own, planner=self.effort.planner, max_iterations=self.effort.max_iterations,
+                seed=own, planner=self.settings.planner, max_iterations=self.settings.max_iterations,
             )  # fmt: skip
             if path is not None:
                 short = shorten(
-                    self.checker, self.proof.space, path, seed=own, iterations=self.effort.n_shortcuts
+                    self.checker, self.proof.space, path, seed=own, iterations=self.settings.n_shortcuts
                 )
                 yield self._quickened(Ramps(self._stopping(short.waypoints)), own)
 
@@ -179,5 +165,5 @@ class Search:
     def _quickened(self, motion: Ramps, seed: int) -> Ramps:
         return quicken(
             self.proof, self.pace, motion, self.least,
-            seed=derived_seed(seed, "quicken"), iterations=self.effort.n_quicken,
+            seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,
         )  # fmt: skip

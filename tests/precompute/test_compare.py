@@ -23,7 +23,7 @@ from pickcli.roadmap.shorten import shorten
 BLOCKED = ("cam_D", "cam_L")
 ALL: list[Contestant] = [
     *(Geometric(p, 400) for p in (PlannerName.RRT_CONNECT, PlannerName.RRT_STAR, PlannerName.AO_RRT_CONNECT)),
-    InTime.of(LEAST_EFFORT),
+    InTime(LEAST_EFFORT),
 ]
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pickcli.precompute.coarse_motion import TrajectorySettings
 from pickcli.precompute.leg import Pace
 from pickcli.precompute.ramps import Ramps
 from pickcli.precompute.search import Search
+from pickcli.precompute.settings import TrajectorySettings
 
 PACE = Pace(np.ones(1), np.ones(1), np.full(1, 20.0), 0.05)
 
@@ -37,7 +37,7 @@ class Listed(Search):
 
 def search(*durations: float) -> Listed:
     ends = np.zeros(1), np.ones(1)
-    return Listed(None, None, PACE, ends, TrajectorySettings().effort, durations)  # type: ignore[arg-type]
+    return Listed(None, None, PACE, ends, TrajectorySettings(), durations)  # type: ignore[arg-type]
 
 
 def finished_in(longer: dict[float, float]) -> Callable[[Ramps], Taking | None]:
