@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import glob
 import os
 import threading
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from pickcli.errors import InputError
 
@@ -14,7 +18,8 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Write a file so that a crash or a full disk leaves the old one untouched.
 
     The content goes into a temporary file beside the target, is synced, and takes the target's name in
-    one step. Raises InputError if the folder is missing or cannot be written.
+    one step. What a kill in the middle of that leaves is removed by the next write of the same file.
+    Raises InputError if the folder is missing or cannot be written.
     """
     try:
         _replace(path, content)
@@ -30,16 +35,45 @@ def write_text(path: Path, text: str) -> None:
 def _replace(path: Path, content: bytes) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
     try:
-        with open(part, "wb") as file:
+        with _held(part) as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        os.replace(part, path)
+            os.replace(part, path)
         _sync_folder(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
             part.unlink()
         raise
+    _remove_leftovers(path)
+
+
+@contextlib.contextmanager
+def _held(part: Path) -> Iterator[BinaryIO]:
+    """A new file that is locked, so that nobody takes it for a leftover: a lock ends with its process."""
+    while True:
+        with open(part, "wb") as file:
+            with contextlib.suppress(OSError):  # where there are no locks, nothing is taken for a leftover
+                fcntl.flock(file, fcntl.LOCK_EX)
+            if _is_at(part, file):  # and was not removed before it was locked
+                yield file
+                return
+
+
+def _remove_leftovers(path: Path) -> None:
+    """What killed writers of a file have left: the parts that no process holds."""
+    for part in path.parent.glob(f".{glob.escape(path.name)}.[0-9]*-[0-9]*.part"):
+        with contextlib.suppress(OSError), open(part, "r+b") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_at(part, file):
+                part.unlink()
+
+
+def _is_at(part: Path, file: BinaryIO) -> bool:
+    """Whether an open file still lies at its place."""
+    with contextlib.suppress(FileNotFoundError):
+        return os.path.samestat(os.stat(part), os.fstat(file.fileno()))
+    return False
 
 
 def _sync_folder(folder: Path) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
@@ -59,3 +63,68 @@ def test_the_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
     plain.touch()
     write_bytes(tmp_path / "ours", b"")
     assert (tmp_path / "ours").stat().st_mode == plain.stat().st_mode
+
+
+def _written_elsewhere(path: Path, at_sync: Callable[[], object]) -> int:
+    """The id of a process that writes b"theirs" and does ``at_sync`` instead of each sync."""
+    pid = os.fork()
+    if pid == 0:
+        code = 1
+        try:
+            with mock.patch.object(os, "fsync", lambda _: at_sync()):
+                write_bytes(path, b"theirs")
+            code = 0
+        finally:
+            os._exit(code)
+    return pid
+
+
+def test_what_a_killed_writer_left_goes_with_the_next_write(tmp_path: Path) -> None:
+    path, other = tmp_path / "file", tmp_path / "file.more"
+    for target in (path, other):
+        os.waitpid(_written_elsewhere(target, lambda: os.kill(os.getpid(), signal.SIGKILL)), 0)
+    assert len(list(tmp_path.glob(".file.*part"))) == 2 and not path.exists()
+    write_bytes(path, b"ours")
+    (left,) = set(tmp_path.iterdir()) - {path}
+    assert path.read_bytes() == b"ours" and left.name.startswith(".file.more.")
+
+
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    path, (go_on, let), (is_there, tell) = tmp_path / "file", os.pipe(), os.pipe()
+    pid = _written_elsewhere(path, lambda: (os.write(tell, b"."), os.read(go_on, 1)))
+    os.read(is_there, 1)
+    write_bytes(path, b"ours")
+    left, content = list(tmp_path.glob(".file.*.part")), path.read_bytes()
+    os.write(let, b"..")
+    assert os.waitpid(pid, 0) == (pid, 0)
+    assert len(left) == 1 and content == b"ours"
+    assert path.read_bytes() == b"theirs" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_part_that_is_taken_for_a_leftover_before_it_is_locked_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken: list[Path] = []
+
+    def flock(*_: Any) -> None:
+        if not taken:
+            taken.extend(tmp_path.iterdir())
+            taken[0].unlink()
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    write_bytes(tmp_path / "file", b"ours")
+    assert taken and (tmp_path / "file").read_bytes() == b"ours"
+
+
+def test_where_there_are_no_locks_files_are_written_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = tmp_path / ".file.1-1.part"
+    left.touch()
+
+    def flock(*_: Any) -> None:
+        raise OSError(95, "Operation not supported")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    write_bytes(tmp_path / "file", b"ours")
+    assert (tmp_path / "file").read_bytes() == b"ours" and left.exists()

@@ -95,6 +95,7 @@ class _Life(RuleBasedStateMachine):
         self.kind.make(self.out, Means(report=told.append))
         assert self.out.read_bytes() == self.good
         assert told[-1].n_kept == len(kept) and told[-1].n_done == told[-1].n_total
+        assert not list(self.folder.glob(f".{self.out.name}.*.part"))
         assert not self.journal.path.exists()
 
     @rule(n_calls=st.integers(1, 40))
@@ -228,7 +229,7 @@ class _Life(RuleBasedStateMachine):
 
     @invariant()
     def nothing_else_lies_around(self) -> None:
-        """But what a death in the middle of writing leaves."""
+        """But what a death in the middle of writing leaves, until the same file is written again."""
         left = {path for path in self.folder.iterdir() if path.suffix not in (".part", ".lock")}
         assert left <= {self.out, self.journal.path, self.learner.roadmap, self.learner.trajectories}
 
