@@ -124,13 +124,6 @@ class Roadmap:
             marks=(*self.marks, *[NOMINAL_POD] * len(new)),
         )
 
-    def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:
-        """Polyline (K, n) through nodes along edges (one fewer), without doubled configurations."""
-        if not edges:
-            return np.asarray(self.configurations[[nodes[0]]])
-        parts = [self.edge_path(edge, start) for edge, start in zip(edges, nodes, strict=False)]
-        return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
-
     def components(self) -> IntArray:
         """(N,): for each node the smallest index of the nodes that it is connected with."""
         label = np.arange(self.n_nodes, dtype=np.int64)

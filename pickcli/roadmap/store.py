@@ -14,7 +14,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.hdf5_format import Format
 from pickcli.roadmap.hdf5_guard import opened, read_attributes
 from pickcli.roadmap.hdf5_read import StoredFile, stored_file
-from pickcli.roadmap.hdf5_write import to_bytes, write_content
+from pickcli.roadmap.hdf5_write import write_content
 from pickcli.roadmap.stored_database import (
     DATABASE,
     Missing,
@@ -41,11 +41,6 @@ def write_roadmap(
     The same roadmap gives the same bytes. Raises InputError if the place cannot be written.
     """
     write_content(path, ROADMAP, roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps()))
-
-
-def roadmap_bytes(roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any]) -> bytes:
-    """The bytes that ``write_roadmap`` writes."""
-    return to_bytes(ROADMAP, roadmap_content(roadmap, fingerprint, made, RoadmapGaps()))
 
 
 def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
@@ -96,6 +91,7 @@ def read_missing(path: Path) -> tuple[Missing, ...]:
 def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseMotion | None:
     """One motion with its timed points, turned round if need be, or None; the others are not read.
 
+    For those who need single motions out of many: queries read the whole database, without its points.
     Raises like ``read_database``; damage elsewhere in the data does not matter.
     """
     with stored_file(path, DATABASE, _fingerprint(cell)) as file:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.linked import linked
 
 
 @settings(max_examples=60, deadline=None)
@@ -38,7 +39,7 @@ def test_agrees_with_networkx_on_the_graph_without_the_blocked_edges(
     assert route.cost == pytest.approx(expected)
     assert route.nodes[0] == start and route.nodes[-1] in goals
     assert not set(route.edges) & blocked
-    joined = roadmap.joined(route.nodes, route.edges)
+    joined = linked(roadmap, [])[0].joined(route.nodes, route.edges)
     np.testing.assert_array_equal(joined[[0, -1]], roadmap.configurations[[start, route.nodes[-1]]])
     assert np.linalg.norm(np.diff(joined, axis=0), axis=1).sum() == pytest.approx(expected)
 

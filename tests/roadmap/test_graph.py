@@ -25,8 +25,6 @@ def test_an_edge_reads_from_either_end() -> None:
     path = roadmap.edge_path(1)
     np.testing.assert_array_equal(roadmap.edge_path(1, 1), path)
     np.testing.assert_array_equal(roadmap.edge_path(1, 2), path[::-1])
-    np.testing.assert_array_equal(roadmap.joined([2, 1, 0], [1, 0])[:, 0], [2.0, 1.0, 0.0])
-    np.testing.assert_array_equal(roadmap.joined([2], []), [[2.0]])
 
 
 def test_an_edge_must_join_its_nodes() -> None:

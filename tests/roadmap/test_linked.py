@@ -44,6 +44,14 @@ def test_it_is_the_enlarged_roadmap(seed: int) -> None:
         assert graph.is_link(edge) == (edge >= roadmap.n_edges)
 
 
+def test_ways_are_joined_without_doubled_configurations() -> None:
+    line = Roadmap.empty(("x",)).with_nodes(np.arange(3.0)[:, None])
+    line = line.with_edges([(a, a + 1, line.configurations[[a, a + 1]]) for a in range(2)])
+    graph, _ = linked(line, [])
+    np.testing.assert_array_equal(graph.joined([2, 1, 0], [1, 0])[:, 0], [2.0, 1.0, 0.0])
+    np.testing.assert_array_equal(graph.joined([2], []), [[2.0]])
+
+
 def test_a_configuration_that_is_a_node_stays_that_node() -> None:
     roadmap = _roadmap(np.random.default_rng(0))
     q = roadmap.configurations[4]
