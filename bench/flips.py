@@ -20,8 +20,7 @@ import numpy as np
 from pickcli.cell.load import load_cell
 from pickcli.errors import ApcError
 from pickcli.precompute.artifacts import ensure_artifacts
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.store import FORMATS, read_database, read_roadmap
+from pickcli.roadmap.store import read_database, read_roadmap, surveyed
 
 # What became of a flip; the exit code of the process that looked at it.
 OUTCOMES = ("found", "harmless", "wrong motion served", "neither found nor harmless", "crash")
@@ -60,7 +59,7 @@ def _outcome(path: Path, read: Callable[[Path], list[Any]], right: list[Any]) ->
     if is_served and not (len(served) == len(right) and all(map(np.array_equal, served, right))):
         return WRONG
     try:
-        is_found = bool(survey(path, FORMATS).damage)
+        is_found = bool(surveyed(path).damage)
     except ApcError:
         is_found = True
     if is_found:

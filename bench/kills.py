@@ -20,8 +20,7 @@ from typing import Any
 
 from pickcli.errors import ApcError
 from pickcli.precompute.journal import Journal, journals
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.store import FORMATS
+from pickcli.roadmap.store import surveyed
 
 _APC = str(Path(sys.executable).with_name("apc"))
 _OPTIONS = ("build-roadmap", "--planner", "RRTConnect", "--overwrite", "--json", "--jobs", "2")
@@ -75,7 +74,7 @@ def _n_kept(out: Path) -> int:
 
 def _is_whole(out: Path, good: bytes) -> bool:
     try:
-        return not survey(out, FORMATS).damage and out.read_bytes() == good
+        return not surveyed(out).damage and out.read_bytes() == good
     except ApcError:
         return False
 

@@ -25,8 +25,7 @@ from pickcli.cell.model import Cell
 from pickcli.geometry import pose
 from pickcli.precompute.make import make_trajectories
 from pickcli.precompute.refresh import Refresh, refresh
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.store import FORMATS
+from pickcli.roadmap.store import surveyed
 
 MOVED = pose((0.0, 0.01, 0.0))  # m
 
@@ -70,7 +69,7 @@ def with_moved(cell: Cell, wall: str) -> Cell:
 
 
 def _refreshed(path: Path, cell: Cell) -> dict[str, float]:
-    seconds, done = _timed(lambda: refresh(path, survey(path, FORMATS), cell))
+    seconds, done = _timed(lambda: refresh(path, surveyed(path), cell))
     assert isinstance(done, Refresh)
     return {
         "s": seconds,

@@ -12,8 +12,7 @@ from collections.abc import Callable
 
 from pickcli.cell.load import load_cell
 from pickcli.precompute.artifacts import ensure_artifacts
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.store import FORMATS, read_database, read_motion, read_roadmap
+from pickcli.roadmap.store import read_database, read_motion, read_roadmap, surveyed
 
 
 def measure(n_runs: int = 300) -> dict[str, float]:
@@ -28,7 +27,7 @@ def measure(n_runs: int = 300) -> dict[str, float]:
         "fetch_ms": _median_ms(lambda: read_motion(paths.trajectories, next(motions), cell), n_runs),
         "open_paths_ms": _median_ms(lambda: read_database(paths.trajectories, cell), n_runs // 10),
         "open_roadmap_ms": _median_ms(lambda: read_roadmap(paths.roadmap, cell), n_runs // 10),
-        "check_ms": _median_ms(lambda: survey(paths.trajectories, FORMATS), 5),
+        "check_ms": _median_ms(lambda: surveyed(paths.trajectories), 5),
     }
 
 

@@ -36,10 +36,9 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     Example:
       apc check trajectories.h5 --repair
     """
-    from pickcli.roadmap.hdf5_survey import survey
-    from pickcli.roadmap.store import FORMATS, describe
+    from pickcli.roadmap.store import describe, surveyed
 
-    found = survey(path, FORMATS)
+    found = surveyed(path)
     done = None
     if found.damage and is_repair:
         done = _repaired(path, found, cell_name, jobs, as_json)

@@ -35,10 +35,9 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     """
     from pickcli.cell.load import load_cell
     from pickcli.precompute.refresh import refresh
-    from pickcli.roadmap.hdf5_survey import survey
-    from pickcli.roadmap.store import FORMATS
+    from pickcli.roadmap.store import surveyed
 
-    found, cell = survey(path, FORMATS), load_cell(cell_name)
+    found, cell = surveyed(path), load_cell(cell_name)
     with building(f"refreshing {path.name}", path, jobs, as_json) as means:
         done = refresh(path, found, cell, means)
     if as_json:

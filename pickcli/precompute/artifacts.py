@@ -16,8 +16,7 @@ from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.recipe import configurations_digest
 from pickcli.precompute.repair import repair
 from pickcli.precompute.runner import Here, Runner
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.store import FORMATS, how_made, read_database, read_roadmap
+from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveyed
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> boo
 def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
     """Repair a file if it was ours and enough of it is left."""
     try:
-        found = survey(path, FORMATS)
+        found = surveyed(path)
         return bool(found.damage) and repair(path, found, cell, means).is_same
     except (ArtifactError, InputError):
         return False

@@ -55,7 +55,7 @@ def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -
 
     Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
 
-    found: by surveying the same file; what is damaged in it is done anew
+    found: by ``surveyed``, of the same file; what is damaged in it is done anew
     Raises StaleError for settings that this version does not have.
     """
     stored = stored_records(found, cell)

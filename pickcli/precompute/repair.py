@@ -32,7 +32,7 @@ class Repair:
 def repair(path: Path, found: Survey, cell: Cell, means: Means | None = None) -> Repair:
     """Write a damaged file anew, as the build that made it would, computing only what is lost.
 
-    found: by surveying the same file
+    found: by ``surveyed``, of the same file
     Raises StaleError where that cannot give the same file: another cell, other named configurations, or
     other versions.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import asdict, replace
+from operator import index
 from pathlib import Path
 
 from pickcli.cell.model import Cell
@@ -16,14 +17,20 @@ from pickcli.precompute.recipe import Key
 from pickcli.precompute.record import Record
 from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.hdf5_survey import Survey
+from pickcli.roadmap.intact import intact_missing, intact_motions
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.stored_database import DATABASE, missing_row, motion_of
+from pickcli.roadmap.stored_database import DATABASE
 from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
 
 
 def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:
-    """What is intact of a database or roadmap, by task."""
+    """What is intact of a database or roadmap, by task; nothing if it is of other joints.
+
+    found: by ``surveyed``, which looks whether it makes sense
+    """
+    if found.joint_names != cell.robot.joint_names:
+        return {}
     return _motions(found) if found.kind is DATABASE else _edges(found, cell)
 
 
@@ -46,8 +53,9 @@ def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings
         stored = dict(found.made["settings"])
         if stored == LEARNED:
             raise StaleError(f"{path}: was learned, not built; delete it, and it will be learned again")
-        stored["planner"] = PlannerName(stored["planner"])
-        return TrajectorySettings(**stored) if found.kind is DATABASE else RoadmapSettings(**stored)
+        planner = PlannerName(stored.pop("planner"))
+        counts = {name: index(count) for name, count in stored.items()}
+        return (TrajectorySettings if found.kind is DATABASE else RoadmapSettings)(planner, **counts)
     except (TypeError, ValueError, KeyError) as error:
         raise StaleError(
             f"{path}: its settings are not those of this version ({error}); build it again"
@@ -56,11 +64,8 @@ def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings
 
 def _motions(found: Survey) -> dict[Key, Record]:
     """Records of the motions and reasons that are intact."""
-    names, motions = found.joint_names, found.intact["motions"]
-    made = [motion_of(names, m.row, m.pieces["waypoints"], m.pieces["points"]) for m in motions]
-    missing = [missing_row(entry.row) for entry in found.intact["missing"]]
-    kept = {task_key(motion.key): record_of(motion) for motion in made}
-    return kept | {task_key(key): record_of(reason) for key, reason in missing}
+    kept = {task_key(motion.key): record_of(motion) for motion in intact_motions(found)}
+    return kept | {task_key(key): record_of(reason) for key, reason in intact_missing(found)}
 
 
 def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:

@@ -103,6 +103,19 @@ def table_digest(table: AnyArray) -> str:
     return digest.hexdigest()
 
 
+def made_of(attributes: Mapping[str, str]) -> dict[str, Any]:
+    """How a file was made. Raises ValueError if it does not say so."""
+    made = json.loads(attributes["made"])
+    if not isinstance(made, dict):
+        raise ValueError("made is no JSON object")
+    return made
+
+
+def joints_of(attributes: Mapping[str, str]) -> tuple[str, ...]:
+    """The joints, in the order of the columns. Raises ValueError or TypeError."""
+    return tuple(str(name) for name in json.loads(attributes["joint_names"]))
+
+
 def content_digest(attributes: Mapping[str, str]) -> str:
     """SHA-256 over all attributes, the digests of the tables among them."""
     return hashlib.sha256(json.dumps(dict(attributes), sort_keys=True).encode()).hexdigest()

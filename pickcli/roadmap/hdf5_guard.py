@@ -45,8 +45,12 @@ def opened(path: Path) -> Iterator[Any]:
         with h5py.File(path, "r", locking=False) as file:
             yield file
     except SYMPTOMS as error:
-        cause = str(error).split("\n")[0][:200] or type(error).__name__
-        raise damaged(path, cause) from None
+        raise damaged(path, cause_of(error)) from None
+
+
+def cause_of(error: Exception) -> str:
+    """What was raised, in one line that is not too long."""
+    return str(error).split("\n")[0][:200] or type(error).__name__
 
 
 def damaged(path: Path, cause: str) -> DamagedError:

@@ -14,7 +14,15 @@ import numpy as np
 
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
-from pickcli.roadmap.hdf5_format import AnyArray, Format, content_digest, piece_digest, table_digest
+from pickcli.roadmap.hdf5_format import (
+    AnyArray,
+    Format,
+    content_digest,
+    joints_of,
+    made_of,
+    piece_digest,
+    table_digest,
+)
 from pickcli.roadmap.hdf5_guard import Dataset, open_datasets, opened, read_attributes
 
 
@@ -35,16 +43,13 @@ class StoredFile:
 
     @cached_property
     def made(self) -> dict[str, Any]:
-        """How it was made."""
-        made = json.loads(self.attributes["made"])
-        if not isinstance(made, dict):
-            raise ValueError("made is no JSON object")
-        return made
+        """How it was made. Raises ValueError if it does not say so."""
+        return made_of(self.attributes)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """The joints, in the order of the columns."""
-        return tuple(str(name) for name in json.loads(self.attributes["joint_names"]))
+        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        return joints_of(self.attributes)
 
     def texts(self, table: str, field: str) -> tuple[str, ...]:
         """A TEXT column."""

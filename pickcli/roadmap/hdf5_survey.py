@@ -18,11 +18,20 @@ from pickcli.roadmap.hdf5_format import (
     AnyArray,
     Format,
     content_digest,
+    joints_of,
+    made_of,
     piece_digest,
     row_digests,
     table_digest,
 )
-from pickcli.roadmap.hdf5_guard import SYMPTOMS, Dataset, check_readable, open_datasets, read_attributes
+from pickcli.roadmap.hdf5_guard import (
+    SYMPTOMS,
+    Dataset,
+    cause_of,
+    check_readable,
+    open_datasets,
+    read_attributes,
+)
 from pickcli.roadmap.hdf5_spare import Restored, restored
 
 
@@ -61,19 +70,24 @@ class Survey:
     intact: Mapping[str, Sequence[IntactRow]]
 
     @property
+    def is_whole(self) -> bool:
+        """Whether nothing is lost."""
+        return not any(damage.lost for damage in self.damage)
+
+    @property
     def fingerprint(self) -> str:
         """Of the cell that the file is valid for."""
         return self.attributes["cell_fingerprint"]
 
     @property
     def made(self) -> dict[str, Any]:
-        """How the file was made."""
-        return dict(json.loads(self.attributes["made"]))
+        """How the file was made. Raises ValueError if it does not say so."""
+        return made_of(self.attributes)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """The joints, in the order of the columns."""
-        return tuple(json.loads(self.attributes["joint_names"]))
+        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        return joints_of(self.attributes)
 
 
 def survey(path: Path, kinds: Sequence[Format]) -> Survey:
@@ -94,10 +108,9 @@ def survey(path: Path, kinds: Sequence[Format]) -> Survey:
             datasets = open_datasets(file, kind, len(found.image))
             return _survey(found, kind, attributes, seal, datasets)
     except SYMPTOMS as error:
-        cause = str(error).split("\n")[0][:200] or type(error).__name__
         raise DamagedError(
-            f"{path}: damaged beyond repair ({cause}): neither its directory nor the spare copy can be used; "
-            "build it again"
+            f"{path}: damaged beyond repair ({cause_of(error)}): neither its directory nor the spare copy "
+            "can be used; build it again"
         ) from None
 
 

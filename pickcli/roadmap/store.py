@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.model import Cell
-from pickcli.errors import InputError
+from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import CoarseMotion, MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.hdf5_format import Format
-from pickcli.roadmap.hdf5_guard import opened, read_attributes
+from pickcli.roadmap.hdf5_guard import SYMPTOMS, cause_of, opened, read_attributes
 from pickcli.roadmap.hdf5_read import StoredFile, stored_file
+from pickcli.roadmap.hdf5_survey import Survey, survey
 from pickcli.roadmap.hdf5_write import write_content
+from pickcli.roadmap.intact import check_intact
 from pickcli.roadmap.stored_database import (
     DATABASE,
     Missing,
@@ -101,6 +103,22 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
                 motion = _checked_motion(file, row, cell)
                 return motion if wanted == key else motion.reversed()
     return None
+
+
+def surveyed(path: Path) -> Survey:
+    """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
+
+    Raises like ``survey``; DamagedError, too, if what is intact makes no sense: then no row can be trusted.
+    """
+    found = survey(path, FORMATS)
+    try:
+        check_intact(found)
+    except SYMPTOMS as error:
+        raise DamagedError(
+            f"{path}: its checksums are right, but what it holds makes no sense ({cause_of(error)}); "
+            "build it again"
+        ) from None
+    return found
 
 
 def describe(path: Path) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,15 +79,20 @@ def roadmap_of(file: StoredFile) -> Roadmap:
     waypoints, offsets = file.pieces("waypoints")
     if np.any(np.diff(first) != 1) or len(nodes) != len(configurations):
         raise ValueError("a node has not exactly one configuration")
-    proven_for = {PivotState(text) for text in file.texts("edges", "proven_for")} or {PivotState.MOVING}
-    if len(proven_for) != 1:
-        raise ValueError("edges are proven for different pivot states")
     return Roadmap(
         file.joint_names, configurations, file.texts("nodes", "name"),
         tuple(PivotState(text) for text in file.texts("nodes", "pivot")),
-        np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets, proven_for.pop(),
-        marks_of(file, "edges"),
+        np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets,
+        one_state(file.texts("edges", "proven_for")), marks_of(file, "edges"),
     )  # fmt: skip
+
+
+def one_state(texts: Iterable[str]) -> PivotState:
+    """The state that all edges are proven for. Raises ValueError if there are several."""
+    states = {PivotState(text) for text in texts} or {PivotState.MOVING}
+    if len(states) != 1:
+        raise ValueError("edges are proven for different pivot states")
+    return states.pop()
 
 
 def gaps_of(file: StoredFile) -> RoadmapGaps:

@@ -70,3 +70,4 @@ EDGES = StoredKind(
     lambda: EdgeRecipe(cell(), FEW_EDGES),
     _edges,
 )
+KINDS = {"motions": MOTIONS, "edges": EDGES}

@@ -30,10 +30,9 @@ from pickcli.precompute.learn import Learner
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.grow import with_polylines
-from pickcli.roadmap.hdf5_survey import survey
 from pickcli.roadmap.lesson import Lesson
 from pickcli.roadmap.space import EdgeChecker
-from pickcli.roadmap.store import FORMATS
+from pickcli.roadmap.store import surveyed
 
 Array = NDArray[np.float64]
 
@@ -94,7 +93,7 @@ def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
     cell: Cell, proof: EdgeChecker, learner: Learner
 ) -> None:
     learner.learn_edges([_lesson(_pairs(cell, proof, True)[0])])
-    assert not survey(learner.roadmap, FORMATS).damage
+    assert not surveyed(learner.roadmap).damage
     content = bytearray(learner.roadmap.read_bytes())
     content[content.index(np.asarray(learner.edges()[0]).tobytes()) + 3] ^= 1
     learner.roadmap.write_bytes(content)

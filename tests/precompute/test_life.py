@@ -34,9 +34,8 @@ from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.refresh import refresh
 from pickcli.precompute.repair import repair
 from pickcli.roadmap.database import MotionKey, PayloadClass
-from pickcli.roadmap.hdf5_survey import survey
 from pickcli.roadmap.lesson import Lesson
-from pickcli.roadmap.store import FORMATS
+from pickcli.roadmap.store import surveyed
 
 PLACES = st.floats(0.0, 1.0, exclude_max=True)
 
@@ -95,8 +94,8 @@ class _Life(RuleBasedStateMachine):
         self.kind.make(self.out, Means(report=told.append))
         assert self.out.read_bytes() == self.good
         assert told[-1].n_kept == len(kept) and told[-1].n_done == told[-1].n_total
-        assert not list(self.folder.glob(f".{self.out.name}.*.part"))
         assert not self.journal.path.exists()
+        assert not list(self.folder.glob(f".{self.out.name}.*.part"))
 
     @rule(n_calls=st.integers(1, 40))
     def die_while_building(self, n_calls: int) -> None:
@@ -150,7 +149,7 @@ class _Life(RuleBasedStateMachine):
     def check(self) -> None:
         """Finds damage exactly where there is some."""
         try:
-            found = survey(self.out, FORMATS)
+            found = surveyed(self.out)
         except ApcError:
             assert self.out.read_bytes() != self.good
         else:
@@ -165,7 +164,7 @@ class _Life(RuleBasedStateMachine):
         """
         before = self.out.read_bytes()
         try:
-            found = survey(self.out, FORMATS)
+            found = surveyed(self.out)
             if n_calls:
                 dies(n_calls, lambda: mend(self.out, found, cell()))
                 assert self.out.read_bytes() in (before, self.good)

@@ -10,34 +10,35 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from small_cell import LEAST_EFFORT, small_cell
+from small_cell import small_cell
+from stored_kind import KINDS
+from stored_kind import cell as stored_cell
 
 from pickcli.cell import load
 from pickcli.cell.model import Cell
 from pickcli.commands.check import command as check
 from pickcli.errors import DamagedError, StaleError
+from pickcli.motion.path import JointPath
+from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute import make
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.repair import Repair, repair
 from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.hdf5_survey import survey
+from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.store import FORMATS
+from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
 
 EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    return small_cell("home", "bin_A", "bin_E", "tote", "tote_10h")
+    return stored_cell()
 
 
 @pytest.fixture(scope="module")
-def good(cell: Cell, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    folder = tmp_path_factory.mktemp("good")
-    make_roadmap(cell, folder / "edges", EDGES)
-    make_trajectories(cell, folder / "motions", LEAST_EFFORT)
-    return {kind: (folder / kind).read_bytes() for kind in ("edges", "motions")}
+def good() -> dict[str, bytes]:
+    return {name: kind.good() for name, kind in KINDS.items()}
 
 
 def _damaged(path: Path, content: bytes, *places: int) -> Path:
@@ -55,7 +56,7 @@ def test_any_flipped_bit_is_repaired_to_the_same_bytes(
     rng, content = random.Random(3), good[kind]
     for _ in range(12):
         path = _damaged(tmp_path / kind, content, rng.randrange(len(content)))
-        found = survey(path, FORMATS)
+        found = surveyed(path)
         n_lost = sum(bool(damage.lost) for damage in found.damage)
         done = repair(path, found, cell)
         assert path.read_bytes() == content and done.is_same
@@ -70,7 +71,7 @@ def test_much_damage_and_a_lost_end_are_repaired_too(
     content = good[kind]
     path = tmp_path / kind
     path.write_bytes(content[: len(content) * 5 // 6])
-    done = repair(path, survey(path, FORMATS), cell)
+    done = repair(path, surveyed(path), cell)
     assert path.read_bytes() == content
     assert done.n_kept > 0 or kind == "edges"  # whose polylines all lie in the lost end
 
@@ -80,7 +81,7 @@ def test_damage_to_the_directory_alone_costs_no_task(
 ) -> None:
     for place in (20, len(good["motions"]) - 80):
         path = _damaged(tmp_path / "motions", good["motions"], place)
-        done = repair(path, survey(path, FORMATS), cell)
+        done = repair(path, surveyed(path), cell)
         assert done == Repair(done.n_kept, 0, True)
         assert path.read_bytes() == good["motions"]
 
@@ -103,7 +104,7 @@ def test_another_cell_is_refused(
     path = _damaged(tmp_path / "motions", good["motions"], 20)
     before = path.read_bytes()
     with pytest.raises(StaleError, match=f"{told}.*cannot be repaired"):
-        repair(path, survey(path, FORMATS), other(cell))
+        repair(path, surveyed(path), other(cell))
     assert path.read_bytes() == before
 
 
@@ -113,7 +114,28 @@ def test_other_versions_are_refused(
     path = _damaged(tmp_path / "motions", good["motions"], 20)
     monkeypatch.setattr("pickcli.precompute.repair.versions", lambda: make.versions() | {"ompl": "0"})
     with pytest.raises(StaleError, match="versions"):
-        repair(path, survey(path, FORMATS), cell)
+        repair(path, surveyed(path), cell)
+
+
+def test_of_a_file_with_other_joints_nothing_is_kept(
+    good: dict[str, bytes], cell: Cell, tmp_path: Path
+) -> None:
+    """Although it says that it was made for this cell."""
+    path = tmp_path / "motions"
+    path.write_bytes(good["motions"])
+    motions = [_without_last_joint(motion) for motion in read_database(path, points=True)]
+    other = TrajectoryDatabase.of(cell.robot.joint_names[:-1], motions)
+    write_database(path, other, cell.fingerprint, how_made(path))
+    assert repair(path, surveyed(path), cell).n_kept == 0
+    assert path.read_bytes() == good["motions"]
+
+
+def _without_last_joint(motion: CoarseMotion) -> CoarseMotion:
+    timed, names = motion.trajectory, motion.path.joint_names[:-1]
+    assert timed is not None
+    arrays = (part[:, :-1] for part in (timed.positions, timed.velocities, timed.accelerations))
+    path = JointPath(names, motion.path.waypoints[:, :-1])
+    return replace(motion, path=path, trajectory=Trajectory(names, timed.times, *arrays))
 
 
 def test_the_command_names_the_damage_and_repairs_it(

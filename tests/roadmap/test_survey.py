@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from stored_samples import FINGERPRINT, MADE, database, roadmap
+from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
-from pickcli.roadmap.database import MotionKey, PayloadClass
+from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
+from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.hdf5_survey import Survey, survey
+from pickcli.roadmap.intact import intact_roadmap
 from pickcli.roadmap.store import (
     DATABASE,
     FORMATS,
     read_database,
     read_motion,
     read_roadmap,
+    surveyed,
     write_database,
     write_roadmap,
 )
@@ -61,7 +65,7 @@ def test_500_flipped_bits_are_all_found_and_never_served(kind: str, stored: dict
     whole, size = survey(path, FORMATS), path.stat().st_size
     for _ in range(500):
         flipped = _flipped(path, rng.randrange(size), rng.randrange(8))
-        found = survey(flipped, FORMATS)
+        found = surveyed(flipped)
         assert len(found.damage) == 1
         _assert_intact_rows_are_those_of(found, whole)
         _assert_read_or_refused(kind, flipped)
@@ -124,8 +128,9 @@ def test_what_a_truncation_leaves_is_intact(stored: dict[str, Path]) -> None:
         cut = path.with_name("cut.h5")
         cut.write_bytes(content[:size])
         try:
-            found = survey(cut, FORMATS)
-        except (DamagedError, InputError):
+            found = surveyed(cut)
+        except (DamagedError, InputError) as error:
+            assert "makes no sense" not in str(error)
             continue
         n_told += 1
         assert found.damage and all(
@@ -133,6 +138,29 @@ def test_what_a_truncation_leaves_is_intact(stored: dict[str, Path]) -> None:
         )
         assert all(edge.pieces["waypoints"].any() for edge in found.intact["edges"])
     assert n_told > 5
+
+
+def test_edges_of_a_lost_node_are_intact_and_still_checked(stored: dict[str, Path]) -> None:
+    path, name = stored["roadmap"], "node_ä3".encode()
+    found = surveyed(_flipped(path, path.read_bytes().index(name), 0))
+    assert len(found.intact["nodes"]) == 5 and not found.is_whole
+    assert found.damage[0].where == "row 3 of nodes"
+    kept = intact_roadmap(found)
+    for edge in range(roadmap().n_edges):
+        np.testing.assert_array_equal(kept.edge_path(edge), roadmap().edge_path(edge))
+    write_roadmap(path, replace(roadmap(), lengths=np.ones(5)), FINGERPRINT, MADE)
+    with pytest.raises(DamagedError, match=r"makes no sense \(the length of an edge"):
+        surveyed(_flipped(path, path.read_bytes().index(name), 0))
+
+
+@pytest.mark.parametrize("kind", [kind.name for kind in FORMATS])
+def test_of_an_empty_file_nothing_is_senseless(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "empty.h5"
+    if kind == "roadmap":
+        write_roadmap(path, Roadmap.empty(JOINTS), FINGERPRINT, {})
+    else:
+        write_database(path, TrajectoryDatabase.of(JOINTS, []), FINGERPRINT, {})
+    assert surveyed(path).is_whole
 
 
 def test_a_directory_damaged_in_both_copies_is_beyond_repair(stored: dict[str, Path]) -> None:
