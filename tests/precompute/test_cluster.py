@@ -9,21 +9,15 @@ from pathlib import Path
 
 import pytest
 from dask_cluster import DaskCluster, dask_cluster
-from small_cell import LEAST_EFFORT, small_cell
+from stored_kind import KINDS
 from toy_recipe import MANY, Toy
 
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.cluster import Cluster
-from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.runner import Here
-from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.planners import PlannerName
 
-NAMES = ("home", "bin_A", "bin_E", "tote", "drop_00_down", "tote_10h")
-EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
-BUILDS = {"motions": (make_trajectories, LEAST_EFFORT), "edges": (make_roadmap, EDGES)}
 SHORT = 2.0  # s: what is waited for here never comes
 
 
@@ -55,10 +49,9 @@ def test_workers_leave_the_bytes_that_this_process_leaves(two: DaskCluster) -> N
     assert len(there) == len(keys) and dict(there) == dict(Here().run(Toy(), keys))
 
 
-@pytest.mark.parametrize("kind", BUILDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_worker_is_killed_and_the_file_is_the_same(kind: str, empty: DaskCluster, tmp_path: Path) -> None:
-    make, settings = BUILDS[kind]
-    cell, told = small_cell(*NAMES), list[Progress]()
+    told = list[Progress]()
     for name in ("one", "other"):
         empty.add_worker(name)
 
@@ -67,9 +60,8 @@ def test_a_worker_is_killed_and_the_file_is_the_same(kind: str, empty: DaskClust
         if progress.n_done == 3:
             empty.kill("one")
 
-    make(cell, tmp_path / "alone.h5", settings)  # type: ignore[operator]
-    make(cell, tmp_path / "many.h5", settings, Means(Cluster(empty.address, SHORT), report=kill))  # type: ignore[operator]
-    assert (tmp_path / "many.h5").read_bytes() == (tmp_path / "alone.h5").read_bytes()
+    KINDS[kind].make(tmp_path / "many.h5", Means(Cluster(empty.address, SHORT), report=kill))
+    assert (tmp_path / "many.h5").read_bytes() == KINDS[kind].good()
     assert told[-1].n_done == told[-1].n_total > 3
     assert not list(tmp_path.glob("*.journal"))
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from small_cell import LEAST_EFFORT, small_cell
+from stored_kind import FEW_EDGES
 
 from pickcli.cell import load
 from pickcli.cell.change import change_since, parts_of
@@ -31,12 +32,9 @@ from pickcli.precompute.refresh import Refresh, refresh
 from pickcli.precompute.runner import Finished
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
-from pickcli.roadmap.hdf5_survey import survey
-from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.store import FORMATS, read_database, read_gaps, read_missing, read_roadmap
+from pickcli.roadmap.store import read_database, read_gaps, read_missing, read_roadmap, surveyed
 from pickcli.roadmap.stored_database import DATABASE
 
-EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 NAMES = ("home", "bin_A", "bin_E", "cam_A", "cam_E", "tote", "tote_10h")
 
 
@@ -96,14 +94,14 @@ def fresh(changed: Cell, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _built(cell: Cell, folder: Path) -> dict[str, bytes]:
-    make_roadmap(cell, folder / "edges", EDGES)
+    make_roadmap(cell, folder / "edges", FEW_EDGES)
     make_trajectories(cell, folder / "motions", LEAST_EFFORT)
     return {kind: (folder / kind).read_bytes() for kind in ("edges", "motions")}
 
 
 def _refreshed(path: Path, content: bytes, cell: Cell, means: Means | None = None) -> Refresh:
     path.write_bytes(content)
-    return refresh(path, survey(path, FORMATS), cell, means)
+    return refresh(path, surveyed(path), cell, means)
 
 
 def _verdicts(path: Path, cell: Cell) -> tuple[set[MotionKey], set[MotionKey], set[MotionKey]]:
@@ -214,7 +212,7 @@ def test_a_file_that_does_not_say_what_its_cell_was_is_done_anew(
 ) -> None:
     path = tmp_path / "edges"
     path.write_bytes(old["edges"])
-    found = survey(path, FORMATS)
+    found = surveyed(path)
     attributes = {**found.attributes, "made": json.dumps(found.made | {"parts": parts})}
     done = refresh(path, replace(found, attributes=attributes), cell)
     assert done.why_anew == "the file does not say what its cell was" and done.n_kept == 0
@@ -251,7 +249,7 @@ def test_an_interrupted_refresh_leaves_the_old_file_and_goes_on(
     with pytest.raises(KeyboardInterrupt):
         _refreshed(path, old["motions"], other, Means(_Stopping()))
     assert path.read_bytes() == old["motions"]
-    again = refresh(path, survey(path, FORMATS), other)
+    again = refresh(path, surveyed(path), other)
     at_once = _refreshed(tmp_path / "at_once", old["motions"], other)
     assert again.n_planned == at_once.n_planned - 1
     assert path.read_bytes() == (tmp_path / "at_once").read_bytes()

@@ -16,22 +16,19 @@ from typing import Any
 
 import pytest
 from small_cell import LEAST_EFFORT, small_cell
+from stored_kind import KINDS, MOTIONS
+from stored_kind import cell as stored_cell
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.journal import Journal
-from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.runner import Processes
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
-from pickcli.roadmap.planners import PlannerName
+from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.store import read_roadmap
 
-NAMES = ("home", "bin_A", "bin_E", "tote", "drop_00_down", "tote_10h")
-EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
-BUILDS = {"motions": (make_trajectories, LEAST_EFFORT), "edges": (make_roadmap, EDGES)}
 CODE_DIGEST = recipe.code_digest
 
 
@@ -45,34 +42,30 @@ def same_code() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    return small_cell(*NAMES)
+    return stored_cell()
 
 
 @pytest.fixture(scope="module")
-def good(cell: Cell, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def good() -> dict[str, bytes]:
     """The bytes of undisturbed builds on one process."""
-    folder = tmp_path_factory.mktemp("good")
-    return {kind: _built(folder, cell, kind) for kind in BUILDS}
+    return {name: kind.good() for name, kind in KINDS.items()}
 
 
-def _built(folder: Path, cell: Cell, kind: str, means: Means | None = None) -> bytes:
-    make, settings = BUILDS[kind]
-    make(cell, folder / kind, settings, means)  # type: ignore[operator]
+def _built(folder: Path, kind: str, means: Means | None = None) -> bytes:
+    KINDS[kind].make(folder / kind, means)
     return (folder / kind).read_bytes()
 
 
-@pytest.mark.parametrize("kind", BUILDS)
-def test_two_jobs_make_the_same_bytes_as_one(
-    kind: str, good: dict[str, bytes], cell: Cell, tmp_path: Path
-) -> None:
-    assert _built(tmp_path, cell, kind, Means(Processes(2))) == good[kind]
+@pytest.mark.parametrize("kind", KINDS)
+def test_two_jobs_make_the_same_bytes_as_one(kind: str, good: dict[str, bytes], tmp_path: Path) -> None:
+    assert _built(tmp_path, kind, Means(Processes(2))) == good[kind]
     assert [path.name for path in tmp_path.iterdir()] == [kind]
 
 
-@pytest.mark.parametrize("kind", BUILDS)
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("n_jobs", [1, 2])
 def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
-    kind: str, n_jobs: int, good: dict[str, bytes], cell: Cell, tmp_path: Path
+    kind: str, n_jobs: int, good: dict[str, bytes], tmp_path: Path
 ) -> None:
     told: list[Progress] = []
 
@@ -82,9 +75,9 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
 
     runner = {} if n_jobs == 1 else {"runner": Processes(n_jobs)}
     with pytest.raises(KeyboardInterrupt):
-        _built(tmp_path, cell, kind, Means(**runner, report=interrupt))
+        _built(tmp_path, kind, Means(**runner, report=interrupt))
     assert not (tmp_path / kind).exists()
-    assert _built(tmp_path, cell, kind, Means(**runner, report=told.append)) == good[kind]
+    assert _built(tmp_path, kind, Means(**runner, report=told.append)) == good[kind]
     assert told[0].n_kept == told[0].n_done == 4
     assert told[-1].n_done == told[-1].n_total and told[-1].n_kept == 4
     assert [path.name for path in tmp_path.iterdir()] == [kind]
@@ -95,14 +88,15 @@ def test_a_journal_of_other_settings_is_neither_used_nor_lost(
 ) -> None:
     other = Journal(tmp_path / "motions", MotionRecipe(cell, TrajectorySettings(seed=9)).inputs)
     other.append(("home", "bin_A", "empty"), b"of another build")
-    assert _built(tmp_path, cell, "motions") == good["motions"]
+    assert _built(tmp_path, "motions") == good["motions"]
     assert other.path.exists()
 
 
 def test_other_configurations_or_code_are_other_inputs(cell: Cell, monkeypatch: Any) -> None:
     inputs = MotionRecipe(cell, LEAST_EFFORT).inputs
-    assert MotionRecipe(small_cell(*NAMES), LEAST_EFFORT).inputs == inputs
-    assert MotionRecipe(small_cell(*NAMES[:-1]), LEAST_EFFORT).inputs != inputs
+    names = list(cell.configurations)
+    assert MotionRecipe(small_cell(*names), LEAST_EFFORT).inputs == inputs
+    assert MotionRecipe(small_cell(*names[:-1]), LEAST_EFFORT).inputs != inputs
     monkeypatch.setattr(recipe, "code_digest", lambda: "other")
     assert MotionRecipe(cell, LEAST_EFFORT).inputs != inputs
 
@@ -124,11 +118,11 @@ def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
         try:
             with pytest.raises(InputError, match="cannot be written: File too large"):
-                _built(tmp_path, cell, "motions")
+                _built(tmp_path, "motions")
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         assert (tmp_path / "motions").read_bytes() == b"old"
-    assert _built(tmp_path, cell, "motions") == good["motions"]
+    assert _built(tmp_path, "motions") == good["motions"]
     assert [path.name for path in tmp_path.iterdir()] == ["motions"]
 
 
@@ -136,28 +130,27 @@ PROGRAM = f"""
 import sys
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from pathlib import Path
-from test_resume import BUILDS, NAMES, small_cell
+from stored_kind import MOTIONS
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means
 from pickcli.precompute.runner import runner
 recipe.code_digest = lambda: "the same"
-make, settings = BUILDS["motions"]
-make(small_cell(*NAMES), Path(sys.argv[1]), settings, Means(runner(int(sys.argv[2]))))
+MOTIONS.make(Path(sys.argv[1]), Means(runner(int(sys.argv[2]))))
 """
 
 
 @pytest.mark.parametrize("n_jobs", [1, 2])
 def test_a_killed_build_loses_at_most_what_was_in_hand(
-    n_jobs: int, good: dict[str, bytes], cell: Cell, tmp_path: Path
+    n_jobs: int, good: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "motions.h5"
-    journal = Journal(out, MotionRecipe(cell, LEAST_EFFORT).inputs)
+    journal = Journal(out, MOTIONS.recipe().inputs)
     for n_records in (1, 7):
         command = [sys.executable, "-c", PROGRAM, str(out), str(n_jobs)]
         _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)
     assert not out.exists() and len(journal.read()) >= 7
     told: list[Progress] = []
-    make_trajectories(cell, out, LEAST_EFFORT, Means(report=told.append))
+    MOTIONS.make(out, Means(report=told.append))
     assert told[0].n_kept >= 7
     assert out.read_bytes() == good["motions"]
 
