@@ -1,7 +1,8 @@
 """A file made right for its cell as it is now: what a change does not touch is kept.
 
-The verdicts are those of a build from nothing: which pairs have a motion or an edge, and for which pods. What
-is kept is not searched for again, so where something went away a build from nothing may find quicker ways.
+The verdicts are those of a build from nothing: which pairs have a motion or an edge, and which of these hold
+for any pod. What is kept is not searched for again, so where something went away such a build may find
+quicker ways; and what holds for any pod stays, where it might prefer a quicker one for the pod in its place.
 """
 
 from __future__ import annotations
@@ -132,9 +133,8 @@ class _Sieve:
         pivot = self._pivot(key)
         if pivot is None or not self._has_ends(motion, pivot):
             return None
-        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
-            motion.path.waypoints, pivot, motion.key.payload
-        ):
+        ends, is_nominal = motion.path.waypoints[[0, -1]], motion.mark.stand is PodStand.NOMINAL
+        if is_nominal and self.proof.may_suit_any_pod(ends, pivot, motion.key.payload):
             return None
         if self.proof.is_motion_untouched(motion):
             return motion
@@ -144,9 +144,8 @@ class _Sieve:
     def _edge_holds(self, key: Key, record: Record) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        if stand is PodStand.NOMINAL and self.proof.is_relieved(
-            waypoints, PivotState.MOVING, PayloadClass.EMPTY
-        ):
+        ends, is_nominal = waypoints[[0, -1]], stand is PodStand.NOMINAL
+        if is_nominal and self.proof.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
             return True

@@ -5,9 +5,9 @@ is asked to keep the same clearance, from them alone, with the kernel that prove
 it is proven in the changed cell as it was in the old one: nothing else there is new. Only what comes nearer
 than that is touched by the change, and proven again against the whole cell.
 
-What holds for the pod in its place alone is *relieved* by a change if it would have met, in the sweep of the
-pod, one of the solids that went away, and meets none there that came, and its ends are free in the sweep now:
-then there may be a way for any pod.
+What holds for the pod in its place alone may be had for any pod once a solid went away, of the pod or any
+other: some way around the sweep of the pod led through it. The way that is stored says nothing about that, as
+it keeps from that solid. So it must be searched for again, unless an end is not free in the sweep.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ from pickcli.precompute.empty_scene import RESERVE, Case, checker, checkers
 from pickcli.precompute.timed_proof import keeps, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, PayloadClass
 from pickcli.roadmap.space import JointSpace
-
-_WIDEST = PodStand.DISPLACED
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,17 +56,13 @@ class Reproof:
         """Whether an edge is proven in the cell as it is now."""
         return self._all[_edge(stand)].path_is_free(waypoints) == -1
 
-    def is_relieved(self, waypoints: Array, pivot: PivotState, payload: PayloadClass) -> bool:
-        """Whether a polyline (N, n) that holds for the pod in its place alone has lost what was in its way.
+    def may_suit_any_pod(self, ends: Array, pivot: PivotState, payload: PayloadClass) -> bool:
+        """Whether between two ends (2, n) there may be a way for any pod now that there was none for before.
 
-        pivot: the narrowest state that its ends may have
+        pivot: the narrowest state that the ends may have
         """
-        case = _WIDEST, PivotState.MOVING, payload
-        if not self.change.went or self._old[case].path_is_free(waypoints) == -1:
-            return False
-        if self.change.came and self._new[case].path_is_free(waypoints) != -1:
-            return False
-        return bool(self._all[_WIDEST, pivot, payload].are_free(waypoints[[0, -1]]).all())
+        wide = PodStand.DISPLACED, pivot, payload
+        return bool(self.change.went) and bool(self._all[wide].are_free(ends).all())
 
     def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
@@ -93,11 +87,6 @@ class Reproof:
     def _new(self) -> dict[Case, SceneChecker]:
         """Checkers of what is new alone."""
         return checkers(self._model, RESERVE, self.change.cell_of_came)
-
-    @cached_property
-    def _old(self) -> dict[Case, SceneChecker]:
-        """Checkers of what went away alone."""
-        return checkers(self._model, RESERVE, self.change.cell_of_went)
 
 
 def _case(motion: CoarseMotion) -> Case:

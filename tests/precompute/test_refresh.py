@@ -18,6 +18,7 @@ from pickcli.cell.change import change_since, parts_of
 from pickcli.cell.displacement import ANY_POD, UNMOVED, PodStand
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
 from pickcli.collision.model import CollisionModel
@@ -29,6 +30,7 @@ from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.recipe import Key, Recipe
 from pickcli.precompute.refresh import Refresh, refresh
+from pickcli.precompute.reproof import Reproof
 from pickcli.precompute.runner import Finished
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
@@ -148,6 +150,63 @@ def test_a_refreshed_roadmap_says_what_a_new_one_says(
     for edge, mark in enumerate(ours.marks):
         tests = checker(model, ours.proven_for, PayloadClass.EMPTY, stand=mark.stand)
         assert tests.path_is_free(ours.edge_path(edge)) == -1
+
+
+# Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
+# free for the pod in its place: so that is what is stored while they stand.
+POSTS = (
+    box("post_at_KL", (-0.62, -0.25, 0.80), (-0.43, -0.13, 0.96)),
+    box("post_at_KB", (-0.65, 0.38, 1.28), (-0.49, 0.54, 1.44)),
+)
+AMONG_POSTS = ("bin_K", "cam_B", "cam_K", "cam_L")
+
+
+def _posts_as_obstacles(cell: Cell) -> Cell:
+    return _with(cell, obstacles=Obstacles((*cell.obstacles.bodies, *POSTS)))
+
+
+def _posts_of_the_pod(cell: Cell) -> Cell:
+    return _with(cell, pod=replace(cell.pod, bodies=(*cell.pod.bodies, *POSTS)))
+
+
+def _stands(folder: Path, cell: Cell) -> dict[str, dict[object, PodStand]]:
+    """For which pods each edge and each motion of a folder's files holds."""
+    motions, roadmap = read_database(folder / "motions", cell), read_roadmap(folder / "edges", cell)
+    pairs = [tuple(roadmap.names[node] for node in edge) for edge in roadmap.edges]
+    return {
+        "edges": {pair: mark.stand for pair, mark in zip(pairs, roadmap.marks, strict=True)},
+        "motions": {motion.key: motion.mark.stand for motion in motions},
+    }
+
+
+@pytest.mark.parametrize("posts", [_posts_as_obstacles, _posts_of_the_pod])
+def test_what_went_away_makes_room_for_any_pod(posts: Change, tmp_path: Path) -> None:
+    """Also where it was not in the way that is stored."""
+    bare = small_cell(*AMONG_POSTS)
+    old, new = _built(posts(bare), tmp_path), tmp_path / "new"
+    before = _stands(tmp_path, posts(bare))
+    for kind, content in old.items():
+        done = _refreshed(tmp_path / kind, content, bare)
+        assert done.n_kept > 0 and done.n_proven == 0
+    new.mkdir()
+    _built(bare, new)
+    ours, fresh = _stands(tmp_path, bare), _stands(new, bare)
+    for kind, stands in before.items():
+        nominal = [key for key, stand in stands.items() if stand is PodStand.NOMINAL]
+        assert {key: ours[kind][key] for key in nominal} == {key: fresh[kind][key] for key in nominal}
+        assert any(ours[kind][key] is PodStand.DISPLACED for key in nominal)
+        assert all(stand is PodStand.DISPLACED for key, stand in ours[kind].items() if key not in nominal)
+
+
+def test_another_try_is_worth_it_where_something_went_and_the_ends_are_free_for_any_pod() -> None:
+    cell = small_cell("home", "cam_E")
+    ends = np.stack([cell.configurations[name].q for name in ("home", "cam_E")])
+    bare, more = parts_of(cell), _posts_as_obstacles(cell)
+    went = Reproof(cell, change_since(parts_of(more), cell))
+    assert went.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY)
+    assert not went.may_suit_any_pod(ends, PivotState.STRAIGHT, PayloadClass.CENTRED_CUBE)
+    came = Reproof(more, change_since(bare, more))
+    assert not came.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY)
 
 
 def test_a_wall_that_is_far_from_all_motions_touches_few(
