@@ -32,7 +32,6 @@ from pickcli.precompute.recipe import Key, Recipe
 from pickcli.precompute.refresh import Refresh, refresh
 from pickcli.precompute.reproof import Reproof
 from pickcli.precompute.runner import Finished
-from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.store import read_database, read_gaps, read_missing, read_roadmap, surveyed
 from pickcli.roadmap.stored_database import DATABASE

@@ -21,7 +21,6 @@ from pickcli.errors import DamagedError, StaleError
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute import make
-from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.repair import Repair, repair
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
