@@ -49,7 +49,13 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     else:
         click.echo("\n".join(_lines(path, found, done)))
     if found.damage and done is None:
-        raise DamagedError(f"{path}: damaged in {len(found.damage)} places; add --repair, or build it again")
+        raise DamagedError(
+            f"{path}: damaged in {_places(len(found.damage))}; add --repair, or build it again"
+        )
+
+
+def _places(n: int) -> str:
+    return "one place" if n == 1 else f"{n} places"
 
 
 def _repaired(path: Path, found: Survey, cell_name: str, jobs: int | None, as_json: bool) -> Repair:

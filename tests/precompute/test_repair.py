@@ -22,12 +22,8 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute import make
 from pickcli.precompute.repair import Repair, repair
-from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
-
-EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 
 
 @pytest.fixture(scope="module")
