@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from pickcli.cell.fingerprint import digest, numbers, rules, solid
 from pickcli.cell.model import Cell
-from pickcli.cell.shapes import Body
+from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.station import Obstacles
+from pickcli.geometry import Array
 
 _LENGTH = 16  # hexadecimal digits of a digest: enough to tell apart what nobody forges
 
@@ -29,13 +32,19 @@ class CellChange:
     rules: in words, what changed of what every motion depends on
     came: solids ("pod wall_left") that were not there, or were other or elsewhere
     went: solids that are not there any more, or are other or elsewhere
-    cell_of_came: the cell with no other solids than these around the robot
+    cell_of_came, cell_of_went: the cell with no other solids than these around the robot
     """
 
     rules: tuple[str, ...]
     came: tuple[str, ...]
     went: tuple[str, ...]
     cell_of_came: Cell
+    cell_of_went: Cell
+
+    @property
+    def leaves_room(self) -> bool:
+        """Whether a solid is gone, or one that is not of the pod is other or elsewhere."""
+        return any(name not in self.came or not name.startswith("pod ") for name in self.went)
 
     @property
     def solids(self) -> tuple[str, ...]:
@@ -55,15 +64,16 @@ def parts_of(cell: Cell) -> dict[str, Any]:
 def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
     """What changed since ``parts_of`` was taken. Raises ValueError, TypeError or KeyError if that is none."""
     now, then = parts_of(cell), before
-    if len(then["T_world_pod"]) != len(now["T_world_pod"]):
-        raise ValueError("T_world_pod is no pose")
     moved = "pod " if now["T_world_pod"] != then["T_world_pod"] else None
     came = _others(now["solids"], then["solids"], moved)
+    went = _others(then["solids"], now["solids"], moved)
+    old = replace(cell, T_world_pod=_pose(then["T_world_pod"]))
     return CellChange(
         tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"][name]),
         came,
-        _others(then["solids"], now["solids"], moved),
+        went,
         _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in came]),
+        _with_solids(old, [_body(name, then["solids"][name]) for name in went]),
     )
 
 
@@ -80,6 +90,17 @@ def _bodies(cell: Cell) -> list[tuple[str, Body]]:
     """Every solid around the robot, with its kind."""
     kinds = (("pod", cell.pod.bodies), ("tote", cell.tote.bodies), ("obstacle", cell.obstacles.bodies))
     return [(kind, body) for kind, bodies in kinds for body in bodies]
+
+
+def _body(name: str, content: Sequence[Any]) -> tuple[str, Body]:
+    """A solid from its canonical content."""
+    kind, _, own = name.partition(" ")
+    _, shape, size, T = content
+    return kind, Body(own, Shape(ShapeKind(shape), tuple(float(v) for v in size)), _pose(T))
+
+
+def _pose(T: Sequence[float]) -> Array:
+    return np.array(T, dtype=float).reshape(4, 4)
 
 
 def _with_solids(cell: Cell, solids: Sequence[tuple[str, Body]]) -> Cell:

@@ -25,10 +25,10 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     """Make a roadmap or trajectory database right for a cell that changed.
 
     What the change does not touch is kept; what it touches is proven again, and only what fails is planned
-    again. Where something went away, so is what could not be had, or not for any pod. The verdicts are those
-    of a new build, but that what holds for any pod stays where that might prefer something quicker. Until
-    FILE is written whole, it stays as it was; an interrupted refresh goes on when the same command is given
-    again. Where the robot, its limits or its tool changed, all is done anew.
+    again. Where something went away, so is what could not be had, or not for any pod. Which pairs have a
+    motion or an edge is what a new build would say. Until FILE is written whole, it stays as it was; an
+    interrupted refresh goes on when the same command is given again. Where the robot, its limits or its tool
+    changed, all is done anew.
 
     \b
     Example:

@@ -1,8 +1,9 @@
 """A file made right for its cell as it is now: what a change does not touch is kept.
 
-The verdicts are those of a build from nothing: which pairs have a motion or an edge, and which of these hold
-for any pod. What is kept is not searched for again, so where something went away such a build may find
-quicker ways; and what holds for any pod stays, where it might prefer a quicker one for the pod in its place.
+The verdicts are those of a build from nothing: which pairs have a motion or an edge, and, where a solid went
+away, which of them for any pod. What is kept is not searched for again. So where something went away a build
+from nothing may find quicker ways; what holds for any pod stays, where it might prefer a quicker one for the
+pod in its place; and where a part of the pod moved, it may find ways for any pod that are missed here.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def _change(found: Survey, cell: Cell) -> CellChange | None:
     """What changed since the file was made, or None if it does not say."""
     try:
         return change_since(found.made["parts"], cell)
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return None
 
 
@@ -133,8 +134,9 @@ class _Sieve:
         pivot = self._pivot(key)
         if pivot is None or not self._has_ends(motion, pivot):
             return None
-        ends, is_nominal = motion.path.waypoints[[0, -1]], motion.mark.stand is PodStand.NOMINAL
-        if is_nominal and self.proof.may_suit_any_pod(ends, pivot, motion.key.payload):
+        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
+            motion.path.waypoints, pivot, motion.key.payload
+        ):
             return None
         if self.proof.is_motion_untouched(motion):
             return motion
@@ -144,8 +146,9 @@ class _Sieve:
     def _edge_holds(self, key: Key, record: Record) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        ends, is_nominal = waypoints[[0, -1]], stand is PodStand.NOMINAL
-        if is_nominal and self.proof.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY):
+        if stand is PodStand.NOMINAL and self.proof.is_relieved(
+            waypoints, PivotState.MOVING, PayloadClass.EMPTY
+        ):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
             return True

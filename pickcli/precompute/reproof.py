@@ -5,9 +5,13 @@ is asked to keep the same clearance, from them alone, with the kernel that prove
 it is proven in the changed cell as it was in the old one: nothing else there is new. Only what comes nearer
 than that is touched by the change, and proven again against the whole cell.
 
-What holds for the pod in its place alone may be had for any pod once a solid went away, of the pod or any
-other: some way around the sweep of the pod led through it. The way that is stored says nothing about that, as
-it keeps from that solid. So it must be searched for again, unless an end is not free in the sweep.
+What holds for the pod in its place alone may be had for any pod once a solid went away, of the pod or not: a
+way around the sweep of the pod may lead where it was. The way that is stored says nothing about that, as it
+keeps from that solid. So it must be searched for again, unless an end is not free in the sweep.
+
+A part of the pod that is other or elsewhere leaves little room beside what it sweeps now, and to search for
+all of them again takes a good part of a build. So that is done only where the stored way met the part in the
+sweep, and meets nothing there that came; else a build from nothing may find ways for any pod that we miss.
 """
 
 from __future__ import annotations
@@ -56,13 +60,21 @@ class Reproof:
         """Whether an edge is proven in the cell as it is now."""
         return self._all[_edge(stand)].path_is_free(waypoints) == -1
 
-    def may_suit_any_pod(self, ends: Array, pivot: PivotState, payload: PayloadClass) -> bool:
-        """Whether between two ends (2, n) there may be a way for any pod now that there was none for before.
+    def is_relieved(self, waypoints: Array, pivot: PivotState, payload: PayloadClass) -> bool:
+        """Whether a polyline (N, n) that holds for the pod in its place alone may give way to one for any.
 
-        pivot: the narrowest state that the ends may have
+        pivot: the narrowest state that its ends may have
         """
-        wide = PodStand.DISPLACED, pivot, payload
-        return bool(self.change.went) and bool(self._all[wide].are_free(ends).all())
+        if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
+            return False
+        return bool(self._all[PodStand.DISPLACED, pivot, payload].are_free(waypoints[[0, -1]]).all())
+
+    def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
+        """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
+        case = PodStand.DISPLACED, PivotState.MOVING, payload
+        if not self.change.went or self._old[case].path_is_free(waypoints) == -1:
+            return False
+        return not self.change.came or self._new[case].path_is_free(waypoints) == -1
 
     def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
@@ -87,6 +99,11 @@ class Reproof:
     def _new(self) -> dict[Case, SceneChecker]:
         """Checkers of what is new alone."""
         return checkers(self._model, RESERVE, self.change.cell_of_came)
+
+    @cached_property
+    def _old(self) -> dict[Case, SceneChecker]:
+        """Checkers of what went away alone."""
+        return checkers(self._model, RESERVE, self.change.cell_of_went)
 
 
 def _case(motion: CoarseMotion) -> Case:

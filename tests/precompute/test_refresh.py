@@ -19,11 +19,12 @@ from pickcli.cell.displacement import ANY_POD, UNMOVED, PodStand
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.shapes import box
+from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.collision.model import CollisionModel
 from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
+from pickcli.geometry import pose
 from pickcli.precompute import make
 from pickcli.precompute.build import Means
 from pickcli.precompute.empty_scene import checker
@@ -45,12 +46,15 @@ def _with(cell: Cell, **parts: object) -> Cell:
     return replace(changed, fingerprint=fingerprint(changed))
 
 
+def _shifted(body: Body, *by: float) -> Body:
+    """A solid that stands elsewhere by x, y, z in m."""
+    return replace(body, T_parent_shape=pose(by) @ body.T_parent_shape)
+
+
 def _moved_divider(cell: Cell) -> Cell:
     """One wall between two bins, 10 mm to the side."""
     bodies = tuple(
-        replace(body, T_parent_shape=body.T_parent_shape + 0.01 * (np.arange(16) == 7).reshape(4, 4))
-        if body.name == "row_DEF_divider_left"
-        else body
+        _shifted(body, 0.0, 0.01, 0.0) if body.name == "row_DEF_divider_left" else body
         for body in cell.pod.bodies
     )
     return _with(cell, pod=replace(cell.pod, bodies=bodies))
@@ -197,15 +201,41 @@ def test_what_went_away_makes_room_for_any_pod(posts: Change, tmp_path: Path) ->
         assert all(stand is PodStand.DISPLACED for key, stand in ours[kind].items() if key not in nominal)
 
 
-def test_another_try_is_worth_it_where_something_went_and_the_ends_are_free_for_any_pod() -> None:
+# As a part of the pod, its sweep is in the way from bin_K to cam_B, and free of both.
+FLAP = box("flap", (-0.59, 0.12, 1.06), (-0.45, 0.20, 1.24))
+
+
+@pytest.mark.parametrize(("by", "stand"), [(1.0, PodStand.DISPLACED), (-0.01, PodStand.NOMINAL)])
+def test_a_part_of_the_pod_that_moved_makes_room_if_it_leaves_the_way(
+    by: float, stand: PodStand, tmp_path: Path
+) -> None:
+    bare, path = small_cell("bin_K", "cam_B"), tmp_path / "edges"
+    then, now = (
+        _with(bare, pod=replace(bare.pod, bodies=(*bare.pod.bodies, _shifted(FLAP, 0.0, 0.0, z))))
+        for z in (0.0, by)
+    )
+    make_roadmap(then, path, FEW_EDGES)
+    assert [mark.stand for mark in read_roadmap(path, then).marks] == [PodStand.NOMINAL]
+    done = refresh(path, surveyed(path), now)
+    assert (done.changed, done.n_planned) == (("pod flap",), int(stand is PodStand.DISPLACED))
+    assert [mark.stand for mark in read_roadmap(path, now).marks] == [stand]
+
+
+def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
     cell = small_cell("home", "cam_E")
     ends = np.stack([cell.configurations[name].q for name in ("home", "cam_E")])
-    bare, more = parts_of(cell), _posts_as_obstacles(cell)
-    went = Reproof(cell, change_since(parts_of(more), cell))
-    assert went.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY)
-    assert not went.may_suit_any_pod(ends, PivotState.STRAIGHT, PayloadClass.CENTRED_CUBE)
-    came = Reproof(more, change_since(bare, more))
-    assert not came.may_suit_any_pod(ends, PivotState.MOVING, PayloadClass.EMPTY)
+    bare, posts = parts_of(cell), _posts_as_obstacles(cell)
+    tote = replace(cell.tote, bodies=tuple(_shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
+
+    def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
+        pivot = PivotState.MOVING if payload is PayloadClass.EMPTY else PivotState.STRAIGHT
+        return Reproof(cell, change_since(before, cell)).is_relieved(ends, pivot, payload)  # type: ignore[arg-type]
+
+    assert is_relieved(cell, parts_of(posts)), "what was there went"
+    assert not is_relieved(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), "an end is within the sweep"
+    assert not is_relieved(posts, bare), "nothing went"
+    assert is_relieved(_with(cell, tote=tote), bare), "the tote moved"
+    assert not is_relieved(_moved_divider(cell), bare), "a part of the pod moved that was not in the way"
 
 
 def test_a_wall_that_is_far_from_all_motions_touches_few(
