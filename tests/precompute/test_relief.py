@@ -1,0 +1,107 @@
+"""What holds for the pod in its place alone, after what was in the way of its sweep went away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from changed_cell import built, moved_divider, refreshed, shifted, with_parts
+from small_cell import small_cell
+from stored_kind import FEW_EDGES
+
+from pickcli.cell.change import change_since, parts_of
+from pickcli.cell.displacement import PodStand
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.shapes import box
+from pickcli.cell.station import Obstacles
+from pickcli.precompute.make import make_roadmap
+from pickcli.precompute.refresh import refresh
+from pickcli.precompute.reproof import Reproof
+from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.store import read_database, read_roadmap, surveyed
+
+# Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
+# free for the pod in its place: so that is what is stored while they stand.
+POSTS = (
+    box("post_at_KL", (-0.62, -0.25, 0.80), (-0.43, -0.13, 0.96)),
+    box("post_at_KB", (-0.65, 0.38, 1.28), (-0.49, 0.54, 1.44)),
+)
+AMONG_POSTS = ("bin_K", "cam_B", "cam_K", "cam_L")
+
+
+def _posts_as_obstacles(cell: Cell) -> Cell:
+    return with_parts(cell, obstacles=Obstacles((*cell.obstacles.bodies, *POSTS)))
+
+
+def _posts_of_the_pod(cell: Cell) -> Cell:
+    return with_parts(cell, pod=replace(cell.pod, bodies=(*cell.pod.bodies, *POSTS)))
+
+
+def _stands(folder: Path, cell: Cell) -> dict[str, dict[object, PodStand]]:
+    """For which pods each edge and each motion of a folder's files holds."""
+    motions, roadmap = read_database(folder / "motions", cell), read_roadmap(folder / "edges", cell)
+    pairs = [tuple(roadmap.names[node] for node in edge) for edge in roadmap.edges]
+    return {
+        "edges": {pair: mark.stand for pair, mark in zip(pairs, roadmap.marks, strict=True)},
+        "motions": {motion.key: motion.mark.stand for motion in motions},
+    }
+
+
+@pytest.mark.parametrize("posts", [_posts_as_obstacles, _posts_of_the_pod])
+def test_what_went_away_makes_room_for_any_pod(posts: Callable[[Cell], Cell], tmp_path: Path) -> None:
+    """Also where it was not in the way that is stored."""
+    bare = small_cell(*AMONG_POSTS)
+    old, new = built(posts(bare), tmp_path), tmp_path / "new"
+    before = _stands(tmp_path, posts(bare))
+    for kind, content in old.items():
+        done = refreshed(tmp_path / kind, content, bare)
+        assert done.n_kept > 0 and done.n_proven == 0
+    new.mkdir()
+    built(bare, new)
+    ours, fresh = _stands(tmp_path, bare), _stands(new, bare)
+    for kind, stands in before.items():
+        nominal = [key for key, stand in stands.items() if stand is PodStand.NOMINAL]
+        assert {key: ours[kind][key] for key in nominal} == {key: fresh[kind][key] for key in nominal}
+        assert any(ours[kind][key] is PodStand.DISPLACED for key in nominal)
+        assert all(stand is PodStand.DISPLACED for key, stand in ours[kind].items() if key not in nominal)
+
+
+# As a part of the pod, its sweep is in the way from bin_K to cam_B, and free of both.
+FLAP = box("flap", (-0.59, 0.12, 1.06), (-0.45, 0.20, 1.24))
+
+
+@pytest.mark.parametrize(("by", "stand"), [(1.0, PodStand.DISPLACED), (-0.01, PodStand.NOMINAL)])
+def test_a_part_of_the_pod_that_moved_makes_room_if_it_leaves_the_way(
+    by: float, stand: PodStand, tmp_path: Path
+) -> None:
+    bare, path = small_cell("bin_K", "cam_B"), tmp_path / "edges"
+    then, now = (
+        with_parts(bare, pod=replace(bare.pod, bodies=(*bare.pod.bodies, shifted(FLAP, 0.0, 0.0, z))))
+        for z in (0.0, by)
+    )
+    make_roadmap(then, path, FEW_EDGES)
+    assert [mark.stand for mark in read_roadmap(path, then).marks] == [PodStand.NOMINAL]
+    done = refresh(path, surveyed(path), now)
+    assert (done.changed, done.n_planned) == (("pod flap",), int(stand is PodStand.DISPLACED))
+    assert [mark.stand for mark in read_roadmap(path, now).marks] == [stand]
+
+
+def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
+    cell = small_cell("home", "cam_E")
+    ends = np.stack([cell.configurations[name].q for name in ("home", "cam_E")])
+    bare, posts = parts_of(cell), _posts_as_obstacles(cell)
+    tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
+
+    def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
+        pivot = PivotState.MOVING if payload is PayloadClass.EMPTY else PivotState.STRAIGHT
+        return Reproof(cell, change_since(before, cell)).is_relieved(ends, pivot, payload)  # type: ignore[arg-type]
+
+    assert is_relieved(cell, parts_of(posts)), "what was there went"
+    assert not is_relieved(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), "an end is within the sweep"
+    assert not is_relieved(posts, bare), "nothing went"
+    assert is_relieved(with_parts(cell, tote=tote), bare), "the tote moved"
+    assert not is_relieved(moved_divider(cell), bare), "a part of the pod moved that was not in the way"
