@@ -12,12 +12,11 @@ from pickcli.commands.planner import (
     CONFIGURATION,
     CONFIGURATION_HELP,
     artifact_options,
-    certified,
+    deliver,
     load_planner,
     parse_configuration,
     verify_option,
 )
-from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.commands.scene_options import open_scene, scene_options
 
 
@@ -46,7 +45,6 @@ def command(
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
     """
     from pickcli.cell.robot import PivotState
-    from pickcli.motion.plan_file import write_plan
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
@@ -58,10 +56,4 @@ def command(
     begin = Start(q, pivot or PivotState.STRAIGHT)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
-        if not no_verify:
-            plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
-        write_plan(plan, output)
-        if as_json:
-            emit_json(plan_summary(plan, output))
-        else:
-            click.echo(plan_text(plan, output))
+        deliver(plan, scene, output, not no_verify, as_json)

@@ -12,12 +12,11 @@ from pickcli.commands.planner import (
     CONFIGURATION,
     CONFIGURATION_HELP,
     artifact_options,
-    certified,
+    deliver,
     load_planner,
     parse_configuration,
     verify_option,
 )
-from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.commands.scene_options import open_scene, scene_options
 
 
@@ -59,7 +58,6 @@ def command(
       apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
     """
     from pickcli.cell.robot import PivotState
-    from pickcli.motion.plan_file import write_plan
     from pickcli.planning.pick import Start, plan_pick
     from pickcli.planning.settings import Neighbours
 
@@ -71,10 +69,4 @@ def command(
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
-        if not no_verify:
-            plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
-        write_plan(plan, output)
-        if as_json:
-            emit_json(plan_summary(plan, output))
-        else:
-            click.echo(plan_text(plan, output))
+        deliver(plan, scene, output, not no_verify, as_json)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.building import build_report
+from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -102,6 +103,19 @@ def certified(plan: Plan, scene: Scene, advice: str) -> Plan:
         raise RejectedError(f"{error}; {advice}") from None
     plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
     return plan
+
+
+def deliver(plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool) -> None:
+    """Have a plan verified, write it and print what it is. Raises RejectedError; nothing is written then."""
+    from pickcli.motion.plan_file import write_plan
+
+    if is_verified:
+        plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
+    write_plan(plan, output)
+    if as_json:
+        emit_json(plan_summary(plan, output))
+    else:
+        click.echo(plan_text(plan, output))
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState | None]:
