@@ -18,8 +18,9 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
+from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
-from pickcli.simulation.suction import Release
+from pickcli.simulation.suction import SEAL_VACUUM, Release
 from pickcli.simulation.trigger import TriggerDistance
 from pickcli.simulation.world import World
 
@@ -111,12 +112,12 @@ class _Run:
         self.n_releases = len(world.suction.releases)
         self.n_steps = 0
         self.max_load = 0.0
-        self.stopped = ""
+        self.stop: ProtectiveStop | None = None
         self.stopped_in: Segment | None = None
 
     def play(self) -> Execution:
         self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
-        if self.stopped:
+        if self.stop:
             self._brake()
         has_lost = any(not r.is_wanted for r in self._releases())
         for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
@@ -131,14 +132,14 @@ class _Run:
             self._allow_contacts(t_plan)
             self.world.command(q)
             self._step()
-            if not self.stopped and (why := self._reason_to_stop()):
-                self.stopped, self.stopped_in = why, self._segment(t_plan)
+            if self.stop is None and (why := self._reason_to_stop()):
+                self.stop, self.stopped_in = why, self._segment(t_plan)
                 return
 
     def _step(self) -> None:
         world, trace = self.world, self.trace
         world.step()
-        if not self.stopped:
+        if self.stop is None:
             for event in self.tracker.update(world.q, world.time_step):
                 self._fire(event)
         if world.held is not None:
@@ -161,17 +162,14 @@ class _Run:
     def _releases(self) -> tuple[Release, ...]:
         return tuple(self.world.suction.releases[self.n_releases :])
 
-    def _reason_to_stop(self) -> str:
-        lost = [r for r in self._releases() if not r.is_wanted]
-        if lost:
-            load = lost[-1].load
-            return (
-                f"{lost[-1].item} broke away (pull {load.pull:.1f} N, shear {load.shear:.1f} N, "
-                f"moment {load.moment:.2f} Nm)"
-            )
-        if self.trace.fired and self.trace.fired[-1].reading is False:
-            return "the vacuum sensor reads that nothing is held"
-        return ""
+    def _reason_to_stop(self) -> ProtectiveStop | None:
+        t, fired = self.world.t, self.trace.fired
+        if any(not release.is_wanted for release in self._releases()):
+            level = self.world.suction.vacuum.cup
+            return ProtectiveStop(StopCause.SEAL_LOST, "vacuum", level / 1e3, SEAL_VACUUM / 1e3, "kPa", t)
+        if fired and fired[-1].reading is False:
+            return ProtectiveStop(StopCause.SENSOR, fired[-1].event.device, 0.0, 1.0, "", t)
+        return None
 
     def _brake(self) -> None:
         """Stand still as soon as the limits allow, along the planned path, with pump and valve off."""
@@ -205,10 +203,10 @@ class _Run:
         return Execution(
             t_start=self.t_start,
             t_end=world.t,
-            stopped=self.stopped,
+            stop=self.stop,
             stopped_in=self.stopped_in.kind if self.stopped_in else None,
             events=tuple(trace.fired),
-            missed=() if self.stopped else tuple(e for e in plan.events if id(e) not in fired),
+            missed=() if self.stop else tuple(e for e in plan.events if id(e) not in fired),
             collisions=tuple(c for c in world.contacts.collisions if c.t_start > self.t_start),
             limit_violations=violations(
                 commands, plan.trajectory.joint_names, cell.robot.limits, world.time_step, cell.speed_scale

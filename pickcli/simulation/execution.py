@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pickcli.motion.event import Event
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.contacts import Collision
+from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Violation
 from pickcli.simulation.suction import Release
 
@@ -39,7 +40,7 @@ class Fall:
 class Execution:
     """The record of one plan. Times are simulated seconds.
 
-    stopped: why it ended before the plan did, "" if it did not
+    stop: why it ended before the plan did, None if it did not
     stopped_in: the segment it was in then
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
@@ -48,7 +49,7 @@ class Execution:
 
     t_start: float
     t_end: float
-    stopped: str
+    stop: ProtectiveStop | None
     stopped_in: SegmentKind | None
     events: tuple[FiredEvent, ...]
     missed: tuple[Event, ...]
@@ -66,8 +67,21 @@ class Execution:
         return self.t_end - self.t_start
 
     @property
+    def stopped(self) -> str:
+        """Why it ended before the plan did, in words, "" if it did not."""
+        return "" if self.stop is None else str(self.stop)
+
+    @property
+    def stop_cause(self) -> StopCause | None:
+        """What the robot knew that made it stop, None if it did not."""
+        return None if self.stop is None else self.stop.cause
+
+    @property
     def has_item(self) -> bool | None:
-        """The last answer of the vacuum sensor; None if it was never read."""
+        """What the vacuum said last: the sensor's answer, or the stop for want of vacuum after it; None if
+        neither was there."""
+        if self.stop is not None and self.stop.is_empty:
+            return False
         readings = [fired.reading for fired in self.events if fired.reading is not None]
         return readings[-1] if readings else None
 

@@ -109,6 +109,7 @@ def _recorded(run: Run) -> Execution:
         missed=tuple(f"{event.device} {event.action}" for event in run.missed),
         max_lag=run.max_lag,
         max_load=run.max_load,
+        stop_cause=run.stop_cause,
     )
 
 

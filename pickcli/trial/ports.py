@@ -17,6 +17,7 @@ from pickcli.trial.score import Drop
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
+    from pickcli.simulation.protective_stop import StopCause
     from pickcli.verification.verdict import Verdict
 
 
@@ -25,6 +26,7 @@ class Execution:
     """What happened while something was carried out. Times are simulated seconds.
 
     stopped: why it ended before the plan did, "" if it did not
+    stop_cause: the same as a kind, None if it did not stop or never started
     has_item: what the vacuum sensor said at the end of the retreat, None if it was not read
     events: one mapping per fired event, with its device, action and distance from where it was due
     missed: events that never fired
@@ -42,6 +44,7 @@ class Execution:
     missed: tuple[str, ...] = ()
     max_lag: float = 0.0
     max_load: float = 0.0
+    stop_cause: StopCause | None = None
 
 
 class Arena(Protocol):

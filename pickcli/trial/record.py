@@ -135,6 +135,7 @@ def _execution(execution: Execution) -> dict[str, Any]:
     return {
         "duration": _rounded(execution.duration),
         "stopped": execution.stopped,
+        "stop_cause": None if execution.stop_cause is None else str(execution.stop_cause),
         "has_item": execution.has_item,
         "collisions": [dataclasses.asdict(collision) for collision in execution.collisions],
         "limit_violations": list(execution.limit_violations),

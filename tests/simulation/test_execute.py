@@ -14,6 +14,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import StaleError
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.execute import StartError, execute
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import LAGGING, Servo
 from pickcli.simulation.stream import Pace, full_speed, paused, slowed
 from pickcli.simulation.world import World
@@ -73,6 +74,7 @@ def test_a_valve_that_opens_at_the_wrong_time_ends_without_the_item(
 ) -> None:
     record = execute(rail_pick(cell, valve_shift=shift), build_ready())
     assert record.has_item is False
+    assert record.stop_cause is StopCause.SENSOR
     assert "nothing is held" in record.stopped
     assert record.stopped_in in (SegmentKind.RETREAT, SegmentKind.TRANSFER)
     assert record.releases == ()
@@ -83,7 +85,8 @@ def test_an_item_that_breaks_away_stops_the_robot_within_its_limits(
 ) -> None:
     world = build_ready(cube(mass=2.6))  # its weight exceeds the shear that the cup holds
     record = execute(rail_pick(cell), world)
-    assert "broke away" in record.stopped
+    assert record.stop_cause is StopCause.SEAL_LOST
+    assert record.has_item is False
     assert record.stopped_in is SegmentKind.RETREAT
     assert record.limit_violations == ()
     assert record.held is None

@@ -1,0 +1,44 @@
+"""Why a motion was stopped before its end: a cause, and what was measured against which threshold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class StopCause(StrEnum):
+    """What a robot can know of a motion that goes wrong. None of them is taken from the engine's truth."""
+
+    FOLLOWING_ERROR = "following error"  # a joint or the tool is not where it was told to be
+    CONTACT = "unexpected contact"  # the motors need another torque than the motion does
+    NOT_SEALED = "not sealed"  # the vacuum does not rise although the cup is pressed on
+    SEAL_LOST = "seal lost"  # the vacuum falls while something is carried
+    SENSOR = "sensor"  # the vacuum sensor answers that nothing is held
+
+
+@dataclass(frozen=True)
+class ProtectiveStop:
+    """A stop along the planned path, as defined for protective stops by ISO 10218-1: motion ceases, drives
+    stay on, and a motion planned from there may follow.
+
+    where: joint, "tool" or device that was measured
+    measured, threshold: in ``unit``; the stop was asked for when the first passed the second
+    t: s, simulated, when it was asked for
+    """
+
+    cause: StopCause
+    where: str
+    measured: float
+    threshold: float
+    unit: str
+    t: float
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether the vacuum says that the cup holds nothing."""
+        return self.cause in (StopCause.NOT_SEALED, StopCause.SEAL_LOST, StopCause.SENSOR)
+
+    def __str__(self) -> str:
+        if self.cause is StopCause.SENSOR:
+            return f"the {self.where} reads that nothing is held"
+        return f"{self.cause}: {self.where} at {self.measured:.4g} {self.unit} (limit {self.threshold:.4g})"
