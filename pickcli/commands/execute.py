@@ -10,6 +10,7 @@ import click
 from pickcli.commands.options import (
     json_option,
     overwrite_option,
+    reality_option,
     refuse_output,
     seed_option,
 )
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
               help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
 @click.option("--unverified", is_flag=True, help="Run the plan as it is, without certificate, in any scene.")
+@reality_option
 @click.option("--video", type=click.Path(path_type=Path), metavar="FILE.gif", help="Film it.")
 @overwrite_option
 @artifact_options
@@ -51,8 +53,8 @@ if TYPE_CHECKING:
 @json_option
 def command(
     plan_path: Path, scene_path: Path, cell_name: str | None, planned_in: Path | None, start: str | None,
-    bridge: bool, unverified: bool, video: Path | None, overwrite: bool, roadmap: Path | None,
-    trajectories: Path | None, seed: int, as_json: bool,
+    bridge: bool, unverified: bool, reality_path: Path | None, video: Path | None, overwrite: bool,
+    roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
@@ -69,9 +71,12 @@ def command(
     from pickcli.commands.execution_report import execution_summary, execution_text, trouble
     from pickcli.errors import TrialAbortedError
     from pickcli.motion.plan_file import read_plan
+    from pickcli.simulation.reality import read_reality
+    from pickcli.simulation.world import World
 
     if video is not None:
         refuse_output(video, overwrite)
+    reality = read_reality(reality_path)
     plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
     if not unverified:
@@ -82,7 +87,8 @@ def command(
         planner = load_planner(scene.cell, roadmap, trajectories)
         plans.insert(0, _bridge(planner, believed, plan, q, pivot, seed))
     film = _film(video)
-    world, runs = _run(plans, scene, q, pivot, film)
+    world = World(scene, q, pivot, reality=reality, seed=seed)
+    runs = _run(plans, world, film)
     if film is not None and video is not None:
         film.write(video)
     if as_json:
@@ -151,18 +157,15 @@ def _film(video: Path | None) -> Film | None:
     return Film.named(video)
 
 
-def _run(
-    plans: list[Plan], scene: Scene, q: Array, pivot: PivotState, film: Film | None
-) -> tuple[World, list[Execution]]:
+def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
     """Carry out the plans one after the other, until one has trouble. The world is left as it is then."""
     from pickcli.simulation.execute import StartError, execute
-    from pickcli.simulation.world import World
 
     def look(world: World) -> None:
         if film is not None:
             film.look(world.engine, world.t)
 
-    world, runs = World(scene, q, pivot), []
+    runs: list[Execution] = []
     with progress("executing") as report:
         for plan in plans:
             try:
@@ -177,4 +180,4 @@ def _run(
             runs.append(run)
             if not run.is_clean:
                 break
-    return world, runs
+    return runs

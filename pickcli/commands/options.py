@@ -31,6 +31,14 @@ def seed_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def reality_option(function: F) -> F:
+    """--reality FILE."""
+    return click.option(
+        "--reality", "reality_path", type=click.Path(path_type=Path), metavar="FILE",
+        help="Levels at which the simulated world differs from its model.  [default: docs/reality.md]",
+    )(function)  # fmt: skip
+
+
 def json_option(function: F) -> F:
     """--json."""
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON object to stdout.")(function)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.learning import learn_option, learning
-from pickcli.commands.options import cell_option, json_option, overwrite_option, seed_option
+from pickcli.commands.options import cell_option, json_option, overwrite_option, reality_option, seed_option
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -48,14 +48,15 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 @overwrite_option
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
+@reality_option
 @cell_option
 @artifact_options
 @learn_option
 @seed_option
 @json_option
 def command(
-    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, cell_name: str,
-    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
+    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, reality_path: Path | None,
+    cell_name: str, roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -67,13 +68,14 @@ def command(
       apc run-trial data/tasks/jsk_pick_sample.json --seed 3 -o runs/mine
     """
     from pickcli.cell.load import load_cell
+    from pickcli.simulation.reality import read_reality
     from pickcli.trial.folder import refuse_existing_folder, write_folder
     from pickcli.trial.loop import require_pick, run_trial
     from pickcli.trial.order import read_order
     from pickcli.trial.player import TrialSettings
     from pickcli.trial.record import trial_record
 
-    cell = load_cell(cell_name)
+    cell, reality = load_cell(cell_name), read_reality(reality_path)
     order = require_pick(read_order(order_path, cell), str(order_path))
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
@@ -84,7 +86,7 @@ def command(
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report)
-    arena = SimulatedArena(scene)
+    arena = SimulatedArena(scene, reality, seed)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
     with learning(planner, roadmap, trajectories, learn) as keep:
@@ -94,7 +96,8 @@ def command(
                 keep()
                 report(done, total, what)
 
-            result = run_trial(order, crew_of(planner, arena), TrialSettings(seed, pose_noise), between_picks)
+            settings = TrialSettings(seed, pose_noise, reality)
+            result = run_trial(order, crew_of(planner, arena), settings, between_picks)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()
         paths = write_folder(folder, result, record, pictures)

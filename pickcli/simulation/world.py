@@ -1,7 +1,7 @@
 """The world of a scene: cell, robot and items in one physics engine, stepped as a whole.
 
-After the start the robot moves by its motors alone. Nothing is random: two fresh worlds of one scene that
-get the same commands are bit-identical.
+After the start the robot moves by its motors alone. What is random (``Reality``) follows from the seed: two
+fresh worlds of one scene and seed that get the same commands are bit-identical.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
+from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import Servo, Swing
 from pickcli.simulation.suction import Suction
 from pickcli.simulation.vacuum import Vacuum
@@ -41,6 +42,8 @@ class World:
     scene: with the true poses of the items; the noisy ones are the planner's business
     q: configuration (n,) at the start
     pivot: state of the pivoting cup at the start, STRAIGHT or DOWN
+    reality: how this world differs from what the planner believes
+    seed: of what is random about it
     """
 
     def __init__(
@@ -49,10 +52,13 @@ class World:
         q: Array,
         pivot: PivotState = PivotState.STRAIGHT,
         *,
+        reality: Reality = DEFAULT,
+        seed: int = 0,
         servo: Servo | None = None,
         time_step: float = TIME_STEP,
     ) -> None:
         self.scene, self.time_step = scene, time_step
+        self.reality, self.seed = reality, seed
         self._n_steps = 0
         self.servo = servo or Servo()
         self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now

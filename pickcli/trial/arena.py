@@ -14,6 +14,7 @@ from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import StartError, execute
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
+from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
 from pickcli.trial.ports import Crew, Execution
 from pickcli.trial.score import Drop
@@ -34,9 +35,9 @@ LET_GO = 0.5  # s after which a closed valve has let go of anything
 class SimulatedArena:
     """A world in pybullet, with the robot at home and the items where ``scene`` says they truly are."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
         home = scene.cell.configurations[HOME]
-        self._world = World(scene, home.q, home.pivot)
+        self._world = World(scene, home.q, home.pivot, reality=reality, seed=seed)
 
     @property
     def q(self) -> Array:

@@ -141,7 +141,7 @@ class _Trial:
         drops = tuple(d for attempt in attempts for e in attempt.executions for d in e.drops)
         final = final_state(self.order, self.before, after, player.look(), arena.held, drops)
         return TrialResult(
-            self.order, self.settings.seed, self.settings.noise,
+            self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(job) for job in self.jobs), attempts, self.before, after,
             final, score(self.order, final, self.bonus), player.clock.simulated, player.clock.now,
             player.aborted,

@@ -10,6 +10,7 @@ from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.seeds import derived_seed
+from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
 from pickcli.trial.ports import Crew, Execution
 from pickcli.trial.result import Attempt, Outcome
@@ -24,6 +25,7 @@ class TrialSettings:
 
     seed: int = 0
     noise: PoseNoise = DEFAULT_NOISE
+    reality: Reality = DEFAULT
     time_limit: float | None = None  # s, None: that of the order's year
 
 

@@ -52,6 +52,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
             "position_mm": _rounded(1e3 * result.noise.position),
             "angle_deg": _rounded(np.degrees(result.noise.angle)),
         },
+        "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
         "final_places": {item.id: item.end for item in result.final.items},
         "attempts": [_attempt(attempt) for attempt in result.attempts],

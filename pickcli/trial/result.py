@@ -7,6 +7,7 @@ from enum import StrEnum
 
 from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.motion.plan import Plan
+from pickcli.simulation.reality import Reality
 from pickcli.trial.order import Order, Target
 from pickcli.trial.ports import Execution
 from pickcli.trial.score import FinalState, Score
@@ -76,6 +77,7 @@ class TrialResult:
     order: Order
     seed: int
     noise: PoseNoise
+    reality: Reality
     targets: tuple[TargetResult, ...]  # in the order of the work order
     attempts: tuple[Attempt, ...]  # in the order of time
     before: Scene

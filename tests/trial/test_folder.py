@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,11 @@ from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.errors import InputError
+from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.folder import refuse_existing_folder, write_folder
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import OrderKind, read_order
+from pickcli.trial.player import TrialSettings
 from pickcli.trial.record import record_text, trial_record
 
 CELL = load_cell("apc2016_delft")
@@ -43,6 +46,13 @@ def test_an_empty_output_is_read_as_such(tmp_path: Path) -> None:
     output = read_order(tmp_path / "output.json", CELL)
     assert output.kind is OrderKind.OUTPUT
     assert output.bin_contents == ORDER.bin_contents
+
+
+def test_the_record_keeps_the_levels_of_reality(tmp_path: Path) -> None:
+    levels = replace(DEFAULT, mass_error=0.25, look_time=3.0)
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew(), TrialSettings(reality=levels))
+    written = json.loads(record_text(trial_record(result, "order.json", wall_s=0.5)))
+    assert Reality(**written["reality"]) == levels
 
 
 def test_a_folder_with_files_needs_a_word(tmp_path: Path) -> None:

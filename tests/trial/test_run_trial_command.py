@@ -69,3 +69,10 @@ def test_existing_results_are_not_replaced_unasked(tmp_path: Path) -> None:
     assert (tmp_path / "trial.json").read_text() == "mine"
     message = refused(run(TASKS / "jsk_pick_sample.json", "-o", tmp_path / "trial.json", "--overwrite"))
     assert "is a file" in message
+
+
+def test_a_bad_reality_is_refused_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "hall.yaml").write_text("format: apc reality\nversion: 1\nlook_tme: 2\n")
+    order, levels = TASKS / "jsk_pick_sample.json", tmp_path / "hall.yaml"
+    assert "hall.yaml:3:1: look_tme" in refused(run(order, "--reality", levels, "-o", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,114 @@
+"""How the simulated world differs from its model: one documented level per difference.
+
+The planner never reads these levels. It is told bounds (``PoseNoise``, stated masses, the estimated pose of
+the pod); what truly happens within them, or beyond, is decided here. docs/reality.md says where each level
+comes from and what it costs in points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
+
+from pydantic import Field, create_model
+
+from pickcli.cell.validate import FileModel, validate
+from pickcli.cell.yaml_reader import read_yaml
+
+Switch: TypeAlias = Annotated[bool, Field(description="true or false")]
+Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0, description="a share, 0 to 1")]
+Scale: TypeAlias = Annotated[float, Field(ge=1.0, le=10.0, description="a factor, 1 to 10")]
+Metres: TypeAlias = Annotated[float, Field(ge=0.0, le=0.1, description="m, 0 to 0.1")]
+Radians: TypeAlias = Annotated[float, Field(ge=0.0, le=0.5, description="rad, 0 to 0.5")]
+Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=60.0, description="s, 0 to 60")]
+
+
+@dataclass(frozen=True)
+class Reality:
+    """Levels of what differs between the simulated world and what the planner believes.
+
+    The defaults are the honest levels; ``IDEAL`` switches everything off.
+
+    Attributes:
+        pose_outlier_share: Share of the item poses in a look whose error leaves the bound planning is told.
+        pose_outlier_scale: Largest error of such a pose, in bounds.
+        pod_shift: Whether the pod stands displaced at random, within what its cell states.
+        pod_position_error: Bound of the estimated pod position's error on the floor, m.
+        pod_angle_error: Bound of the estimated pod yaw's error, rad.
+        mass_error: Bound of the true mass's error, as a share of the stated mass.
+        honest_seals: Whether faces leak as ``data/items`` says; otherwise every face seals airtight.
+        compliant_cup: Whether the bellows are a spring with a stroke; otherwise the cup is rigid.
+        servo: Whether joints lag with their load, each in its own way, with finite torque; otherwise all
+            joints lag alike, whatever the load.
+        look_time: Time that one look at the shelf takes, s.
+        supervision: Whether following error, contact and vacuum are watched and stop the motion.
+        damage_limits: Whether forces beyond what an item or the shelf stands count as damage in the score.
+    """
+
+    pose_outlier_share: Share = 0.02
+    pose_outlier_scale: Scale = 3.0
+    pod_shift: Switch = True
+    pod_position_error: Metres = 0.002
+    pod_angle_error: Radians = 0.00524
+    mass_error: Share = 0.10
+    honest_seals: Switch = True
+    compliant_cup: Switch = True
+    servo: Switch = True
+    look_time: Seconds = 1.0
+    supervision: Switch = True
+    damage_limits: Switch = True
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every level by its name, as it stands in a file and in trial.json."""
+        return asdict(self)
+
+
+DEFAULT = Reality()
+IDEAL = Reality(
+    pose_outlier_share=0.0,
+    pod_shift=False,
+    pod_position_error=0.0,
+    pod_angle_error=0.0,
+    mass_error=0.0,
+    honest_seals=False,
+    compliant_cup=False,
+    servo=False,
+    look_time=0.0,
+    damage_limits=False,
+)
+
+
+def read_reality(path: Path | None) -> Reality:
+    """Levels from a YAML file that names what differs from the default.
+
+    Args:
+        path: File with ``format: apc reality``, ``version: 1`` and any of the levels; None for the default.
+
+    Returns:
+        The default levels with those of the file in their place.
+
+    Raises:
+        InputError: The file cannot be read, or a name, type or range in it is wrong; with every mistake and
+            its line and column.
+    """
+    if path is None:
+        return DEFAULT
+    model = validate(read_yaml(path), _file_model())
+    return Reality(**model.model_dump(exclude=set(RealityHead.model_fields)))
+
+
+class RealityHead(FileModel):
+    """What a file begins with."""
+
+    format: Literal["apc reality"] = Field(description="'apc reality'")
+    version: Literal[1] = Field(description="1, the only version there is")
+
+
+@cache
+def _file_model() -> type[RealityHead]:
+    """What may stand in a file: the levels as they are stated above, by type, range and default."""
+    hints = get_type_hints(Reality, include_extras=True)
+    levels: dict[str, Any] = {level.name: (hints[level.name], level.default) for level in fields(Reality)}
+    return create_model("RealityModel", __base__=RealityHead, **levels)
