@@ -6,6 +6,7 @@ import contextlib
 import fcntl
 import glob
 import os
+import stat
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,38 +15,88 @@ from typing import BinaryIO
 from pickcli.errors import InputError
 
 
-def write_bytes(path: Path, content: bytes) -> None:
+def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
     """Write a file so that a crash or a full disk leaves the old one untouched.
 
     The content goes into a temporary file beside the target, is synced, and takes the target's name in
     one step. What a kill in the middle of that leaves is removed by the next write of the same file.
-    Raises InputError if the folder is missing or cannot be written.
+
+    Args:
+        path: Where to write. What a symbolic link points to is written, the link stays.
+        content: All bytes of the file.
+        replace: Whether a file that is there may be replaced; if not, one that appeared at any time before
+            this one is complete is kept.
+
+    Raises:
+        InputError: The folder is missing or cannot be written, the path is no regular file, or there is a
+            file that must not be replaced.
     """
     try:
-        _replace(path, content)
+        target = Path(os.path.realpath(path))
+        refuse_special_file(target)
+        _put(target, content, replace)
+    except FileExistsError:
+        raise InputError(
+            f"{path}: exists by now, written by another command meanwhile; nothing was changed: choose "
+            "another name or add --overwrite"
+        ) from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; nothing was changed") from None
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Path, text: str, replace: bool = True) -> None:
     """``write_bytes`` of UTF-8 text."""
-    write_bytes(path, text.encode("utf-8"))
+    write_bytes(path, text.encode("utf-8"), replace)
 
 
-def _replace(path: Path, content: bytes) -> None:
+def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:
+    """Raise InputError for a device, pipe, socket or folder: only regular files are read and replaced.
+
+    Nothing is raised for a path where nothing is. OSError where that cannot be found out.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    kinds = {
+        stat.S_IFDIR: "a folder",
+        stat.S_IFCHR: "a device",
+        stat.S_IFBLK: "a device",
+        stat.S_IFIFO: "a pipe",
+        stat.S_IFSOCK: "a socket",
+    }
+    if not stat.S_ISREG(mode):
+        raise InputError(
+            f"{path}: is {kinds.get(stat.S_IFMT(mode), 'special')}, not a regular file; {what_to_do}"
+        )
+
+
+def _put(path: Path, content: bytes, replace: bool) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
     try:
         with _held(part) as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-            os.replace(part, path)
+            _take_name(part, path, replace)
         _sync_folder(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
             part.unlink()
         raise
     _remove_leftovers(path)
+
+
+def _take_name(part: Path, path: Path, replace: bool) -> None:
+    """Give a complete file its name. Raises FileExistsError if that is taken and must not be replaced."""
+    if not replace:
+        with contextlib.suppress(PermissionError, NotImplementedError):  # where there are no hard links
+            os.link(part, path)
+            part.unlink()
+            return
+        if path.exists():
+            raise FileExistsError
+    os.replace(part, path)
 
 
 @contextlib.contextmanager

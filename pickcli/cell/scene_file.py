@@ -57,9 +57,12 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     return scene
 
 
-def write_scene(scene: Scene, path: Path) -> None:
-    """Write a scene file: the old one or the new one, whole. Raises InputError if it cannot be written."""
-    write_text(Path(path), _to_text(scene))
+def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
+    """Write a scene file: the old one or the new one, whole. Raises InputError if it cannot be written.
+
+    replace: whether a file that is there may be replaced
+    """
+    write_text(Path(path), _to_text(scene), replace)
 
 
 def scene_hash(scene: Scene) -> str:

@@ -45,7 +45,7 @@ def command(
     from pickcli.precompute.make import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
-    refuse_output(output, overwrite)
+    refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
     with building("building the roadmap", output, jobs, as_json, scheduler) as means:

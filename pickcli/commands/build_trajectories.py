@@ -43,7 +43,7 @@ def command(
     from pickcli.precompute.make import make_trajectories
     from pickcli.roadmap.store import read_database
 
-    refuse_output(output, overwrite)
+    refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
     with building("building the trajectories", output, jobs, as_json, scheduler) as means:

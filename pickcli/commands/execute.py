@@ -75,7 +75,8 @@ def command(
     from pickcli.simulation.world import World
 
     if video is not None:
-        refuse_output(video, overwrite)
+        inputs = (plan_path, scene_path, planned_in, reality_path, cell_name, roadmap, trajectories)
+        refuse_output(video, overwrite, *inputs)
     reality = read_reality(reality_path)
     plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)

@@ -36,7 +36,7 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
       apc inspect roadmap.h5 --plot roadmap.html
     """
     if plot is not None:
-        _check_plot(plot, overwrite)
+        _check_plot(plot, overwrite, path, cell_name)
     summary = _summary(path, cell_name)
     if plot is not None:
         _draw(path, plot, cell_name, summary)
@@ -46,12 +46,12 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
         click.echo("\n".join(key_lines(summary)))
 
 
-def _check_plot(plot: Path, overwrite: bool) -> None:
+def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:
     """Refuse, before any work, what could not be drawn in the end."""
     from pickcli.drawing.draw import refuse_suffix
 
     refuse_suffix(plot)
-    refuse_output(plot, overwrite)
+    refuse_output(plot, overwrite, *inputs)
 
 
 def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]) -> None:

@@ -47,14 +47,15 @@ def command(
 
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)
-    for path in filter(None, (output, picture)):
-        refuse_output(path, overwrite)
+    refuse_output(output, overwrite, order_path, cell_name)
+    if picture is not None:
+        refuse_output(picture, overwrite, order_path, cell_name)
 
     from pickcli.trial.make_scene import make_scene
 
     with progress("settling") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report)
-    write_scene(scene, output)
+    write_scene(scene, output, overwrite)
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +14,7 @@ from pickcli.errors import InputError
 F = TypeVar("F", bound=Callable[..., Any])
 
 DEFAULT_CELL = "apc2016_delft"
+CELL_SUFFIXES = (".yaml", ".urdf")  # of the files that describe a cell
 
 
 def cell_option(function: F) -> F:
@@ -62,16 +64,45 @@ def overwrite_option(function: F) -> F:
     return click.option("--overwrite", is_flag=True, help="Replace what exists already.")(function)
 
 
-def refuse_output(path: Path, overwrite: bool) -> None:
-    """Raise InputError, before any work, where the output could not be written in the end."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; name a file in it")
-    if path.exists() and not overwrite:
-        raise InputError(f"{path}: exists already; choose another name or add --overwrite")
-    if not path.parent.is_dir():
-        what = "is a file; move that" if path.parent.exists() else "does not exist; make it first"
-        raise InputError(f"{path}: the folder {path.parent} {what}, or name another")
-    refuse_unwritable(path.parent, path)
+def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> None:
+    """Raise InputError, before any work, where the output could not be written in the end.
+
+    Args:
+        path: The output.
+        overwrite: Whether a file that is there may be replaced.
+        *inputs: What the command reads (a cell by its folder or name): never replaced.
+    """
+    from pickcli.cell.atomic import refuse_special_file
+
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; name a file in it")
+        refuse_special_file(path)
+        if path.exists() and not overwrite:
+            raise InputError(f"{path}: exists already; choose another name or add --overwrite")
+        for read in _files(inputs):
+            if path.exists() and read.exists() and path.samefile(read):
+                raise InputError(f"{path}: is what this command reads ({read}); name another file")
+        if not path.parent.is_dir():
+            what = "is a file; move that" if path.parent.exists() else "does not exist; make it first"
+            raise InputError(f"{path}: the folder {path.parent} {what}, or name another")
+    except OSError as error:  # e.g. a name that is too long
+        raise InputError(f"{path}: cannot be written: {error.strerror}; name another file") from None
+    target = Path(os.path.realpath(path))
+    refuse_unwritable(target.parent, path)
+
+
+def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
+    """The files that a command reads; of a cell all that describe it."""
+    from pickcli.cell.data_path import data_path
+
+    for each in (name for name in inputs if name is not None):
+        named = data_path() / "cells" / each
+        folder = named if isinstance(each, str) and named.is_dir() else Path(each)
+        if folder.is_dir():
+            yield from (file for file in folder.rglob("*") if file.suffix in CELL_SUFFIXES)
+        else:
+            yield folder
 
 
 def refuse_unwritable(folder: Path, output: Path, option: str = "-o") -> None:

@@ -48,7 +48,7 @@ def command(
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
-    refuse_output(output, overwrite)
+    refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
     q, pivot = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
@@ -56,4 +56,4 @@ def command(
     begin = Start(q, pivot or PivotState.STRAIGHT)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
-        deliver(plan, scene, output, not no_verify, as_json)
+        deliver(plan, scene, output, not no_verify, as_json, overwrite)

@@ -61,7 +61,7 @@ def command(
     from pickcli.planning.pick import Start, plan_pick
     from pickcli.planning.settings import Neighbours
 
-    refuse_output(output, overwrite)
+    refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
     q, pivot = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
@@ -69,4 +69,4 @@ def command(
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn):
         plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
-        deliver(plan, scene, output, not no_verify, as_json)
+        deliver(plan, scene, output, not no_verify, as_json, overwrite)

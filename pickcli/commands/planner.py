@@ -105,13 +105,15 @@ def certified(plan: Plan, scene: Scene, advice: str) -> Plan:
     return plan
 
 
-def deliver(plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool) -> None:
+def deliver(
+    plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool
+) -> None:  # fmt: skip
     """Have a plan verified, write it and print what it is. Raises RejectedError; nothing is written then."""
     from pickcli.motion.plan_file import write_plan
 
     if is_verified:
         plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
-    write_plan(plan, output)
+    write_plan(plan, output, overwrite)
     if as_json:
         emit_json(plan_summary(plan, output))
     else:

@@ -58,7 +58,7 @@ def command(
     from pickcli.precompute.suggestion import SuggestSettings
 
     if output is not None:
-        refuse_output(output, overwrite)
+        refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = SuggestSettings(n_kept=candidates, n_poses=poses, seed=seed)
     suggester = Suggester(cell, bin_name, PivotState(pivot), settings)
@@ -68,7 +68,7 @@ def command(
     now = None if own is None else suggester.judged(own.q)
     entry = configuration_line(found[0].configuration)
     if output is not None:
-        write_text(output, entry)
+        write_text(output, entry, overwrite)
     if as_json:
         asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": pivot, "poses": poses}
         written = {"yaml": entry, "output": None if output is None else str(output)}

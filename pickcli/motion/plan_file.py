@@ -57,9 +57,10 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
     }
 
 
-def write_plan(plan: Plan, path: Path) -> None:
+def write_plan(plan: Plan, path: Path, replace: bool = True) -> None:
     """Write the plan's file in one step: a kill or a full disk leaves the old file or none.
 
+    replace: whether a file that is there may be replaced
     Raises InputError when the plan holds a number that JSON does not know (nan, infinity), and what
     ``cell.atomic.write_bytes`` raises when the place cannot be written.
     """
@@ -67,7 +68,7 @@ def write_plan(plan: Plan, path: Path) -> None:
         text = _layout(plan_to_dict(plan))
     except ValueError as error:
         raise InputError(f"{path}: a number of the plan is not finite ({error}); not written") from error
-    write_bytes(path, text.encode())
+    write_bytes(path, text.encode(), replace)
 
 
 def read_plan(path: Path) -> Plan:

@@ -12,7 +12,7 @@ from unittest import mock
 
 import pytest
 
-from pickcli.cell.atomic import write_bytes, write_text
+from pickcli.cell.atomic import refuse_special_file, write_bytes, write_text
 from pickcli.errors import InputError
 
 STEPS = ("fsync", "replace")
@@ -128,3 +128,48 @@ def test_where_there_are_no_locks_files_are_written_too(
     monkeypatch.setattr(fcntl, "flock", flock)
     write_bytes(tmp_path / "file", b"ours")
     assert (tmp_path / "file").read_bytes() == b"ours" and left.exists()
+
+
+def test_a_link_stays_and_what_it_points_to_is_written(tmp_path: Path) -> None:
+    target, link = tmp_path / "folder" / "target", tmp_path / "link"
+    target.parent.mkdir()
+    link.symlink_to(target)
+    for content in (b"new", b"newer"):
+        write_bytes(link, content)
+        assert link.is_symlink() and target.read_bytes() == content
+    assert list(target.parent.iterdir()) == [target]
+
+
+def test_what_is_no_regular_file_is_never_replaced(tmp_path: Path) -> None:
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path, kind in (
+        (pipe, "a pipe"),
+        (link, "a pipe"),
+        (tmp_path, "a folder"),
+        (Path(os.devnull), "a device"),
+    ):
+        before = path.stat()
+        with pytest.raises(InputError, match=f"is {kind}, not a regular file"):
+            refuse_special_file(path)
+        if path != Path(os.devnull):  # the machine's own is not put at stake
+            with pytest.raises(InputError, match=f"is {kind}, not a regular file"):
+                write_bytes(path, b"new")
+        assert path.stat().st_ino == before.st_ino and path.stat().st_mode == before.st_mode
+
+
+@pytest.mark.parametrize("has_links", [True, False])
+def test_of_two_writers_of_a_new_file_the_first_wins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
+) -> None:
+    def no_links(*_: Any) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    if not has_links:
+        monkeypatch.setattr(os, "link", no_links)
+    path = tmp_path / "file"
+    write_bytes(path, b"first", replace=False)
+    with pytest.raises(InputError, match="exists by now"):
+        write_bytes(path, b"second", replace=False)
+    assert path.read_bytes() == b"first" and list(tmp_path.iterdir()) == [path]

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 from command_line import ITEM, Made, apc, misused, pick, refused
+
+from pickcli.cell.load import load_cell
 
 # Queries -----------------------------------------------------------------------------------------------
 
@@ -165,3 +169,41 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
 def test_films_are_gifs(made: Made, tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
     refused(apc("execute", made.plan, "--scene", made.scene, "--video", film), 3, film, ".gif")
+
+
+@pytest.mark.parametrize("name", [name for name in WRITERS if name != "run-trial"])
+def test_outputs_that_are_no_regular_files_are_refused(name: str, made: Made, tmp_path: Path) -> None:
+    pipe, link = tmp_path / "pipe.gif", tmp_path / "link.gif"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        refused(apc(*_writers(made)[name], path, "--overwrite"), 3, path, "is a pipe, not a regular file")
+    assert pipe.is_fifo() and link.is_symlink()
+
+
+@pytest.mark.parametrize("name", [name for name in WRITERS if name != "run-trial"])
+def test_outputs_with_names_that_are_too_long_are_refused(name: str, made: Made, tmp_path: Path) -> None:
+    refused(apc(*_writers(made)[name], tmp_path / ("x" * 300 + ".gif")), 3, "name too long")
+
+
+def test_no_input_is_replaced(made: Made, tmp_path: Path) -> None:
+    copies = {name: made.changed(name, tmp_path, lambda data: None) for name in ("order", "scene", "plan")}
+    cell = tmp_path / "cell"
+    shutil.copytree(load_cell("apc2016_delft").path, cell)
+    film = tmp_path / "film.gif"
+    film.symlink_to(copies["scene"])
+    move = ("plan-move", "--from", "home", "--to", "bin_C", "--scene")
+    calls: list[tuple[tuple[object, ...], Path]] = [
+        (("make-scene", copies["order"], "-o"), copies["order"]),
+        (("make-scene", copies["order"], "-o", tmp_path / "new.json", "--picture"), copies["order"]),
+        (("make-scene", copies["order"], "--cell", cell, "-o"), cell / "cell.yaml"),
+        ((*move, copies["scene"], "-o"), copies["scene"]),
+        (("plan-pick", "--bin", "bin_C", "--item", ITEM, "--scene", copies["scene"], "-o"), copies["scene"]),
+        (("execute", copies["plan"], "--scene", copies["scene"], "--video"), film),
+        (("build-roadmap", "--cell", cell, "-o"), cell / "cell.yaml"),
+        (("suggest-configurations", "--cell", cell, "--bin", "bin_C", "-o"), cell / "robot.urdf"),
+    ]
+    for argv, path in calls:
+        before = path.read_bytes()
+        refused(apc(*argv, path, "--overwrite"), 3, path, "is what this command reads")
+        assert path.read_bytes() == before

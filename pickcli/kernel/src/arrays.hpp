@@ -74,8 +74,11 @@ class View {
       const nb::object array = numpy.attr("asarray")(object);
       const std::string kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
       const bool is_allowed = kind == "i" || kind == "u" || kind == "b" || (kind == "f" && std::is_same_v<T, double>);
-      if (is_allowed || nb::cast<Py_ssize_t>(array.attr("size")) == 0)
-        return numpy.attr("ascontiguousarray")(array, type_name());
+      if (is_allowed || nb::cast<Py_ssize_t>(array.attr("size")) == 0) {
+        const nb::object converted = numpy.attr("ascontiguousarray")(array, type_name());
+        // An integer that does not fit would come out as another one.
+        if (std::is_same_v<T, double> || nb::cast<bool>(numpy.attr("array_equal")(converted, array))) return converted;
+      }
     } catch (const nb::python_error&) {
     }
     throw nb::value_error((std::string(name) + ": not an array of " + type_name()).c_str());
@@ -89,8 +92,10 @@ class View {
       is_right = extent == kAny || view_.shape[axis] == extent;
       ++axis;
     }
-    const bool is_empty = view_.len == 0 && shape.begin() != shape.end() && *shape.begin() == kAny;
-    if (is_right || (is_empty && view_.ndim > 0)) return;
+    // No rows at all may come in any other shape, e.g. as []; rows without entries never do.
+    const bool may_have_none = shape.size() > 0 && *shape.begin() == kAny;
+    const bool has_none = may_have_none && view_.ndim > 0 && view_.shape[0] == 0;
+    if (is_right || has_none) return;
     std::string text = std::string(name) + ": shape (";
     for (int i = 0; i < view_.ndim; ++i) text += (i ? ", " : "") + std::to_string(view_.shape[i]);
     text += ") instead of (";

@@ -156,14 +156,22 @@ nb::object are_free(const Checker& checker, nb::handle Q_in, double margin) {
   return nb::cast(nb::ndarray<nb::numpy, bool>(data, {n_rows}, owner));
 }
 
+void check_max_distance(double max_distance) {
+  if (!(max_distance >= 0.0)) throw nb::value_error("max_distance must not be negative");
+}
+
 nb::tuple clearance(const Checker& checker, nb::handle q_in, double max_distance) {
   const Doubles q(q_in, "q", {checker.n()});
+  check_range(q, "q");
+  check_max_distance(max_distance);
   const Contact c = checker.clearance(q.data(), max_distance);
   return nb::make_tuple(c.distance, c.frame, c.kind, c.index);
 }
 
 nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distance) {
   const Doubles Q(Q_in, "Q", {kAny, checker.n()});
+  check_range(Q, "Q");
+  check_max_distance(max_distance);
   std::vector<double> out(static_cast<std::size_t>(Q.rows()));
   {
     nb::gil_scoped_release unlocked;

@@ -47,12 +47,30 @@ nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, 
                         to_numpy(std::move(profile.v), {P}));
 }
 
+// Beyond these, products of values and powers of steps are no longer finite.
+constexpr double kLargest = 1e60, kSmallestStep = 1e-60;
+
+void check_magnitude(const Doubles& values, const char* name) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::abs(values[i]) > kLargest) throw nb::value_error((std::string(name) + ": beyond 1e60").c_str());
+}
+
+void check_steps(const Doubles& times) {
+  for (int i = 0; i + 1 < times.rows(); ++i)
+    if (times[i + 1] - times[i] < kSmallestStep) throw nb::value_error("times: a step is below 1e-60");
+}
+
 nb::tuple peaks_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::handle a_in) {
   const Doubles times(times_in, "times", {kAny}), p(p_in, "positions", {times.rows(), kAny});
   check_increasing(times, "times");
+  check_steps(times);
   const std::size_t N = static_cast<std::size_t>(times.rows()), n = p.size() / N;
   const Py_ssize_t rows = times.rows(), columns = static_cast<Py_ssize_t>(n);
   const Doubles v(v_in, "velocities", {rows, columns}), a(a_in, "accelerations", {rows, columns});
+  check_magnitude(times, "times");
+  check_magnitude(p, "positions");
+  check_magnitude(v, "velocities");
+  check_magnitude(a, "accelerations");
   std::vector<double> velocity((N - 1) * n), acceleration((N - 1) * n), jerk((N - 1) * n);
   {
     nb::gil_scoped_release unlocked;
