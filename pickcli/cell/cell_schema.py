@@ -76,7 +76,10 @@ class ToolModel(FileModel):
     cup_tilt: float = Field(ge=0.0, le=0.35, description="rad, how far from square on a face the lip seals")
     max_pull: Positive = Field(description="N")
     max_shear: Positive = Field(description="N")
-    max_moment: Positive = Field(description="Nm about the cup")
+    max_moment: Positive = Field(description="Nm of bending about the cup")
+    max_twist: Positive | None = Field(
+        None, description="Nm about the cup's axis; two thirds of max_shear times cup_radius unless stated"
+    )
     contact_speed: Positive = Field(description="m/s, fastest final approach")
 
 

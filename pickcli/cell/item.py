@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
@@ -22,12 +25,24 @@ class Item:
     shape: Shape
     mass: float  # kg
     bonus: int  # points by the rules of its year
-    suction: bool  # whether a cup can hold it at all
-    why_not: str  # the reason where suction is False, else ""
+    # By face (see Shape.face_names), the share of full vacuum kept under a cup: 1 airtight, 0 none.
+    seals: Mapping[str, float] = field(hash=False)
+    seal_source: str  # where the seals come from
+    why_not: str  # the reason where no face seals, else ""
     seal_inset: float  # m, cup centre must stay this far inside a face's edge (on top of the cup's radius)
     speed_scale: float  # 1.0, or 0.5 for Delft's slow items
     folded: str  # "" or how cloth and bags were folded to get the stated size
     source: str  # where the figures come from
+
+    @property
+    def suction(self) -> bool:
+        """Whether a cup can hold it at all."""
+        return any(share > 0.0 for share in self.seals.values())
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia (3, 3) in kg m^2 about the centre of mass in the item frame, of uniform density."""
+        return np.asarray(self.mass * self.shape.inertia_per_mass)
 
     def can_roll(self, R: Array) -> bool:
         """Whether it rolls when it is pushed: a ball, or a cylinder that lies.

@@ -14,6 +14,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.validate import FileModel, NotNegative, Positive, validate
 from pickcli.cell.yaml_reader import read_yaml
 
+Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 ItemName = Annotated[str, Field(min_length=1, pattern=r"^[a-z0-9_]+$")]
 
 
@@ -27,8 +28,12 @@ class ItemModel(FileModel):
     sphere: Annotated[tuple[Positive, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
     mass: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] = Field(description="a mass in kg")
     bonus: Annotated[int, Field(ge=0, le=10)] = Field(description="points, 0 to 10")
-    suction: bool = Field(True, description="true or false")
-    why_not: str = Field("", description="the reason where suction is false")
+    seal: Share = Field(description="a share of full vacuum, 0 (does not seal) to 1 (airtight)")
+    seals: dict[str, Share] = Field(
+        default_factory=dict, description="shares of full vacuum of the faces that seal otherwise"
+    )
+    seal_source: Annotated[str, Field(min_length=3)] = Field(description="where the seals come from")
+    why_not: str = Field("", description="the reason where no face seals")
     seal_inset: NotNegative = Field(description="m")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
     folded: str = Field("", description="how cloth or a bag was folded")
@@ -36,15 +41,39 @@ class ItemModel(FileModel):
 
     @model_validator(mode="after")
     def _one_shape(self) -> ItemModel:
-        if sum(shape is not None for shape in (self.box, self.cylinder, self.sphere)) != 1:
+        if not self._has_one_shape:
             raise ValueError("expected exactly one of box, cylinder and sphere; keep one")
         return self
 
     @model_validator(mode="after")
-    def _reason(self) -> ItemModel:
-        if self.suction == bool(self.why_not):
-            raise ValueError("expected why_not where suction is false, and only there; add or remove it")
+    def _faces(self) -> ItemModel:
+        if self._has_one_shape:
+            known = self.shape.face_names
+            for name in self.seals:
+                if name not in known:
+                    raise ValueError(f"expected faces of its shape in seals ({', '.join(known)}), got {name}")
+            if any(share > 0.0 for share in self.shares.values()) == bool(self.why_not):
+                raise ValueError("expected why_not where no face seals, and only there; add or remove it")
         return self
+
+    @property
+    def _has_one_shape(self) -> bool:
+        return sum(shape is not None for shape in (self.box, self.cylinder, self.sphere)) == 1
+
+    @property
+    def shape(self) -> Shape:
+        """The one shape that is stated."""
+        if self.box is not None:
+            return Shape(ShapeKind.BOX, self.box)
+        if self.cylinder is not None:
+            return Shape(ShapeKind.CYLINDER, self.cylinder)
+        assert self.sphere is not None  # the schema lets exactly one stand
+        return Shape(ShapeKind.SPHERE, self.sphere)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """How well each face of the shape seals."""
+        return {face: self.seals.get(face, self.seal) for face in self.shape.face_names}
 
 
 class ItemsModel(FileModel):
@@ -74,22 +103,14 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
     return Item(
         name=name,
         year=year,
-        shape=_shape(model),
+        shape=model.shape,
         mass=model.mass,
         bonus=model.bonus,
-        suction=model.suction,
+        seals=model.shares,
+        seal_source=model.seal_source,
         why_not=model.why_not,
         seal_inset=model.seal_inset,
         speed_scale=model.speed_scale,
         folded=model.folded,
         source=model.source,
     )
-
-
-def _shape(model: ItemModel) -> Shape:
-    if model.box is not None:
-        return Shape(ShapeKind.BOX, model.box)
-    if model.cylinder is not None:
-        return Shape(ShapeKind.CYLINDER, model.cylinder)
-    assert model.sphere is not None  # the schema lets exactly one stand
-    return Shape(ShapeKind.SPHERE, model.sphere)

@@ -9,6 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell_schema import BoundsModel, CellModel, PoseModel, ToolModel
 from pickcli.cell.consistency import check_consistency
+from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.fingerprint import fingerprint
@@ -120,9 +121,12 @@ def _tool(tool: ToolModel) -> Tool:
         cup_radius=tool.cup_radius,
         cup_stroke=tool.cup_stroke,
         cup_tilt=tool.cup_tilt,
-        max_pull=tool.max_pull,
-        max_shear=tool.max_shear,
-        max_moment=tool.max_moment,
+        cup_limits=CupLimits(
+            max_pull=tool.max_pull,
+            max_shear=tool.max_shear,
+            max_moment=tool.max_moment,
+            max_twist=_or(tool.max_twist, twist_of(tool.max_shear, tool.cup_radius)),
+        ),
         contact_speed=tool.contact_speed,
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
+from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array
 
@@ -66,9 +67,7 @@ class Tool:
     cup_radius: float  # m
     cup_stroke: float  # m, how far the bellows compress
     cup_tilt: float  # rad, how far from square on a face the lip still seals
-    max_pull: float  # N
-    max_shear: float  # N
-    max_moment: float  # Nm
+    cup_limits: CupLimits
     contact_speed: float  # m/s, fastest final approach
 
 

@@ -7,6 +7,7 @@ told with line and column.
 from __future__ import annotations
 
 import json
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -68,13 +69,14 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
 def scene_hash(scene: Scene) -> str:
     """SHA-256 (hex) of what the validity of a motion in this scene depends on.
 
-    The cell, where the pod stands, the noise bounds, and every item's figures and pose; not the seed and
-    not the order of the items. Survives writing and reading.
+    The cell, what its cup bears, where the pod stands, the noise bounds, and every item's figures and pose;
+    not the seed and not the order of the items. Survives writing and reading.
     """
     return digest(
         {
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
+            "cup limits": numbers(astuple(scene.cell.robot.tool.cup_limits)),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
             "items": sorted(_item_content(placed) for placed in scene.items),
         }
@@ -91,7 +93,7 @@ def _item_content(placed: PlacedItem) -> list[Any]:
         item.shape.kind.value,
         numbers(item.shape.size),
         numbers([item.mass, item.seal_inset, item.speed_scale]),
-        item.suction,
+        [[face, *numbers([share])] for face, share in sorted(item.seals.items())],
         _coarse(placed.T_world_item),
     ]
 

@@ -49,6 +49,25 @@ class Shape:
         return np.asarray(length / 2 * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)))
 
     @property
+    def face_names(self) -> tuple[str, ...]:
+        """Names of the faces: outward directions of flat ones, else "mantle" and "sphere"."""
+        if self.kind is ShapeKind.BOX:
+            return ("+x", "-x", "+y", "-y", "+z", "-z")
+        return ("+z", "-z", "mantle") if self.kind is ShapeKind.CYLINDER else ("sphere",)
+
+    @property
+    def inertia_per_mass(self) -> Array:
+        """Inertia (3, 3) in m^2, per kg of uniform density, about the centre in the shape's own frame."""
+        if self.kind is ShapeKind.BOX:
+            squares = np.square(self.size)
+            return np.diag((squares.sum() - squares) / 12.0)
+        if self.kind is ShapeKind.CYLINDER:
+            radius, length = self.size
+            across = (3.0 * radius**2 + length**2) / 12.0
+            return np.diag([across, across, radius**2 / 2.0])
+        return np.asarray(0.4 * self.size[0] ** 2 * np.eye(3))
+
+    @property
     def volume(self) -> float:
         """Volume in m^3."""
         if self.kind is ShapeKind.BOX:

@@ -26,7 +26,11 @@ class Load:
 
     def ratio(self, tool: Tool) -> float:
         """The worst of the three over its limit; the cup holds below 1."""
-        return max(self.pull / tool.max_pull, self.shear / tool.max_shear, self.moment / tool.max_moment)
+        return max(
+            self.pull / tool.cup_limits.max_pull,
+            self.shear / tool.cup_limits.max_shear,
+            self.moment / tool.cup_limits.max_moment,
+        )
 
     def __str__(self) -> str:
         return f"pull {self.pull:.1f} N, shear {self.shear:.1f} N, moment {self.moment:.2f} Nm"

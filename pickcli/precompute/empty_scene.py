@@ -72,5 +72,6 @@ def stand_in(payload: PayloadClass) -> Held | None:
     if payload is PayloadClass.EMPTY:
         return None
     shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)
-    cube = Item("cube", 2016, shape, 1.0, 0, True, "", 0.0, 1.0, "", "a stand-in for the payload class")
+    seals, source = dict.fromkeys(shape.face_names, 1.0), "a stand-in for the payload class"
+    cube = Item("cube", 2016, shape, 1.0, 0, seals, source, "", 0.0, 1.0, "", source)
     return Held(cube, pose((0.0, 0.0, CUBE_EDGE / 2 if payload is PayloadClass.CUBE else 0.0)))

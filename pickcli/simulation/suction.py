@@ -40,7 +40,11 @@ class Load:
 
     def ratio(self, tool: Tool, vacuum: float) -> float:
         """Worst share of the tool's limits, which are stated at full vacuum and fall with it."""
-        worst = max(self.pull / tool.max_pull, self.shear / tool.max_shear, self.moment / tool.max_moment)
+        worst = max(
+            self.pull / tool.cup_limits.max_pull,
+            self.shear / tool.cup_limits.max_shear,
+            self.moment / tool.cup_limits.max_moment,
+        )
         return worst * FULL_VACUUM / vacuum if vacuum > 0.0 else math.inf
 
 

@@ -110,9 +110,14 @@ def _holds(plan: Plan, scene: Scene, p_tip_com: Array, item: Item) -> Iterator[R
     local = np.einsum("tji,tj->ti", tips[:, :3, :3], force)  # what the cup exerts, in the tool frame
     tool = robot.tool
     loads = (
-        ("pull", np.maximum(0.0, -local[:, 2]), tool.max_pull, "N"),
-        ("shear", np.linalg.norm(local[:, :2], axis=1), tool.max_shear, "N"),
-        ("moment", np.linalg.norm(np.cross(p_tip_com, local)[:, :2], axis=1), tool.max_moment, "Nm"),
+        ("pull", np.maximum(0.0, -local[:, 2]), tool.cup_limits.max_pull, "N"),
+        ("shear", np.linalg.norm(local[:, :2], axis=1), tool.cup_limits.max_shear, "N"),
+        (
+            "moment",
+            np.linalg.norm(np.cross(p_tip_com, local)[:, :2], axis=1),
+            tool.cup_limits.max_moment,
+            "Nm",
+        ),
     )
     for name, values, limit, unit in loads:
         i = int(np.argmax(values))

@@ -111,7 +111,10 @@ def test_an_item_of_the_other_year_is_found_and_an_unknown_one_guessed(cell: Cel
         cell.item("crayola_24")
 
 
-ITEM = "box: [0.1, 0.1, 0.1]\n    mass: 0.1\n    bonus: 0\n    seal_inset: 0.002\n    source: test"
+ITEM = (
+    "box: [0.1, 0.1, 0.1]\n    mass: 0.1\n    bonus: 0\n    seal: 1.0\n    seal_source: test\n"
+    "    seal_inset: 0.002\n    source: test"
+)
 MISTAKES = {
     "two shapes": ("mass: 0.1", "mass: 0.1\n    sphere: [0.1]", "exactly one of box, cylinder and sphere"),
     "no shape": ("box: [0.1, 0.1, 0.1]\n    ", "", "exactly one of box, cylinder and sphere"),
@@ -119,7 +122,12 @@ MISTAKES = {
     "two sizes": ("0.1, 0.1, 0.1", "0.1, 0.1", "items.brick.box: expected extents"),
     "no mass": ("mass: 0.1\n    ", "", "items.brick.mass: expected a mass in kg, got nothing; add it"),
     "mass in grams": ("mass: 0.1", "mass: 125", "items.brick.mass: expected a mass in kg"),
-    "no reason": ("bonus: 0", "bonus: 0\n    suction: false", "items.brick: expected why_not"),
+    "no reason": ("seal: 1.0", "seal: 0.0", "items.brick: expected why_not"),
+    "needless reason": ("bonus: 0", "bonus: 0\n    why_not: heavy", "items.brick: expected why_not"),
+    "more than airtight": ("seal: 1.0", "seal: 1.1", "items.brick.seal: expected a share of full vacuum"),
+    "no seal": ("    seal: 1.0\n", "", "items.brick.seal: expected a share of full vacuum"),
+    "face of another shape": ("seal: 1.0", "seal: 1.0\n    seals: {mantle: 0.5}", "+z, -z), got mantle"),
+    "suction as it was": ("bonus: 0", "bonus: 0\n    suction: true", "items.brick.suction: unknown key"),
     "half a point": ("bonus: 0", "bonus: 0.5", "items.brick.bonus: expected points"),
     "capital name": ("brick", "Brick", "items.Brick"),
 }
@@ -136,3 +144,29 @@ def test_a_mistake_is_told_with_file_line_and_key(tmp_path: Path, refused: Refus
     message = refused(lambda: read_items(path))
     assert f"{path}:" in message
     assert expected in message
+
+
+def test_a_face_seals_as_the_item_unless_it_is_stated(tmp_path: Path) -> None:
+    path = tmp_path / "items.yaml"
+    stated = ITEM.replace("seal: 1.0", 'seal: 0.4\n    seals: {"+z": 0.9, "-x": 0.0}')
+    path.write_text(f"format: apc items\nversion: 1\nyear: 2016\nitems:\n  brick:\n    {stated}\n")
+    (brick,) = read_items(path).values()
+    assert brick.seals == {"+x": 0.4, "-x": 0.0, "+y": 0.4, "-y": 0.4, "+z": 0.9, "-z": 0.4}
+    assert brick.suction
+    assert hash(brick) == hash(read_items(path)["brick", 2016])
+
+
+@pytest.mark.parametrize("name", ["crayola_24_ct", "dasani_water_bottle", "rawlings_baseball"])
+def test_inertia_is_that_of_a_cloud_of_points_in_the_shape(name: str) -> None:
+    item = ITEMS[name, 2016]
+    half = item.shape.extents / 2
+    grid = np.stack(np.meshgrid(*[np.linspace(-h, h, 81)[:-1] + h / 80 for h in half]), axis=-1).reshape(
+        -1, 3
+    )
+    if item.shape.kind is ShapeKind.CYLINDER:
+        grid = grid[np.hypot(grid[:, 0], grid[:, 1]) <= half[0]]
+    elif item.shape.kind is ShapeKind.SPHERE:
+        grid = grid[np.linalg.norm(grid, axis=1) <= half[0]]
+    squares = np.einsum("ij,ij->i", grid, grid)
+    summed = (squares.sum() * np.eye(3) - grid.T @ grid) * item.mass / len(grid)
+    np.testing.assert_allclose(item.inertia, summed, rtol=3e-3, atol=1e-9)

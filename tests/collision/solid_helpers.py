@@ -18,7 +18,9 @@ MakeChecker = Callable[..., SceneChecker]
 
 
 def box_item(size: tuple[float, float, float], name: str = "carton") -> Item:
-    return Item(name, 2016, Shape(ShapeKind.BOX, size), 0.2, 0, True, "", 0.0, 1.0, "", "test")
+    shape = Shape(ShapeKind.BOX, size)
+    seals = dict.fromkeys(shape.face_names, 1.0)
+    return Item(name, 2016, shape, 0.2, 0, seals, "test", "", 0.0, 1.0, "", "test")
 
 
 def link_points(cell: Cell, name: str, rng: np.random.Generator, n: int = 400) -> Array:

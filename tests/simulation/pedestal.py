@@ -23,7 +23,8 @@ BuildWorld = Callable[..., World]
 def cube(side: float = 0.04, mass: float = 0.1) -> Item:
     """An item as a cube."""
     shape = Shape(ShapeKind.BOX, (side, side, side))
-    return Item("cube", 2016, shape, mass, 0, True, "", 0.0, 1.0, "", "made up")
+    seals = dict.fromkeys(shape.face_names, 1.0)
+    return Item("cube", 2016, shape, mass, 0, seals, "made up", "", 0.0, 1.0, "", "made up")
 
 
 def make_world(

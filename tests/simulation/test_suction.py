@@ -47,20 +47,20 @@ def test_the_load_is_the_weight_and_hangs_straight(holding: World) -> None:
 
 @pytest.mark.parametrize(("share", "holds"), [(0.95, True), (1.06, False)])
 def test_pull(holding: World, share: float, holds: bool) -> None:
-    limit = holding.robot.tool.max_pull
+    limit = holding.robot.tool.cup_limits.max_pull
     push(holding, DOWN * (share * limit - WEIGHT), np.zeros(3), 0.2)
     assert (holding.held == "cube") is holds
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.93, True), (1.06, False)])
 def test_shear(holding: World, share: float, holds: bool) -> None:
-    push(holding, ASIDE * share * holding.robot.tool.max_shear, np.zeros(3), 0.2)
+    push(holding, ASIDE * share * holding.robot.tool.cup_limits.max_shear, np.zeros(3), 0.2)
     assert (holding.held == "cube") is holds
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.93, True), (1.06, False)])
 def test_moment(holding: World, share: float, holds: bool) -> None:
-    twist(holding, share * holding.robot.tool.max_moment, 0.2)
+    twist(holding, share * holding.robot.tool.cup_limits.max_moment, 0.2)
     assert (holding.held == "cube") is holds
 
 
@@ -69,7 +69,7 @@ def test_half_the_vacuum_holds_half(holding: World, share: float, holds: bool) -
     vacuum = holding.suction.vacuum
     holding.act("pump", "off")
     vacuum.line = vacuum.cup = 0.5 * FULL_VACUUM
-    push(holding, DOWN * (share * holding.robot.tool.max_pull - WEIGHT), np.zeros(3), 0.1)
+    push(holding, DOWN * (share * holding.robot.tool.cup_limits.max_pull - WEIGHT), np.zeros(3), 0.1)
     assert (holding.held == "cube") is holds
 
 
@@ -83,7 +83,7 @@ def test_breaking_away_is_reported_and_not_wanted(holding: World) -> None:
     push(holding, DOWN * 60.0, np.zeros(3), 0.1)
     (release,) = holding.suction.releases
     assert (release.item, release.is_wanted) == ("cube", False)
-    assert release.load.pull > holding.robot.tool.max_pull
+    assert release.load.pull > holding.robot.tool.cup_limits.max_pull
 
 
 def test_the_valve_lets_go(holding: World) -> None:

@@ -1,0 +1,86 @@
+"""What a suction cup bears: limits on the wrench between it and the item, stated once for a cell.
+
+The wrench is w = (fx, fy, fz, tx, ty, tz), force in N and torque in Nm that the cup exerts on the item, at
+the tip of the uncompressed cup, in the tool frame (+z out of the cup, into the item). Two things end a hold:
+
+- *Separation of the lip.* The vacuum presses the lip on with a force; pull takes from it everywhere, bending
+  takes from one side and adds to the other. The lip lifts where the sum of both eats it up.
+- *Slip.* Friction of the lip bears shear and twist together, inside an elliptic limit surface: S. Goyal,
+  A. Ruina, J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991); R. D. Howe and
+  M. R. Cutkosky, "Practical force-motion models for sliding manipulation", IJRR 15(6), 1996. The same two
+  constraints, with other shapes, are those of J. Mahler et al., "Dex-Net 3.0", ICRA 2018, section IV.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+
+UNIFORM_DISC = 2.0 / 3.0  # torque over force times radius that friction bears under a uniform pressure
+
+
+@dataclass(frozen=True)
+class CupLimits:
+    """Limits at full vacuum; all of them fall in proportion with the vacuum that the seal keeps."""
+
+    max_pull: float  # N along the cup's axis, away from it
+    max_shear: float  # N across it
+    max_moment: float  # Nm of bending, about any axis across it
+    max_twist: float  # Nm about it
+
+    def lip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
+        """Share of the lip's force that pull and bending take up, at full vacuum share ``vacuum_share``.
+
+        Args:
+            wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
+            vacuum_share: Vacuum under the cup over full vacuum, a number or an array (...).
+
+        Returns:
+            (...) pull / max_pull + bending / max_moment over the share; the lip lifts above 1.
+        """
+        pull = np.maximum(0.0, -wrench[..., 2])
+        bending = np.hypot(wrench[..., 3], wrench[..., 4])
+        return _over(pull / self.max_pull + bending / self.max_moment, vacuum_share)
+
+    def slip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
+        """Share of the friction that shear and twist take up; arguments as of ``lip``.
+
+        Returns:
+            (...) length of (shear / max_shear, twist / max_twist) over the share; the lip slips above 1.
+        """
+        shear = np.hypot(wrench[..., 0], wrench[..., 1])
+        return _over(np.hypot(shear / self.max_shear, wrench[..., 5] / self.max_twist), vacuum_share)
+
+    def ratio(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
+        """The load on the cup over what it bears: it holds up to 1.
+
+        Homogeneous of degree 1 in the wrench, and the same for a wrench turned about the cup's axis.
+
+        Args:
+            wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
+            vacuum_share: Vacuum under the cup over full vacuum, a number or an array (...).
+
+        Returns:
+            (...) the worse of ``lip`` and ``slip``, >= 0; infinite where there is no vacuum.
+        """
+        return np.maximum(self.lip(wrench, vacuum_share), self.slip(wrench, vacuum_share))
+
+
+def twist_of(max_shear: float, cup_radius: float) -> float:
+    """The twist in Nm that a cup bears whose cell does not state it: friction of a uniformly pressed disc.
+
+    Args:
+        max_shear: N.
+        cup_radius: m.
+    """
+    return UNIFORM_DISC * max_shear * cup_radius
+
+
+def _over(load: Array, share: Array | float) -> Array:
+    """load / share, infinite where the share is not positive."""
+    share = np.asarray(share, dtype=np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(share > 0.0, load / share, np.inf))
