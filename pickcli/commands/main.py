@@ -17,6 +17,7 @@ COMMANDS: dict[str, str] = {
     "build-trajectories": "Offline: Delft's database of coarse motions.",
     "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
     "compare-planners": "Let planners compete over the same pairs: time, length, duration, share solved.",
+    "make-order": "Draw a fresh order by the official rules.",
     "make-scene": "Place the items of an order in their bins, at rest.",
     "plan-pick": "Plan one pick, from leaving for the bin to the item in the tote, or in another bin.",
     "plan-move": "Plan a move between two configurations.",

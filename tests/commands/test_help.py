@@ -22,6 +22,7 @@ RANDOM = {
     "build-roadmap",
     "build-trajectories",
     "compare-planners",
+    "make-order",
     "make-scene",
     "plan-pick",
     "plan-move",

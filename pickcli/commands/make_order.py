@@ -1,0 +1,53 @@
+"""``apc make-order``: a fresh order by the official rules."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
+from pickcli.commands.report import emit_json
+
+
+@click.command("make-order")
+@click.option("--task", type=click.Choice(["pick", "stow"]), default="pick", show_default=True,
+              help="Move targets into the tote, or the tote's items into bins.")  # fmt: skip
+@click.option("--year", type=click.Choice(["2015", "2016"]), default="2016", show_default=True,
+              help="Whose rules, items and numbers per bin. There was no stow in 2015.")  # fmt: skip
+@output_option("order")
+@seed_option
+@json_option
+def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_json: bool) -> None:
+    """Draw a fresh order by the official rules.
+
+    In the official format of its year: all items, as many per bin as the rules say, one target per bin.
+
+    \b
+    Example:
+      apc make-order --task pick --year 2016 --seed 7 -o order.json
+    """
+    from pickcli.trial.make_order import make_order
+    from pickcli.trial.order import OrderKind
+    from pickcli.trial.output import write_output
+
+    refuse_output(output, overwrite)
+    order = make_order(OrderKind(task), int(year), seed)
+    write_output(output, order)
+    if as_json:
+        emit_json(
+            {
+                "order": str(output),
+                "task": task,
+                "year": order.year,
+                "seed": seed,
+                "items_per_bin": {name: len(names) for name, names in order.bin_contents.items()},
+                "in_tote": len(order.tote_contents),
+                "targets": len(order.work_order),
+            }
+        )
+    else:
+        n_items = sum(len(names) for names in order.bin_contents.values())
+        n_asked = len(order.work_order) or len(order.tote_contents)
+        asked = f"{n_asked} targets" if order.work_order else f"{n_asked} to stow"
+        click.echo(f"{n_items} items in {len(order.bin_contents)} bins, {asked}, seed {seed}: {output}")

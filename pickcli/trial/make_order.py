@@ -1,0 +1,95 @@
+"""Fresh orders by the official rules, from a seed.
+
+The rules of 2016 are those of Amazon's generator: how many bins hold how many items, of which items there
+are two, one target per bin, twelve items in the tote of a stow. Those of 2015 name lower bounds only (at
+least two bins each with one, two, and three or more items); the numbers are those of the example that the
+teams shared. Sources stand in docs/formats/order.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pickcli.cell.items_file import load_items
+from pickcli.errors import InputError
+from pickcli.seeds import derived_rng
+from pickcli.trial.order import BINS, Order, OrderKind, Target
+
+YEARS = (2015, 2016)
+
+# How many bins hold so many items; of a stow before one item of each bin goes into the tote.
+BIN_SIZES: Mapping[tuple[OrderKind, int], Mapping[int, int]] = {
+    (OrderKind.PICK, 2015): {1: 4, 2: 4, 3: 2, 4: 2},
+    (OrderKind.PICK, 2016): {1: 1, 2: 3, 3: 2, 4: 3, 5: 1, 7: 1, 9: 1},
+    (OrderKind.STOW, 2016): {2: 3, 3: 4, 4: 2, 6: 2, 8: 1},
+}
+
+TWO_COPIES: Mapping[int, tuple[str, ...]] = {
+    2015: ("mead_index_cards",),
+    2016: (
+        "creativity_chenille_stems",
+        "dasani_water_bottle",
+        "elmers_washable_no_run_school_glue",
+        "expo_dry_erase_board_eraser",
+        "scotch_bubble_mailer",
+        "scotch_duct_tape",
+        "staples_index_cards",
+    ),
+}
+
+
+def make_order(task: OrderKind, year: int, seed: int) -> Order:
+    """A random order by the official rules of a task and year.
+
+    Args:
+        task: PICK or STOW; in 2015 there was no stow.
+        year: 2015 or 2016.
+        seed: Everything random follows from it, the task and the year.
+
+    Returns:
+        All items of the year, each bin with as many as the rules say. A pick has one target per bin, in the
+        order of the bins; a stow has one item of each bin in the tote.
+
+    Raises:
+        InputError: There was no such task.
+    """
+    if (task, year) not in BIN_SIZES:
+        raise InputError(f"there was no {task} task in {year}; take one of {', '.join(tasks())}")
+    rng = derived_rng("order", str(task), year, seed)
+    contents = _contents(BIN_SIZES[task, year], _copies(year), rng)
+    drawn = {name: names[int(rng.integers(len(names)))] for name, names in contents.items()}
+    if task is OrderKind.PICK:
+        work_order = tuple(Target(name, item) for name, item in drawn.items())
+        return Order(task, year, contents, (), work_order)
+    left = {name: _without(names, drawn[name]) for name, names in contents.items()}
+    return Order(task, year, left, tuple(drawn.values()), ())
+
+
+def tasks() -> tuple[str, ...]:
+    """The tasks that there were, as "pick 2016"."""
+    return tuple(f"{task} {year}" for task, year in BIN_SIZES)
+
+
+def _copies(year: int) -> list[str]:
+    """Every item of a year by name, once per copy."""
+    names = sorted(name for name, of in load_items() if of == year)
+    return sorted([*names, *TWO_COPIES[year]])
+
+
+def _contents(
+    sizes: Mapping[int, int], copies: list[str], rng: np.random.Generator
+) -> dict[str, tuple[str, ...]]:
+    """All copies, dealt to the bins; which bin gets how many is drawn first."""
+    numbers = rng.permutation([size for size, n_bins in sizes.items() for _ in range(n_bins)])
+    dealt = rng.permutation(np.array(copies))
+    assert len(numbers) == len(BINS) and numbers.sum() == len(dealt)
+    parts = np.split(dealt, np.cumsum(numbers)[:-1])
+    return {name: tuple(map(str, part)) for name, part in zip(BINS, parts, strict=True)}
+
+
+def _without(names: tuple[str, ...], one: str) -> tuple[str, ...]:
+    """The names without one copy of one of them."""
+    i = names.index(one)
+    return names[:i] + names[i + 1 :]
