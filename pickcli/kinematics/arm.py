@@ -11,6 +11,7 @@ from pickcli.kernel import Chain
 from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
+from pickcli.kinematics.tip_motion import JointAxes, TipMotion, tip_motion
 
 # What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that
 # a rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
@@ -32,6 +33,7 @@ class Arm:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self._chains = {pivot: build_chain(robot, pivot) for pivot in PivotState}
+        self._axes = _joint_axes(robot)
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_cup_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
@@ -70,6 +72,18 @@ class Arm:
     def tips(self, Q: Array, pivot: PivotState) -> Array:
         """Poses (N, 4, 4) of the tool frame in the world at Q (N, n)."""
         return np.asarray(self._chains[pivot].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip)
+
+    def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, pivot: PivotState) -> TipMotion:
+        """How the tool frame moves in the world, the pivot at rest.
+
+        Args:
+            Q: (N, n) configurations.
+            dQ: (N, n) their first derivatives, by time or by the parameter of a path.
+            ddQ: (N, n) their second derivatives.
+            pivot: State of the cup.
+        """
+        frames = self._chains[pivot].fk_batch(np.ascontiguousarray(Q))
+        return tip_motion(self._axes, frames, self._T_last_tip, dQ, ddQ)
 
     def jacobian(self, q: Array, pivot: PivotState) -> Array:
         """(6, n): velocity of the tip (m/s), then angular velocity (rad/s), in world axes, per joint rate."""
@@ -138,6 +152,18 @@ class Arm:
         elif code == 2:
             detail = f"a joint would step over {MAX_STEP_REVOLUTE} rad or {MAX_STEP_PRISMATIC} m {detail}"
         return Reason(_FOLLOW_REASONS[code], "", detail)
+
+
+def _joint_axes(robot: Robot) -> JointAxes:
+    """The planned joints as they lie in the chain of ``build_chain``."""
+    frames = [k for k, joint in enumerate(robot.joints) if is_planned(robot, joint)]
+    joints = [robot.joints[k] for k in frames]
+    return JointAxes(
+        np.array(frames),
+        np.array([joint.axis / np.linalg.norm(joint.axis) for joint in joints]),
+        np.array([robot.joint_names.index(joint.name) for joint in joints]),
+        np.array([joint.type is JointType.PRISMATIC for joint in joints]),
+    )
 
 
 def _place(i: int, n: int) -> str:

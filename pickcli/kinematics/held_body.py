@@ -1,0 +1,78 @@
+"""A rigid body in the cup: the wrench that moves it, by the equations of Newton and Euler."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.kinematics.tip_motion import TipMotion
+
+GRAVITY = 9.81  # m/s^2, against the world's z
+
+
+@dataclass(frozen=True, eq=False)
+class HeldBody:
+    """A body fixed to the tool frame.
+
+    Attributes:
+        mass: kg.
+        p_tip_com: (3,) centre of mass in the tool frame, m.
+        inertia: (3, 3) about the centre of mass, in the axes of the tool frame, kg m^2.
+    """
+
+    mass: float
+    p_tip_com: Array
+    inertia: Array
+
+    def wrench(self, motion: TipMotion, gravity: float = GRAVITY) -> Array:
+        """What the cup exerts on the body in every state of a motion.
+
+        Args:
+            motion: N states of the tool frame.
+            gravity: m/s^2.
+
+        Returns:
+            (N, 6) force in N, then torque about the tip in Nm, both in the axes of the tool frame.
+        """
+        R = motion.poses[:, :3, :3]
+        omega, alpha = _in_tip(R, motion.angular_velocity), _in_tip(R, motion.angular_acceleration)
+        upwards = _in_tip(R, motion.acceleration + np.array([0.0, 0.0, gravity]))
+        S = _skew(self.p_tip_com)
+        # x @ S = -(S x): vectors are rows here.
+        of_com = upwards + alpha @ S + _cross(omega, omega @ S)
+        force = self.mass * of_com
+        spin = alpha @ self.inertia + _cross(omega, omega @ self.inertia)
+        return np.concatenate([force, spin - force @ S], axis=1)
+
+    def path_wrench(self, motion: TipMotion) -> tuple[Array, Array, Array]:
+        """The wrench along a path as a u + b x + c, by path acceleration u and squared path speed x.
+
+        Linear in both, as the accelerations and all products of velocities are: u = d2s/dt2, x = (ds/dt)^2.
+
+        Args:
+            motion: The tool frame's by the path's parameter s, from dq/ds and d2q/ds2.
+
+        Returns:
+            a, b and c, each (N, 6); c is the wrench at rest.
+        """
+        zero = np.zeros_like(motion.velocity)
+        by_u = TipMotion(motion.poses, zero, zero, motion.velocity, motion.angular_velocity)
+        return self.wrench(by_u, 0.0), self.wrench(motion, 0.0), self.wrench(motion.at_rest())
+
+
+def _in_tip(R_world_tip: Array, vectors: Array) -> Array:
+    """World vectors (N, 3) in the axes of the tool frame."""
+    return np.asarray(np.matmul(vectors[:, None, :], R_world_tip)[:, 0])
+
+
+def _skew(p: Array) -> Array:
+    """The matrix S with S v = p x v."""
+    x, y, z = p
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross products (N, 3), row by row."""
+    return np.stack([a[:, i] * b[:, j] - a[:, j] * b[:, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
