@@ -23,7 +23,7 @@ class Item:
     name: str
     year: int
     shape: Shape
-    mass: float  # kg
+    mass: float  # kg, as stated
     bonus: int  # points by the rules of its year
     # By face (see Shape.face_names), the share of full vacuum kept under a cup: 1 airtight, 0 none.
     seals: Mapping[str, float] = field(hash=False)
@@ -33,6 +33,12 @@ class Item:
     speed_scale: float  # 1.0, or 0.5 for Delft's slow items
     folded: str  # "" or how cloth and bags were folded to get the stated size
     source: str  # where the figures come from
+    mass_error: float = 0.1  # bound of the stated mass's error, as a share of it
+
+    @property
+    def heaviest(self) -> float:
+        """The most that it may weigh, kg: what loads are planned and verified for."""
+        return self.mass * (1.0 + self.mass_error)
 
     @property
     def suction(self) -> bool:
@@ -41,7 +47,10 @@ class Item:
 
     @property
     def inertia(self) -> Array:
-        """Inertia (3, 3) in kg m^2 about the centre of mass in the item frame, of uniform density."""
+        """Inertia (3, 3) in kg m^2 about the centre of mass in the item frame, of uniform density.
+
+        Of the stated mass; that of another mass is in proportion.
+        """
         return np.asarray(self.mass * self.shape.inertia_per_mass)
 
     def can_roll(self, R: Array) -> bool:

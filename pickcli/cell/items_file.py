@@ -27,6 +27,9 @@ class ItemModel(FileModel):
     )
     sphere: Annotated[tuple[Positive, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
     mass: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] = Field(description="a mass in kg")
+    mass_error: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
+        0.1, description="bound of the mass's error as a share of it, 0 to 1"
+    )
     bonus: Annotated[int, Field(ge=0, le=10)] = Field(description="points, 0 to 10")
     seal: Share = Field(description="a share of full vacuum, 0 (does not seal) to 1 (airtight)")
     seals: dict[str, Share] = Field(
@@ -113,4 +116,5 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         speed_scale=model.speed_scale,
         folded=model.folded,
         source=model.source,
+        mass_error=model.mass_error,
     )

@@ -92,7 +92,7 @@ def _item_content(placed: PlacedItem) -> list[Any]:
         item.year,
         item.shape.kind.value,
         numbers(item.shape.size),
-        numbers([item.mass, item.seal_inset, item.speed_scale]),
+        numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
         [[face, *numbers([share])] for face, share in sorted(item.seals.items())],
         _coarse(placed.T_world_item),
     ]

@@ -15,13 +15,12 @@ from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.arm import link_poses, tip_poses
+from pickcli.verification.load import check_load
 
 ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
 ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
 TURNED = np.radians(1.0)
 ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
-GRAVITY = 9.81  # m/s^2
-STEP = 1e-3  # s
 
 
 def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
@@ -39,19 +38,21 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
     if not item.suction:
         reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
-    return (*reasons, *_holds(plan, scene, T_tip_item[:3, 3], item))
+    return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
 
 
 def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
     """The tip lies on the surface, points inwards, and the whole cup is inside the face."""
     tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
-    off, normal, room = _face_at(item, tip)
+    face, off, normal, room = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
         yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
     if axis @ -normal < np.cos(ON_NORMAL + tool.cup_tilt):
         yield Reason(
             "cup not square on the face", grasp.item, f"{np.degrees(np.arccos(axis @ -normal)):.1f} deg"
         )
+    if item.seals[face] <= 0.0:
+        yield Reason("cup not on a face that seals", grasp.item, f"{face}; {item.seal_source}")
     inset = tool.cup_radius + item.seal_inset
     if room < inset - 1e-6:
         yield Reason(
@@ -59,21 +60,33 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
         )
 
 
-def _face_at(item: Item, p: Array) -> tuple[float, Array, float]:
-    """Of the face nearest to a point (3,): height of the point over it, its normal, room to its edge, m."""
+def _share_at(item: Item, grasp: Grasp) -> float:
+    """The share of full vacuum that the face under the cup keeps."""
+    return item.seals[_face_at(item, grasp.T_item_tip[:3, 3])[0]]
+
+
+def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
+    """Of the face nearest to a point (3,): name, height of the point over it, normal, room to its edge, m."""
     shape, half = item.shape, item.shape.extents / 2
     if shape.kind is ShapeKind.SPHERE:
         r = float(np.linalg.norm(p))
-        return r - shape.size[0], p / max(r, 1e-9), np.inf
+        return "sphere", r - shape.size[0], p / max(r, 1e-9), np.inf
     if shape.kind is ShapeKind.BOX:
         axis = int(np.argmax(np.abs(p) - half))
         normal = np.sign(p[axis]) * np.eye(3)[axis]
-        return float(abs(p[axis]) - half[axis]), normal, float(np.delete(half - np.abs(p), axis).min())
+        room = float(np.delete(half - np.abs(p), axis).min())
+        return _sign(p[axis]) + "xyz"[axis], float(abs(p[axis]) - half[axis]), normal, room
     radius, length = shape.size
     r = float(np.hypot(p[0], p[1]))
     if abs(p[2]) - length / 2 > r - radius:  # an end
-        return float(abs(p[2]) - length / 2), np.array([0.0, 0.0, np.sign(p[2])]), radius - r
-    return r - radius, np.array([p[0], p[1], 0.0]) / max(r, 1e-9), float(length / 2 - abs(p[2]))
+        normal = np.array([0.0, 0.0, np.sign(p[2])])
+        return _sign(p[2]) + "z", float(abs(p[2]) - length / 2), normal, radius - r
+    normal = np.array([p[0], p[1], 0.0]) / max(r, 1e-9)
+    return "mantle", r - radius, normal, float(length / 2 - abs(p[2]))
+
+
+def _sign(value: float) -> str:
+    return "+" if value > 0.0 else "-"
 
 
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
@@ -91,36 +104,3 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iter
     if aside > ASIDE or rotation_angle(off[:3, :3]) > TURNED:
         turned = np.degrees(rotation_angle(off[:3, :3]))
         yield Reason("misses the item", where, f"{aside * 1e3:.1f} mm aside, turned {turned:.1f} deg")
-
-
-def _holds(plan: Plan, scene: Scene, p_tip_com: Array, item: Item) -> Iterator[Reason]:
-    """Pull, shear and moment at the cup, at every millisecond that the item is carried."""
-    held = [segment for segment in plan.segments if segment.held is not None]
-    if not held:
-        return
-    # Before the start and after the end of the trajectory the arm is at rest.
-    n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
-    times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
-    robot = scene.cell.robot
-    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].pivot)
-    p = tips[:, :3, :3] @ p_tip_com + tips[:, :3, 3]
-    accelerations = (p[2:] - 2 * p[1:-1] + p[:-2]) / STEP**2
-    times, tips = times[1:-1], tips[1:-1]
-    force = item.mass * (accelerations + np.array([0.0, 0.0, GRAVITY]))
-    local = np.einsum("tji,tj->ti", tips[:, :3, :3], force)  # what the cup exerts, in the tool frame
-    tool = robot.tool
-    loads = (
-        ("pull", np.maximum(0.0, -local[:, 2]), tool.cup_limits.max_pull, "N"),
-        ("shear", np.linalg.norm(local[:, :2], axis=1), tool.cup_limits.max_shear, "N"),
-        (
-            "moment",
-            np.linalg.norm(np.cross(p_tip_com, local)[:, :2], axis=1),
-            tool.cup_limits.max_moment,
-            "Nm",
-        ),
-    )
-    for name, values, limit, unit in loads:
-        i = int(np.argmax(values))
-        if values[i] > limit:
-            at = f"{values[i]:.2f} {unit} at {times[i]:.3f} s, the cup holds {limit}"
-            yield Reason("does not hold", f"{item.name}, {name}", at)
