@@ -16,9 +16,9 @@ from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.aims import aims
-from pickcli.grasping.holding import static_load
+from pickcli.grasping.holding import Hold
 from pickcli.grasping.search import USUAL, Search
-from pickcli.grasping.surfaces import Face, faces, tilted, turned
+from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
 from pickcli.motion.plan import Grasp
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
@@ -29,6 +29,7 @@ PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivote
 TRIES_PER_PLACE = 8
 SIDE = 0.15  # what a side grasp costs: it needs room beside the item
 ROLLING = 0.3  # and more where the cup makes the item roll before it holds
+HOLDS = 0.9  # of what the cup bears at rest, beyond which a grasp is dropped
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
 
 
@@ -42,13 +43,16 @@ class CandidateSet:
 
 def sample_grasps(
     item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator,
-    search: Search = USUAL,
+    search: Search = USUAL, most: float = HOLDS,
 ) -> CandidateSet:  # fmt: skip
     """Candidates for an item whose pose (4, 4) in the bin frame is known.
 
     Frontal grasps use the straight cup, top-down and side grasps the pivoted one. Each face yields its
-    centre, random places and those of the search's grid. The order follows ``Grasp.score``: load over limit
-    plus penalties for tilt, turn and pressing from the side.
+    centre, random places and those of the search's grid. The order follows ``Grasp.score``: load over limit,
+    which is least near the centre of mass and on faces that seal well, plus penalties for tilt, turn and
+    pressing from the side.
+
+    most: of what the cup bears, that the item at rest may take up.
     """
     if not item.suction:
         return CandidateSet((), (Reason("cannot be held by suction", item_id, item.why_not),))
@@ -58,7 +62,7 @@ def sample_grasps(
         places = [face.region.centre(), *_reachable(face, T_bin_item, tool, cell_bin, rng, search.n_random)]
         places += aims(face, item, T_bin_item, search)
         for T_item_tip in places:
-            grasps, reason = _placements(item_id, item, face.name, T_bin_item, T_item_tip, tool, search)
+            grasps, reason = _placements(item_id, item, face.name, T_bin_item, T_item_tip, tool, search, most)
             found += grasps
             if reason is not None:
                 rejected.append(reason)
@@ -68,8 +72,10 @@ def sample_grasps(
 
 
 def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
-    if not faces(item, tool):
+    if not wide_faces(item, tool):
         return Reason("no face takes the whole cup", item_id, f"its radius is {tool.cup_radius * 1e3:.0f} mm")
+    if not faces(item, tool):
+        return Reason("no face that takes the whole cup seals", item_id, item.seal_source)
     sealing = ", ".join(face.name for face in faces(item, tool))
     return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
 
@@ -89,7 +95,14 @@ def _reachable(
 
 
 def _placements(
-    item_id: str, item: Item, face: str, T_bin_item: Array, T_item_tip: Array, tool: Tool, search: Search
+    item_id: str,
+    item: Item,
+    face: str,
+    T_bin_item: Array,
+    T_item_tip: Array,
+    tool: Tool,
+    search: Search,
+    most: float,
 ) -> tuple[list[Grasp], Reason | None]:
     """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
     R = T_bin_item[:3, :3] @ T_item_tip[:3, :3]
@@ -97,13 +110,12 @@ def _placements(
     kind, pivot, off = _kind(along)
     if kind is None:
         return [], None  # faces away from every way in: not a failure, just another side
-    p_tip_com = inverse(T_item_tip)[:3, 3]
-    load = static_load(item.mass, R, p_tip_com)
-    hanging = static_load(item.mass, DOWN, p_tip_com)
-    ratio = max(load.ratio(tool), hanging.ratio(tool))
-    if ratio >= 1.0:
+    hold = Hold.of(item, face, inverse(T_item_tip), tool)
+    load = hold.at_rest(np.stack([R, DOWN]))  # as it lies, and hanging from the cup
+    if load.ratio > most:
         where = f"{item_id}, face {face}"
-        return [], Reason("does not hold", where, f"{load} at rest, limits exceeded {ratio:.2f} times")
+        return [], Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
+    figures = load.moment, load.pull, load.shear, load.twist, load.ratio
     grasps = []
     worse = off / np.pi
     if kind == "side":
@@ -114,10 +126,10 @@ def _placements(
         for share in (None, *search.tilts):
             tilt = least if share is None else share * tool.cup_tilt
             T = tilted(T_turned, tilt)
-            score = ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
-            grasps.append(
-                Grasp(item_id, kind, face, pivot, T, float(score), load.moment, load.pull, load.shear)
+            score = (
+                load.ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
             )
+            grasps.append(Grasp(item_id, kind, face, pivot, T, float(score), *figures))
     return grasps, None
 
 

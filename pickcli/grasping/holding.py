@@ -1,8 +1,4 @@
-"""Whether the vacuum holds: the load on the cup against its limits.
-
-The model: pull along the cup's axis, shear across it, moment about the cup's centre. Limits by
-``docs`` of the cell: pressure times area, friction, and lip stiffness (measured figures in the cell file).
-"""
+"""Whether the vacuum holds: the wrench on the cup, from gravity and motion, against what the cup bears."""
 
 from __future__ import annotations
 
@@ -10,50 +6,83 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pickcli.cell.cup_limits import CupLimits
+from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.geometry import Array
-
-GRAVITY = 9.81  # m/s^2
+from pickcli.kinematics.held_body import GRAVITY, HeldBody
+from pickcli.kinematics.tip_motion import TipMotion
 
 
 @dataclass(frozen=True)
 class Load:
-    """Worst load on the cup: pull and shear in N, moment in Nm."""
+    """Worst load on the cup over a motion, each figure by itself but for the ratio.
+
+    Attributes:
+        pull: N along the cup's axis, away from it.
+        shear: N across it.
+        moment: Nm of bending, about the cup's tip.
+        twist: Nm about the cup's axis.
+        ratio: Of all of them together at one time over what the cup bears; it holds up to 1.
+    """
 
     pull: float
     shear: float
     moment: float
-
-    def ratio(self, tool: Tool) -> float:
-        """The worst of the three over its limit; the cup holds below 1."""
-        return max(
-            self.pull / tool.cup_limits.max_pull,
-            self.shear / tool.cup_limits.max_shear,
-            self.moment / tool.cup_limits.max_moment,
-        )
+    twist: float
+    ratio: float
 
     def __str__(self) -> str:
-        return f"pull {self.pull:.1f} N, shear {self.shear:.1f} N, moment {self.moment:.2f} Nm"
+        return (
+            f"pull {self.pull:.1f} N, shear {self.shear:.1f} N, moment {self.moment:.2f} Nm, "
+            f"twist {self.twist:.2f} Nm"
+        )
 
 
-def load(mass: float, R_world_tip: Array, p_tip_com: Array, accelerations: Array) -> Load:
-    """Worst load while the held item's centre of mass moves.
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """An item, as heavy as it may be, in the cup.
 
-    mass: kg. R_world_tip: (T, 3, 3) tool orientations. p_tip_com: (3,) centre of mass in the tool frame,
-    m. accelerations: (T, 3) of the centre of mass in the world, m/s^2.
+    Attributes:
+        body: How it hangs there.
+        limits: What the cup bears at full vacuum.
+        vacuum_share: What the face under the cup keeps of full vacuum.
     """
-    force = mass * (accelerations + np.array([0.0, 0.0, GRAVITY]))  # that the cup must exert, world
-    in_tip = np.einsum("tji,tj->ti", R_world_tip, force)
-    # The cup pulls the item towards -z of the tool; pressing the lip on costs nothing.
-    pull = np.maximum(0.0, -in_tip[:, 2])
-    shear = np.linalg.norm(in_tip[:, :2], axis=1)
-    moment = np.linalg.norm(np.cross(p_tip_com, in_tip)[:, :2], axis=1)
-    return Load(float(pull.max()), float(shear.max()), float(moment.max()))
 
+    body: HeldBody
+    limits: CupLimits
+    vacuum_share: float
 
-def static_load(mass: float, R_world_tip: Array, p_tip_com: Array) -> Load:
-    """Load (see ``load``) at rest in one orientation (3, 3)."""
-    weight = mass * GRAVITY
-    x, y, z = (weight * float(v) for v in R_world_tip[2])  # of the force, in the tool frame
-    px, py, pz = (float(v) for v in p_tip_com)
-    return Load(max(0.0, -z), float(np.hypot(x, y)), float(np.hypot(py * z - pz * y, pz * x - px * z)))
+    @classmethod
+    def of(cls, item: Item, face: str, T_tip_item: Array, tool: Tool) -> Hold:
+        """An item held by one of its faces.
+
+        Args:
+            item: What is held.
+            face: The name of the face under the cup.
+            T_tip_item: (4, 4) the item in the tool frame.
+            tool: The tool that holds it.
+        """
+        R = T_tip_item[:3, :3]
+        inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
+        body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
+        return cls(body, tool.cup_limits, item.seals[face])
+
+    def at_rest(self, R_world_tip: Array) -> Load:
+        """The worst load at rest over tool orientations (N, 3, 3): no slower motion loads the cup less."""
+        force = self.body.mass * GRAVITY * R_world_tip[:, 2]
+        return self._worst(np.hstack([force, np.cross(self.body.p_tip_com, force)]))
+
+    def in_motion(self, motion: TipMotion) -> Load:
+        """The worst load over the states of a motion in time."""
+        return self._worst(self.body.wrench(motion))
+
+    def _worst(self, wrenches: Array) -> Load:
+        ratio = self.limits.ratio(wrenches, self.vacuum_share)
+        return Load(
+            pull=float(np.maximum(0.0, -wrenches[:, 2]).max()),
+            shear=float(np.hypot(wrenches[:, 0], wrenches[:, 1]).max()),
+            moment=float(np.hypot(wrenches[:, 3], wrenches[:, 4]).max()),
+            twist=float(np.abs(wrenches[:, 5]).max()),
+            ratio=float(ratio.max()),
+        )

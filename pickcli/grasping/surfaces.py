@@ -23,6 +23,11 @@ class Face:
 
 def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     """All faces of an item on which the cup seals, rim and all; () where the item has none."""
+    return tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
+
+
+def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
+    """All faces of an item on which the whole cup fits, whether they seal or not."""
     inset = tool.cup_radius + item.seal_inset
     if item.shape.kind is ShapeKind.BOX:
         return _box_faces(item, inset)

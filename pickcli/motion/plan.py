@@ -24,9 +24,11 @@ class Grasp:
     pivot: PivotState
     T_item_tip: Array  # (4, 4) tool frame in the item frame; tip on the face, +z into the item
     score: float  # smaller is better
-    moment: float  # Nm about the cup, worst over gravity and planned acceleration
+    moment: float  # Nm of bending about the cup, worst over gravity and planned acceleration; so all below
     pull: float  # N
     shear: float  # N
+    twist: float  # Nm about the cup's axis
+    load_ratio: float  # of all of them together over what the cup bears on that face, at any one time
 
 
 @dataclass(frozen=True)

@@ -159,6 +159,8 @@ def _grasp(grasp: Grasp) -> dict[str, Any]:
         "moment": float(grasp.moment),
         "pull": float(grasp.pull),
         "shear": float(grasp.shear),
+        "twist": float(grasp.twist),
+        "load_ratio": float(grasp.load_ratio),
     }
 
 

@@ -85,6 +85,8 @@ class _Grasp(_Model):
     moment: Number
     pull: Number
     shear: Number
+    twist: Number
+    load_ratio: Number
 
 
 class _Certificate(_Model):

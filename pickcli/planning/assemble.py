@@ -15,6 +15,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason
+from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
@@ -37,7 +38,9 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
     first = proven_run(planner, to_item)
     if isinstance(first, Reason):
         return first
-    carried = carried_run(planner, to_place, grasp, query.target.item)
+    item = query.target.item
+    hold = Hold.of(item, grasp.face, motion.in_bin.held.T_tip_item, planner.cell.robot.tool)
+    carried = carried_run(planner, to_place, grasp, hold, item.speed_scale)
     if isinstance(carried, Reason):
         return carried
     last = proven_run(planner, up)
@@ -58,7 +61,14 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=replace(grasp, moment=load.moment, pull=load.pull, shear=load.shear),
+        grasp=replace(
+            grasp,
+            moment=load.moment,
+            pull=load.pull,
+            shear=load.shear,
+            twist=load.twist,
+            load_ratio=load.ratio,
+        ),
         speed_scale=carried.scale,
     )
 

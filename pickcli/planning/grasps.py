@@ -43,8 +43,8 @@ def feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tup
 def _candidates(
     query: BinQuery, search: Search, exclude: Sequence[Grasp], rng: np.random.Generator
 ) -> CandidateSet:
-    target, tool = query.target, query.planner.cell.robot.tool
-    found = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search)
+    target, tool, most = query.target, query.planner.cell.robot.tool, query.planner.settings.load_ratio
+    found = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search, most)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.item import Item
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.grasping.holding import Load
+from pickcli.grasping.holding import Hold, Load
 from pickcli.motion.plan import Grasp
 from pickcli.planning.context import Planner
 from pickcli.planning.payload import carried_load, path_load
@@ -46,24 +45,26 @@ def proven_run(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
     return failed
 
 
-def carried_run(planner: Planner, pieces: Sequence[Piece], grasp: Grasp, item: Item) -> Carried | Reason:
-    """The same with an item, slowed down until the cup holds under gravity and acceleration."""
-    tool, most = planner.cell.robot.tool, planner.settings.load_ratio
+def carried_run(
+    planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, speed_scale: float
+) -> Carried | Reason:
+    """The same with an item, slowed down until the cup holds under gravity and acceleration.
+
+    hold: the item as it hangs in the cup. speed_scale: the item's, of all limits
+    """
+    most = planner.settings.load_ratio
     where = f"{grasp.kind} grasp on face {grasp.face}"
     waypoints = np.vstack([piece.waypoints for piece in pieces])
-    still = path_load(planner.arm, grasp.pivot, waypoints, grasp, item.mass)
-    if still.ratio(tool) > most:
-        return Reason(
-            "does not hold", where, f"{still} at rest on the way, {still.ratio(tool):.2f} of the limit"
-        )
-    scale, are_blends_proven = item.speed_scale, False
+    still = path_load(planner.arm, grasp.pivot, waypoints, hold)
+    if still.ratio > most:
+        return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
+    scale, are_blends_proven = speed_scale, False
     while True:
         run = _timed(planner, pieces, scale, are_blends_proven)
         if isinstance(run, Reason):
             return run
-        load = carried_load(planner.arm, grasp.pivot, run.trajectory, grasp, item.mass)
-        ratio = load.ratio(tool)
-        if ratio <= most:
+        load = carried_load(planner.arm, grasp.pivot, run.trajectory, hold)
+        if load.ratio <= most:
             failed = prove(run, pieces)
             if failed is None:
                 return Carried(run, scale, load)
@@ -72,11 +73,11 @@ def carried_run(planner: Planner, pieces: Sequence[Piece], grasp: Grasp, item: I
             are_blends_proven = True
         elif scale <= SLOWEST:
             return Reason(
-                "does not hold", where, f"{load} at {scale:.0%} of the speed, {ratio:.2f} of the limit"
+                "does not hold", where, f"{load} at {scale:.0%} of the speed, {load.ratio:.2f} of the limit"
             )
         else:
             # What motion adds to the load at rest goes with the acceleration, and that with the scale.
-            gain = (most - still.ratio(tool)) / (ratio - still.ratio(tool))
+            gain = (most - still.ratio) / (load.ratio - still.ratio)
             scale = max(SLOWEST, scale * min(SLOWER, gain))
 
 

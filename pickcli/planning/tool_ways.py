@@ -18,7 +18,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.holding import static_load
+from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.ways_out import Ways
@@ -101,10 +101,9 @@ def tool_ways_out(
 
 def _holds(query: BinQuery, grasp: Grasp, poses: Array) -> bool:
     """Whether the cup holds the target at rest in every pose (K, 4, 4) of a way out."""
-    p_tip_com, mass = inverse(grasp.T_item_tip)[:3, 3], query.target.item.mass
-    loads = [static_load(mass, T[:3, :3], p_tip_com) for T in poses]
     tool, most = query.planner.cell.robot.tool, query.planner.settings.load_ratio
-    return max(load.ratio(tool) for load in loads) < most
+    hold = Hold.of(query.target.item, grasp.face, inverse(grasp.T_item_tip), tool)
+    return hold.at_rest(poses[:, :3, :3]).ratio <= most
 
 
 def _meeting(query: BinQuery, pivot: PivotState, face: str) -> ToolGhost:

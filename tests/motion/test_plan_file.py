@@ -51,7 +51,7 @@ def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
         ),
         grasp=Grasp(
             "crayola_24_ct", "frontal", "-x", PivotState.STRAIGHT,
-            pose(rng.normal(size=3), rpy=rng.normal(size=3)), 0.1, 0.2, 0.3, 1 / 7,
+            pose(rng.normal(size=3), rpy=rng.normal(size=3)), 0.1, 0.2, 0.3, 1 / 7, 0.01, 0.4,
         ),
         speed_scale=0.5,
         statistics={"planning_ms": 12.5},

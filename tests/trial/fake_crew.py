@@ -72,9 +72,7 @@ class FakeCrew:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(bin_name)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
-        grasp = Grasp(
-            item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), 0.0, 0.0, 0.0
-        )
+        grasp = Grasp(item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
     def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:

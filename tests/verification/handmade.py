@@ -177,7 +177,7 @@ def pick() -> tuple[Plan, Scene]:
 
 
 def _with_events(b: Builder, T_item_tip: Array) -> Plan:
-    grasp = Grasp(CRAYOLA, "frontal", "-z", STRAIGHT, T_item_tip, 0.1, 0.1, 1.0, 1.0)
+    grasp = Grasp(CRAYOLA, "frontal", "-z", STRAIGHT, T_item_tip, 0.1, 0.1, 1.0, 1.0, 0.0, 0.2)
     kinds = [s.kind for s in b.segments]
     contact, retreat, put = (
         kinds.index(k) for k in (SegmentKind.CONTACT, SegmentKind.RETREAT, SegmentKind.PLACE)
