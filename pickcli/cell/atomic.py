@@ -6,12 +6,12 @@ import contextlib
 import fcntl
 import glob
 import os
-import stat
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import InputError
 
 
@@ -47,28 +47,6 @@ def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
 def write_text(path: Path, text: str, replace: bool = True) -> None:
     """``write_bytes`` of UTF-8 text."""
     write_bytes(path, text.encode("utf-8"), replace)
-
-
-def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:
-    """Raise InputError for a device, pipe, socket or folder: only regular files are read and replaced.
-
-    Nothing is raised for a path where nothing is. OSError where that cannot be found out.
-    """
-    try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
-        return
-    kinds = {
-        stat.S_IFDIR: "a folder",
-        stat.S_IFCHR: "a device",
-        stat.S_IFBLK: "a device",
-        stat.S_IFIFO: "a pipe",
-        stat.S_IFSOCK: "a socket",
-    }
-    if not stat.S_ISREG(mode):
-        raise InputError(
-            f"{path}: is {kinds.get(stat.S_IFMT(mode), 'special')}, not a regular file; {what_to_do}"
-        )
 
 
 def _put(path: Path, content: bytes, replace: bool) -> None:

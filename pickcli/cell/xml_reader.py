@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from pickcli.cell.yaml_reader import read_text
+from pickcli.cell.reading import read_text
 from pickcli.errors import InputError
 
 MAX_BYTES = 10_000_000

@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from pickcli.cell.reading import read_text
 from pickcli.errors import InputError
 
 MAX_BYTES = 1_000_000
@@ -94,22 +95,6 @@ def read_yaml(path: Path) -> Source:
         raise InputError(f"{path}: not YAML: {error}") from None
     source.check()
     return source
-
-
-def read_text(path: Path, max_bytes: int) -> str:
-    """The text of a regular file of at most ``max_bytes``. Raises InputError."""
-    try:
-        if not path.is_file():
-            what = "is not a regular file; name one" if path.exists() else "no such file; check the name"
-            raise InputError(f"{path}: {what}")
-        size = path.stat().st_size
-        if size > max_bytes:
-            raise InputError(f"{path}: {size} bytes, at most {max_bytes} are read; is it the right file?")
-        return path.read_bytes().decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 class _Events:

@@ -12,7 +12,6 @@ from pickcli.commands.options import json_option, overwrite_option, refuse_outpu
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene, stand
 
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 HEAD = 4096  # bytes in which a JSON file of ours names its format
 
 
@@ -71,11 +70,13 @@ def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]
 
 def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
+    from pickcli.cell.reading import HDF5_MAGIC, refuse_special_file
     from pickcli.errors import InputError
 
     if path.is_dir() or path.suffix == ".yaml" or not path.exists():
         return _cell(path)
     try:
+        refuse_special_file(path)
         with path.open("rb") as file:
             head = file.read(HEAD)
     except OSError as error:

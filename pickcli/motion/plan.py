@@ -10,6 +10,9 @@ from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 
+MAX_DURATION = 300.0  # s, of any plan: at a tenth of full speed a pick takes two minutes
+MAX_NUMBER = 1e6  # in any unit of a plan: nothing that an arm does is near it
+
 
 @dataclass(frozen=True, eq=False)
 class Grasp:
@@ -35,6 +38,7 @@ class Grasp:
 class Certificate:
     """What the verifier checked, how finely, and of which bytes.
 
+    It guards against accidents and is no signature: whoever can edit a plan can certify it, too.
     May claim no more than: in this model (fingerprint), every state keeps clearance at least
     ``min_clearance`` and limits below the ratios. It is not a statement of safety.
     """

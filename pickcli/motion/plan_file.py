@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.atomic import write_bytes
+from pickcli.cell.reading import read_text
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
@@ -20,22 +21,17 @@ from pickcli.motion.plan_schema import FORMAT, VERSION, parse_plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 
-MAX_BYTES = 64 * 2**20  # a plan of ten seconds has half a megabyte
+MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
 
 
 def motion_hash(plan: Plan) -> str:
-    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp; not of statistics or certificate.
-
-    Taken over their canonical JSON: sorted keys, no blanks, floats with all their digits.
-    """
-    motion = {
+    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp; not of statistics or certificate."""
+    return _sha256({
         "trajectory": _trajectory(plan.trajectory),
         "segments": [_segment(s) for s in plan.segments],
         "events": [_event(e) for e in plan.events],
         "grasp": None if plan.grasp is None else _grasp(plan.grasp),
-    }
-    text = json.dumps(motion, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    })  # fmt: skip
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
@@ -52,7 +48,9 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "segments": [_segment(s) for s in plan.segments],
         "events": [_event(e) for e in plan.events],
         "trajectory": _trajectory(plan.trajectory),
-        "certificate": None if plan.certificate is None else _certificate(plan.certificate),
+        "certificate": None
+        if plan.certificate is None
+        else {**_figures(plan.certificate), "seal": certificate_seal(plan)},
         "statistics": dict(sorted(plan.statistics.items())),
     }
 
@@ -77,21 +75,24 @@ def read_plan(path: Path) -> Plan:
     Raises InputError when it is missing, too large or breaks the format (all problems at once, each with
     its field), DamagedError when it is cut off, or when it was changed after it was certified.
     """
-    try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError(f"{path}: {size} bytes; a plan has at most {MAX_BYTES}")
-        text = path.read_bytes().decode()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); plan one with apc plan-pick") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file; a plan is JSON, plan one with apc plan-pick") from error
-    plan = parse_plan(text, str(path))
-    _check_certificate(plan, str(path))
+    text = read_text(path, MAX_BYTES, "plan one with apc plan-pick")
+    plan, seal = parse_plan(text, str(path))
+    _check_certificate(plan, seal, str(path))
     return plan
 
 
-def _check_certificate(plan: Plan, where: str) -> None:
+def certificate_seal(plan: Plan) -> str:
+    """SHA-256 (hex) of a certificate and of everything that it speaks of, but not of ``statistics``.
+
+    Whoever can edit the file can compute it: it tells damage and mix-ups, and is no signature.
+    """
+    if plan.certificate is None:
+        return ""
+    parts = (plan.query, plan.cell_fingerprint, plan.scene_hash, plan.seed, plan.speed_scale)
+    return _sha256([*parts, motion_hash(plan), _figures(plan.certificate)])
+
+
+def _check_certificate(plan: Plan, seal: str, where: str) -> None:
     """A certificate speaks of exact bytes: refuse the plan when they are not these."""
     if plan.certificate is None:
         return
@@ -99,6 +100,7 @@ def _check_certificate(plan: Plan, where: str) -> None:
         ("motion_hash", plan.certificate.motion_hash, motion_hash(plan)),
         ("scene_hash", plan.certificate.scene_hash, plan.scene_hash),
         ("cell_fingerprint", plan.certificate.cell_fingerprint, plan.cell_fingerprint),
+        ("seal", seal, certificate_seal(plan)),
     )
     for name, certified, found in pairs:
         if certified != found:
@@ -107,6 +109,12 @@ def _check_certificate(plan: Plan, where: str) -> None:
                 f"(certified {certified[:12]}, found {found[:12]}); plan it anew, or set its certificate to "
                 "null and verify it"
             )
+
+
+def _sha256(content: Any) -> str:
+    """Of canonical JSON: sorted keys, no blanks, floats with all their digits."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _rows(a: Array) -> list[Any]:
@@ -164,7 +172,7 @@ def _grasp(grasp: Grasp) -> dict[str, Any]:
     }
 
 
-def _certificate(certificate: Certificate) -> dict[str, Any]:
+def _figures(certificate: Certificate) -> dict[str, Any]:
     fields = {name: getattr(certificate, name) for name in Certificate.__dataclass_fields__}
     return {**fields, "checks": list(certificate.checks)}
 

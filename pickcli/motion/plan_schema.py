@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator
+from itertools import islice
+from reprlib import Repr
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -13,22 +16,26 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
 FORMAT = "apc plan"
-VERSION = 1
+VERSION = 2
 MAX_POINTS = 100_000
 MAX_JOINTS = 32
+MAX_DIGITS = 20  # of an integer
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
 MAX_PROBLEMS = 20  # named in one message
 
+_SHORT = Repr()  # of values of any size
+_SHORT.maxstring = _SHORT.maxother = 60
+
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Hash = Annotated[str, Field(max_length=128)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Numbers = Annotated[list[Number], Field(max_length=MAX_JOINTS)]
-Time = Annotated[float, Field(allow_inf_nan=False, ge=0.0)]
+Time = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=MAX_DURATION)]
 
 
 class _Model(BaseModel):
@@ -60,7 +67,7 @@ class _Segment(_Model):
 
 class _Anchor(_Model):
     kind: Annotated[AnchorKind, Field(strict=False)]
-    segment: Annotated[int, Field(ge=0)]
+    segment: Annotated[int, Field(ge=0, lt=1000)]
     offset: Number
 
 
@@ -93,49 +100,51 @@ class _Certificate(_Model):
     motion_hash: Hash
     scene_hash: Hash
     cell_fingerprint: Hash
-    n_states: Annotated[int, Field(ge=0)]
+    n_states: Annotated[int, Field(ge=0, lt=2**53)]
     max_step: Number
     min_clearance: Number
     max_velocity_ratio: Number
     max_acceleration_ratio: Number
     max_jerk_ratio: Number
     checks: Annotated[list[Name], Field(max_length=100)]
+    seal: Hash
 
 
 class _Plan(_Model):
     format: Literal["apc plan"]
-    version: Literal[1]
+    version: Literal[2]
     query: Annotated[str, Field(max_length=1000)]
     cell_fingerprint: Hash
     scene_hash: Hash
-    seed: Annotated[int, Field(ge=0)]
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
     speed_scale: Annotated[float, Field(gt=0.0, le=1.0)]
     grasp: _Grasp | None
     segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
     events: Annotated[list[_Event], Field(max_length=1000)]
     trajectory: _Trajectory
     certificate: _Certificate | None
-    statistics: dict[Name, Number]
+    statistics: Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)]
 
 
-def parse_plan(text: str, where: str) -> Plan:
-    """The plan in a file's text. ``where`` names the file in messages.
+def parse_plan(text: str, where: str) -> tuple[Plan, str]:
+    """The plan in a file's text, and the seal of its certificate ("" without). ``where`` names the file.
 
     Raises InputError with all problems (field, expected, got), DamagedError where the JSON itself breaks.
     """
     data = _load(text, where)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f'{where}: format: expected "{FORMAT}"; this is not a plan file')
-    if data.get("version") != VERSION:
+    if type(data.get("version")) is not int or data["version"] != VERSION:
         raise InputError(f"{where}: version: expected {VERSION}, got {data.get('version')!r}; plan it anew")
     try:
         model = _Plan.model_validate(data)
     except ValidationError as error:
-        raise _refusal(where, (_problem(e) for e in error.errors())) from None
+        found = error.errors(include_url=False, include_context=False)
+        raise _refusal(where, len(found), map(_problem, found)) from None
     problems = list(_problems(model))
     if problems:
-        raise _refusal(where, problems)
-    return _build(model)
+        raise _refusal(where, len(problems), problems)
+    return _build(model), model.certificate.seal if model.certificate is not None else ""
 
 
 def _load(text: str, where: str) -> Any:
@@ -144,16 +153,20 @@ def _load(text: str, where: str) -> Any:
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         out = dict(pairs)
         if len(out) != len(pairs):
-            keys = [k for k, _ in pairs]
-            twice = next(k for k in keys if keys.count(k) > 1)
-            raise InputError(f"{where}: {twice}: the key stands twice in one object; keep one")
+            twice = Counter(key for key, _ in pairs).most_common(1)[0][0]
+            raise InputError(f"{where}: {twice[:60]}: the key stands twice in one object; keep one")
         return out
 
     def constant(name: str) -> Any:
         raise InputError(f"{where}: holds {name}; every number must be finite")
 
+    def integer(digits: str) -> int:
+        if len(digits) > MAX_DIGITS:
+            raise InputError(f"{where}: {digits[:12]}... has {len(digits)} digits; no number of a plan has")
+        return int(digits)
+
     try:
-        return json.loads(text, object_pairs_hook=unique, parse_constant=constant)
+        return json.loads(text, object_pairs_hook=unique, parse_constant=constant, parse_int=integer)
     except json.JSONDecodeError as error:
         raise DamagedError(
             f"{where}:{error.lineno}:{error.colno}: not JSON ({error.msg}): cut off or damaged; plan it anew"
@@ -164,15 +177,15 @@ def _load(text: str, where: str) -> Any:
 
 def _problem(error: Any) -> str:
     """One pydantic error as ``field: what (got ...)``."""
-    field = ".".join(str(part) for part in error["loc"])
-    got = repr(error.get("input"))
+    field = ".".join(str(part)[:60] for part in error["loc"])
+    got = _SHORT.repr(error.get("input"))
     return f"{field}: {error['msg']}" + (f", got {got}" if len(got) < 60 else "")
 
 
-def _refusal(where: str, problems: Iterable[str]) -> InputError:
-    found = list(problems)
-    more = f"\n  and {len(found) - MAX_PROBLEMS} more" if len(found) > MAX_PROBLEMS else ""
-    return InputError("\n  ".join([f"{where}: not a valid plan:", *found[:MAX_PROBLEMS]]) + more)
+def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:
+    """One error for ``count`` problems, of which the first are told."""
+    more = f"\n  and {count - MAX_PROBLEMS} more" if count > MAX_PROBLEMS else ""
+    return InputError("\n  ".join([f"{where}: not a valid plan:", *islice(problems, MAX_PROBLEMS)]) + more)
 
 
 def _problems(model: _Plan) -> Iterator[str]:
@@ -258,4 +271,5 @@ def _grasp(model: _Grasp) -> Grasp:
 
 
 def _certificate(model: _Certificate) -> Certificate:
-    return Certificate(**{**dict(model), "checks": tuple(model.checks)})
+    figures = {name: value for name, value in model if name != "seal"}
+    return Certificate(**{**figures, "checks": tuple(model.checks)})

@@ -8,6 +8,7 @@ external data, filters, unknown names, types, and sizes that the file itself has
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap.hdf5_format import MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
 
@@ -57,7 +59,8 @@ def cause_of(error: Exception) -> str:
 def damaged(path: Path, cause: str) -> DamagedError:
     """The error for a file whose bytes are not those written."""
     return DamagedError(
-        f"{path}: damaged ({cause}); apc check {path} --repair computes again what is lost, or build it again"
+        f"{path}: damaged ({cause}); apc check {path} --repair mends it where its directory can still be "
+        "read, else build it again"
     )
 
 
@@ -82,15 +85,22 @@ def read_attributes(file: Any) -> dict[str, str]:
 def check_readable(path: Path) -> None:
     """Raise InputError for what is not there, no file, larger than any of ours, or closed to us."""
     try:
-        if not path.is_file():
-            what = "is not a regular file" if path.exists() else "no such file"
-            raise InputError(f"{path}: {what}; build it first, or name another")
-        if path.stat().st_size > MAX_FILE:
-            raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
-        with open(path, "rb"):
-            pass
+        refuse_special_file(path, "build it first, or name another")
+        with open(path, "rb") as file:
+            if os.fstat(file.fileno()).st_size > MAX_FILE:
+                raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
+            head = file.read(64)
+        if _is_text(head):
+            raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; build it first, or name another") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _is_text(head: bytes) -> bool:
+    """Whether a file begins like a JSON or YAML file: then it is not a damaged one of ours."""
+    return len(head) > 0 and head.isascii() and head.decode("ascii").replace("\n", " ").isprintable()
 
 
 @dataclass(frozen=True)

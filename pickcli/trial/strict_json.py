@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from pickcli.cell.reading import HDF5_MAGIC, read_bytes
 from pickcli.errors import InputError
 
 MAX_BYTES = 1_000_000  # an official order has about 3 kB
@@ -47,21 +48,15 @@ class Document:
 
 def read_json(path: Path) -> Document:
     """Read a JSON file. Raises InputError for what is not a regular, small, well-formed JSON file."""
-    if not path.is_file():
-        what = "is not a regular file" if path.exists() else "does not exist"
-        raise InputError(f"{path}: {what}; give the path of a JSON file")
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from error
-    return parse_json(data, str(path))
+    return parse_json(read_bytes(path, MAX_BYTES, "give the path of a JSON file"), str(path))
 
 
 def parse_json(data: bytes, where: str) -> Document:
     """Parse bytes (UTF-8 JSON; duplicate keys, NaN and deep nesting are refused). Raises InputError."""
     if len(data) > MAX_BYTES:
         raise InputError(f"{where}: larger than {MAX_BYTES} bytes; this cannot be an order")
+    if data.startswith(HDF5_MAGIC):
+        raise InputError(f"{where}: is an HDF5 file, not JSON; give the path of a JSON file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

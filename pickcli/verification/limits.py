@@ -56,7 +56,7 @@ def _ratios(trajectory: Trajectory, derivative: int, limit: Array) -> Array:
 
 def _over(plan: Plan, name: str, ratios: Array, where: str = "", limit: float = 1.0) -> Iterator[Reason]:
     for joint, ratio in zip(plan.trajectory.joint_names, ratios, strict=True):
-        if ratio > limit * (1.0 + TOLERANCE):
+        if not ratio <= limit * (1.0 + TOLERANCE):
             yield Reason(f"{name} limit", where, f"{joint}: {ratio / limit:.4f} times the limit")
 
 
@@ -66,7 +66,7 @@ def _position(plan: Plan, cell: Cell) -> Iterator[Reason]:
     limits = cell.robot.limits
     for j, joint in enumerate(plan.trajectory.joint_names):
         beyond = max(high[j] - limits.upper[j], limits.lower[j] - low[j])
-        if beyond > TOLERANCE:
+        if not beyond <= TOLERANCE:
             yield Reason(
                 "joint limit", "", f"{joint}: {beyond:.6f} beyond {limits.lower[j]}..{limits.upper[j]}"
             )
@@ -76,7 +76,7 @@ def _rest(plan: Plan) -> Iterator[Reason]:
     trajectory = plan.trajectory
     for end, name in ((0, "start"), (-1, "end")):
         for values in (trajectory.velocities[end], trajectory.accelerations[end]):
-            if np.abs(values).max() > AT_REST:
+            if not np.abs(values).max() <= AT_REST:
                 yield Reason("not at rest", name, f"up to {np.abs(values).max():.3g} rad/s or rad/s^2")
                 break
 

@@ -12,6 +12,7 @@ from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
 RELATIVE = 1e-9  # how far above the true maximum a bound may lie
+MOST_PIECES = 100_000  # that may hold a maximum; with more the bound is what it is, still from above
 
 
 def control_points(trajectory: Trajectory, derivative: int) -> Array:
@@ -26,8 +27,8 @@ def control_points(trajectory: Trajectory, derivative: int) -> Array:
 def largest(points: Array) -> Array:
     """Largest value (n,) of the polynomials with control points (P, d + 1, n) over their pieces.
 
-    From above, and within RELATIVE of the true value: pieces that cannot hold the maximum drop out, the
-    others are halved; the hull shrinks with the square of their length.
+    From above, and within RELATIVE of the true value but for curves made to defy it: pieces that cannot
+    hold the maximum drop out, the others are halved; the hull shrinks with the square of their length.
     """
     return np.array([_largest(points[:, :, j]) for j in range(points.shape[2])])
 
@@ -41,6 +42,8 @@ def _largest(points: Array) -> float:
         points = points[bounds > attained + slack]
         if len(points) == 0:
             return attained + slack
+        if len(points) > MOST_PIECES:
+            break
         points = np.concatenate(_halves(points))
     return max(attained, float(points.max()))
 

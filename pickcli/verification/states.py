@@ -43,8 +43,10 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
     while True:
         way = variation(trajectory, times)
         steps = way @ reach
+        if not np.ceil(steps / MAX_STEP).sum() <= MAX_STATES:  # before they are integers, which overflow
+            break
         n = np.ceil(steps / MAX_STEP).astype(np.int64)
-        if n.max() <= 1 or n.sum() > MAX_STATES:
+        if n.max() <= 1:
             break
         times = np.concatenate([_split(times, np.maximum(n, 1)), times[-1:]])
     Q = trajectory.sample(times)

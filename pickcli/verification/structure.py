@@ -8,17 +8,19 @@ import numpy as np
 
 from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
-from pickcli.motion.plan import Plan
+from pickcli.geometry import is_pose
+from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.contacts import MAY_TOUCH, may_touch
 
 TIME_TOLERANCE = 1e-9  # s
+SHORTEST_STEP = 1e-9  # s between two points: its third power is far from the smallest number there is
 CARRYING = (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentKind.PLACE)
 
 
 def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Everything that the other checks take for granted; they run only when this finds nothing."""
-    reasons = [*_trajectory(plan, scene)]
+    reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
         reasons = [*_segments(plan), *_names(plan, scene), *_holding(plan)]
     return tuple(reasons)
@@ -49,6 +51,26 @@ def _trajectory(plan: Plan, scene: Scene) -> Iterator[Reason]:
         yield Reason(
             "time stamps", f"point {i}", f"{trajectory.times[i]} s does not come after the one before"
         )
+
+
+def _magnitudes(plan: Plan) -> Iterator[Reason]:
+    """Numbers that are finite but so large or so near to each other that sums of them are not."""
+    trajectory, grasp = plan.trajectory, plan.grasp
+    if trajectory.duration > MAX_DURATION:
+        yield Reason("too long", "trajectory", f"{trajectory.duration:.6g} s, at most {MAX_DURATION:g} s")
+    if np.diff(trajectory.times).min() < SHORTEST_STEP:
+        yield Reason("time stamps", "trajectory", f"points less than {SHORTEST_STEP:g} s apart")
+    numbers = [trajectory.positions, trajectory.velocities, trajectory.accelerations]
+    numbers += [np.array([[s.t_start, s.t_end] for s in plan.segments], dtype=np.float64)]
+    if grasp is not None:
+        numbers += [grasp.T_item_tip, np.array([grasp.score, grasp.moment, grasp.pull, grasp.shear])]
+    for event in plan.events:
+        times = [t for t in (event.lead, event.t_anchor, event.t_trigger) if t is not None]
+        numbers.append(np.array([event.anchor.offset, *times]))
+    if not all((np.abs(each) <= MAX_NUMBER).all() for each in numbers):  # also for nan
+        yield Reason("not a plan's number", "", f"one is not finite, or beyond {MAX_NUMBER:g}")
+    if grasp is not None and not is_pose(grasp.T_item_tip):
+        yield Reason("not a pose", "grasp", "T_item_tip is no rigid transform")
 
 
 def _segments(plan: Plan) -> Iterator[Reason]:

@@ -41,6 +41,8 @@ CHECKS = (
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )
 
+FAR_BEYOND = 10.0  # times a velocity limit: so much motion would be looked at for ever
+
 
 def verify(plan: Plan, scene: Scene) -> Verdict:
     """Check a plan against the scene it is to be executed in.
@@ -52,6 +54,9 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     reasons = check_structure(plan, scene)
     if reasons:
         return Verdict(None, reasons)
+    ratios = check_limits(plan, scene)
+    if not ratios.velocity <= FAR_BEYOND:
+        return Verdict(None, ratios.reasons)
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
     states = sampled(plan, scene, moving)
@@ -59,7 +64,6 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
-    ratios = check_limits(plan, scene)
     world = standing(plan, scene, T_tip_item)
     clearance = check_clearance(plan, scene, states, moving, world)
     reasons = (

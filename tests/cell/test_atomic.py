@@ -12,7 +12,8 @@ from unittest import mock
 
 import pytest
 
-from pickcli.cell.atomic import refuse_special_file, write_bytes, write_text
+from pickcli.cell.atomic import write_bytes, write_text
+from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import InputError
 
 STEPS = ("fsync", "replace")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Callable
@@ -207,3 +208,32 @@ def test_scenes_with_mistakes(
 def test_a_scene_of_another_cell_is_stale(made: Made, tmp_path: Path, out: Path) -> None:
     scene = made.changed("scene", tmp_path, lambda s: s["cell"].update(fingerprint="0" * 64))
     refused(pick(scene, out), 4, scene, "0" * 64, load_cell("apc2016_delft").fingerprint)
+
+
+def test_pipes_are_not_waited_for(made: Made, tmp_path: Path, out: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    move = ("plan-move", "--from", "home", "--to", "bin_C", "-o", out, "--scene")
+    for argv in (
+        ("inspect", pipe),
+        ("verify", pipe, "--scene", made.scene),
+        ("verify", made.plan, "--scene", pipe),
+        ("execute", pipe, "--scene", made.scene),
+        ("make-scene", pipe, "-o", out),
+        (*move, pipe),
+        (*move, made.scene, "--roadmap", pipe),
+        ("check", pipe),
+        ("refresh", pipe),
+    ):
+        refused(apc(*argv), 3, pipe, "is a pipe, not a regular file")
+
+
+def test_files_of_another_kind_are_not_called_damaged(made: Made, tmp_path: Path, out: Path) -> None:
+    path = _roadmap(tmp_path / "roadmap.h5", load_cell("apc2016_delft").fingerprint)
+    for argv in (("check", made.plan), ("refresh", made.scene)):
+        refused(apc(*argv), 3, argv[1], "is a text file, no roadmap")
+    move = ("plan-move", "--from", "home", "--to", "bin_C", "-o", out, "--scene")
+    refused(apc(*move, made.scene, "--roadmap", made.scene), 3, made.scene, "is a text file, no roadmap")
+    refused(apc(*move, path), 3, path, "is an HDF5 file")
+    refused(apc("make-scene", path, "-o", out), 3, path, "is an HDF5 file")
+    refused(apc("verify", path, "--scene", made.scene), 3, path, "is an HDF5 file")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -120,6 +121,15 @@ def test_the_hash_covers_what_moves_and_nothing_else(plan: Plan) -> None:
         lambda d: d.__setitem__("scene_hash", "6" * 64),
         lambda d: d.__setitem__("cell_fingerprint", "d" * 64),
         lambda d: d["certificate"].__setitem__("motion_hash", "0" * 64),
+        lambda d: d["certificate"].__setitem__("min_clearance", 0.5),
+        lambda d: d["certificate"].__setitem__("max_jerk_ratio", 0.1),
+        lambda d: d["certificate"].__setitem__("n_states", 10**6),
+        lambda d: d["certificate"]["checks"].append("proven safe"),
+        lambda d: d["certificate"].__setitem__("seal", "0" * 64),
+        lambda d: d.__setitem__("query", "pick something_else from bin_B"),
+        lambda d: d.__setitem__("seed", 8),
+        lambda d: d.__setitem__("speed_scale", 0.25),
+        lambda d: [o.__setitem__("scene_hash", "6" * 64) for o in (d, d["certificate"])],
     ],
 )
 def test_an_edit_after_the_certificate_is_damage(plan: Plan, tmp_path: Path, change: Any) -> None:
@@ -138,7 +148,13 @@ def point(i: int, key: str, value: Any) -> Any:
     ("change", "field"),
     [
         (lambda d: d.__setitem__("format", "apc scene"), "format"),
-        (lambda d: d.__setitem__("version", 2), "version"),
+        (lambda d: d.__setitem__("version", 1), "version"),
+        (lambda d: d.__setitem__("version", True), "version"),
+        (lambda d: d.__setitem__("version", 2.0), "version"),
+        (lambda d: d.__setitem__("seed", 10**4000), "4001 digits"),
+        (lambda d: d.__setitem__("seed", -1e300), "seed"),
+        (point(1, "velocities", [0.0, 1e300]), "less than or equal to 1000000"),
+        (point(4, "time_from_start", 301.0), "less than or equal to 300"),
         (lambda d: d.pop("events"), "events"),
         (lambda d: d.__setitem__("note", "hello"), "note"),
         (lambda d: d.__setitem__("speed_scale", 0.0), "speed_scale"),
@@ -196,10 +212,10 @@ def test_json_traps_are_refused(tmp_path: Path, text: str) -> None:
 
 def test_what_is_no_text_or_no_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no such file"):
         read_plan(path)
     path.write_bytes(b"\x89HDF\xff\xfe")
-    with pytest.raises(InputError, match="not a text file"):
+    with pytest.raises(InputError, match="not UTF-8"):
         read_plan(path)
 
 
@@ -211,3 +227,22 @@ def test_a_plan_that_is_not_finite_is_not_written(plan: Plan, tmp_path: Path) ->
         write_plan(replace(plan, statistics={"planning_ms": float("nan")}), path)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["plan.json"]
+
+
+def test_an_integer_of_any_length_is_refused(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    path.write_text(path.read_text().replace('"seed": 7', '"seed": ' + "9" * 5000))
+    with pytest.raises(InputError, match=r"999999999999\.\.\. has 5000 digits"):
+        read_plan(path)
+
+
+def test_a_million_keys_of_which_one_stands_twice_are_refused_soon(tmp_path: Path) -> None:
+    """Counting each key among all of them would take minutes."""
+    path = tmp_path / "plan.json"
+    keys = ", ".join(f'"{i}": 0' for i in range(100_000))
+    path.write_text("{" + keys + ', "99999": 0}')
+    began = process_time()
+    with pytest.raises(InputError, match="99999: the key stands twice"):
+        read_plan(path)
+    assert process_time() - began < 5.0

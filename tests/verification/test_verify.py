@@ -215,3 +215,56 @@ def test_certify_raises_with_every_reason() -> None:
     assert certify(plan, scene).certificate is not None
     with pytest.raises(RejectedError, match="jerk limit"):
         certify(scaled(2.2)(plan), scene)
+
+
+def _filled(name: str, value: float, rows: slice) -> object:
+    def edit(arrays: dict[str, np.ndarray], plan: Plan) -> None:
+        arrays[name][rows] = value
+
+    return with_points(edit)
+
+
+@pytest.mark.parametrize("value", [1e300, -1e300, 1e7, np.nan, np.inf])
+@pytest.mark.parametrize("name", ["positions", "velocities", "accelerations"])
+def test_numbers_that_no_plan_has_are_rejected_at_once(name: str, value: float) -> None:
+    plan, scene = pick()
+    verdict = verify(_filled(name, value, slice(3, 5))(plan), scene)  # type: ignore[operator]
+    assert verdict.reasons and verdict.reasons[0].what in ("not finite", "not a plan's number")
+
+
+@pytest.mark.parametrize(("velocity", "acceleration"), [(1e5, 1e6), (1e2, 0.0), (0.0, 1e6)])
+def test_motion_far_beyond_the_limits_is_rejected_before_it_is_sampled(
+    velocity: float, acceleration: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan, scene = pick()
+    wild = _filled("velocities", velocity, slice(3, 5))(plan)  # type: ignore[operator]
+    wild = _filled("accelerations", acceleration, slice(3, 5))(wild)  # type: ignore[operator]
+    monkeypatch.setattr("pickcli.verification.states.link_poses", None)
+    reasons = verify(wild, scene).reasons
+    assert "velocity limit" in {reason.what for reason in reasons}
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1e-12])
+def test_times_without_a_distance_are_rejected(factor: float) -> None:
+    plan, scene = pick()
+    trajectory = replace(plan.trajectory, times=plan.trajectory.times * factor)
+    (reason,) = verify(replace(plan, trajectory=trajectory), scene).reasons
+    assert reason.what == "time stamps" and "apart" in reason.detail
+
+
+def test_a_plan_of_hours_is_rejected() -> None:
+    plan, scene = pick()
+    trajectory = replace(plan.trajectory, times=plan.trajectory.times * 1e4)
+    (reason,) = verify(replace(plan, trajectory=trajectory), scene).reasons
+    assert reason.what == "too long"
+
+
+@pytest.mark.parametrize("value", [1e300, np.nan])
+def test_grasps_and_events_are_numbers_of_a_plan(value: float) -> None:
+    plan, scene = pick()
+    assert plan.grasp is not None
+    T = plan.grasp.T_item_tip.copy()
+    T[0, 3] = value
+    events = (replace(plan.events[0], t_anchor=value), *plan.events[1:])
+    for broken in (replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), replace(plan, events=events)):
+        assert verify(broken, scene).reasons[0].what == "not a plan's number"
