@@ -43,6 +43,19 @@ class Chain:
         """Jacobian (6, n) of the tip, given as a pose (4, 4) in frame L-1: linear x y z, then angular
         x y z, both along the axes of the world."""
 
+    def tip_motion(
+        self,
+        Q: NDArray[float64],
+        dQ: NDArray[float64],
+        ddQ: NDArray[float64],
+        T_last_tip: NDArray[float64],
+    ) -> tuple[NDArray[float64], NDArray[float64]]:
+        """Poses (N, 4, 4) and motion (N, 4, 3) of the tip at configurations Q (N, n), world axes.
+
+        The rows of a motion are velocity, angular velocity, acceleration and angular acceleration, for the
+        joints' first and second derivatives dQ and ddQ (N, n), by time or by a path's parameter.
+        """
+
     def ik(
         self,
         T_world_target: NDArray[float64],

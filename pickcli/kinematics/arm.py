@@ -11,7 +11,7 @@ from pickcli.kernel import Chain
 from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
-from pickcli.kinematics.tip_motion import JointAxes, TipMotion, tip_motion
+from pickcli.kinematics.tip_motion import TipMotion
 
 # What 1 m^2 of a prismatic joint costs against 1 rad^2 of a revolute one (1 m like 2 rad): cheap enough that
 # a rail along the line does the insertion, dear enough that it does not run to its end to save the wrist.
@@ -33,7 +33,6 @@ class Arm:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self._chains = {pivot: build_chain(robot, pivot) for pivot in PivotState}
-        self._axes = _joint_axes(robot)
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_cup_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
@@ -82,8 +81,8 @@ class Arm:
             ddQ: (N, n) their second derivatives.
             pivot: State of the cup.
         """
-        frames = self._chains[pivot].fk_batch(np.ascontiguousarray(Q))
-        return tip_motion(self._axes, frames, self._T_last_tip, dQ, ddQ)
+        poses, motions = self._chains[pivot].tip_motion(Q, dQ, ddQ, self._T_last_tip)
+        return TipMotion(poses, *(np.ascontiguousarray(motions[:, k]) for k in range(4)))
 
     def jacobian(self, q: Array, pivot: PivotState) -> Array:
         """(6, n): velocity of the tip (m/s), then angular velocity (rad/s), in world axes, per joint rate."""
@@ -152,18 +151,6 @@ class Arm:
         elif code == 2:
             detail = f"a joint would step over {MAX_STEP_REVOLUTE} rad or {MAX_STEP_PRISMATIC} m {detail}"
         return Reason(_FOLLOW_REASONS[code], "", detail)
-
-
-def _joint_axes(robot: Robot) -> JointAxes:
-    """The planned joints as they lie in the chain of ``build_chain``."""
-    frames = [k for k, joint in enumerate(robot.joints) if is_planned(robot, joint)]
-    joints = [robot.joints[k] for k in frames]
-    return JointAxes(
-        np.array(frames),
-        np.array([joint.axis / np.linalg.norm(joint.axis) for joint in joints]),
-        np.array([robot.joint_names.index(joint.name) for joint in joints]),
-        np.array([joint.type is JointType.PRISMATIC for joint in joints]),
-    )
 
 
 def _place(i: int, n: int) -> str:

@@ -24,6 +24,7 @@ from pickcli.timing.topp import Grid, Profile, parametrize
 _WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
 _SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
 _ROUNDS = 4  # for every window
+_SLOWER = 10.0  # at most, from one round to the next
 _GOOD = 1.003  # a stretch that is not worth another round
 
 
@@ -93,7 +94,8 @@ def _timed(curve: Curve, bounds: PathBounds, step: float, n_window: int, share: 
 
 def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
     """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
-    velocity, acceleration, jerk = peaks(to_trajectory(curve, pace))
+    trajectory = to_trajectory(curve, pace)
+    velocity, acceleration, jerk = peaks(trajectory)
     start, end = pace.s[:-1], pace.s[1:]
     scale, limits = bounds.lowest(bounds.scales, start, end), bounds.limits
     ratio = np.maximum(
@@ -108,6 +110,10 @@ def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
         ratio = np.maximum(
             ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
         )
+    if bounds.constraint is not None:
+        states = trajectory.positions, trajectory.velocities, trajectory.accelerations
+        needed = bounds.constraint.stretch(*states)
+        ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))
     return np.asarray(ratio)
 
 
@@ -131,11 +137,12 @@ def _lowered(grid: Grid, profile: Profile, ratios: Array, step: float, n_window:
     speed = np.where(ratio > _GOOD, np.minimum(grid.speed, speed), grid.speed)
     speed[[0, -1]] = grid.speed[[0, -1]]
     between = np.maximum(ratio[1:], ratio[:-1])
-    for i in np.flatnonzero(grid.is_line):
+    for i in np.flatnonzero(grid.is_line) if grid.planes is None else ():
         # A long line is broken at its ends only, by what happens in the blends: those are slowed instead.
         is_short = at[i + 1] - at[i] < 3 * n_window
         between[i] = max(float(ratios[at[i] : at[i + 1] + 1].max()), 1.0) if is_short else 1.0
-    return replace(grid, speed=speed, acceleration=grid.acceleration / (between**2)[:, None])
+    planes = grid.planes and replace(grid.planes, c=grid.planes.c / (ratio**2)[:, None])
+    return replace(grid, speed=speed, acceleration=grid.acceleration / (between**2)[:, None], planes=planes)
 
 
 def _spread(values: Array, width: int) -> Array:

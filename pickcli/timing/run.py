@@ -9,19 +9,22 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cell.robot import Limits
+from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.blend import Curve
-from pickcli.timing.bounds import PathBounds, ToolSpeed, path_bounds
+from pickcli.timing.bounds import PLANE_STEP, PathBounds, ToolSpeed, path_bounds
 from pickcli.timing.chords import trajectory_chords
 from pickcli.timing.limits import LimitReport, check_limits, peaks
+from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.polyline import NOWHERE
 from pickcli.timing.prove import IsFree, proven_blend
 from pickcli.timing.retime import retime, to_trajectory
 from pickcli.timing.smooth import Pace, join, standing
 
 STEP = 0.008  # s between trajectory points, before stretching
+CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 EXACT = 1e-3  # joint units: tolerance at a boundary that asks for an exact pass
 
 
@@ -76,22 +79,29 @@ def time_run(
     is_free: IsFree | None = None,
     jacobian_speed: ToolSpeed | None = None,
     step: float = STEP,
+    constraint: PathConstraint | None = None,
 ) -> TimedRun:
     """One motion through all parts, at rest only at its ends (and at corners that no blend could pass).
 
     is_free: (part, chords, slack) -> first chord not proven free, or -1; None trusts the blends' bound
     jacobian_speed: tool travel per unit of path, needed where a part has ``max_tool_speed``
-    Raises ValueError for parts that do not join, NoPlanError for a path that is not free, LimitError if
-    the result breaks a limit (a bug).
+    constraint: kept along the whole run, at every millisecond
+    Raises ValueError for parts that do not join, NoPlanError for a path that is not free or on which not
+    even rest keeps the constraint, LimitError if the result breaks a limit (a bug).
     """
     waypoints, tolerances, edges = _stitched(parts)
     curve = proven_blend(waypoints, tolerances, edges, limits, is_free)
     scales = np.array([part.speed_scale for part in parts])
     caps = np.array([np.inf if part.max_tool_speed is None else part.max_tool_speed for part in parts])
-    bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed)
+    bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
+    if constraint is not None:
+        _check_rest(curve, constraint)
     pace, stretch = _pace(curve, bounds, step)
     if jacobian_speed is not None:
         excess = _tool_excess(curve, bounds, pace, jacobian_speed)
+        pace, stretch = pace.stretched(excess), stretch * excess
+    if constraint is not None:
+        excess = _constraint_excess(to_trajectory(curve, pace), constraint)
         pace, stretch = pace.stretched(excess), stretch * excess
     trajectory = _exact_ends(to_trajectory(curve, pace, joint_names), waypoints)
     piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
@@ -143,6 +153,25 @@ def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolS
         return 1.0
     speed = tool_speed(*curve.evaluate_all(pace.s[capped], 1)) * pace.ds[capped]
     return max(float((speed / cap[capped]).max()), 1.0)
+
+
+def _check_rest(curve: Curve, constraint: PathConstraint) -> None:
+    """Raise NoPlanError where not even rest keeps the constraint."""
+    q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
+    needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
+    if not np.isfinite(needed).all():
+        share = f"{np.argmax(needed) / max(len(q) - 1, 1):.0%} of the way"
+        raise NoPlanError("a timed path", [Reason("not even at rest", share, f"{constraint} is kept")])
+
+
+def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
+    """By how much, at least 1, the motion must be slower to keep the constraint at every millisecond."""
+    t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
+    needed = constraint.stretch(*(trajectory.sample(t, derivative) for derivative in range(3)))
+    if not np.isfinite(needed).all():
+        at = f"at {t[int(np.argmax(needed))]:.3f} s of {trajectory.duration:.3f} s"
+        raise NoPlanError("a timed path", [Reason("not even at rest", at, f"{constraint} is kept")])
+    return float(needed.max())
 
 
 def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:

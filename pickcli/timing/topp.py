@@ -5,6 +5,8 @@ IEEE T-RO 34(3), 2018. With x = (ds/dt)^2 and u = d2s/dt2, constant between grid
 limit is a strip |u - m x| <= c. All strips contain the origin, so the controllable sets are intervals
 [0, X] and both passes need no linear programs: each step is a minimum over the strips. Both are chains of
 a few thousand numbers, and the kernel runs them.
+
+Half-planes in general position, as a load's, make each step a linear program: those go to toppra.
 """
 
 from __future__ import annotations
@@ -16,6 +18,10 @@ from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.kernel import fastest_pace
+from pickcli.timing.path_constraint import HalfPlanes
+from pickcli.timing.toppra_solver import squared_speeds
+
+_STANDING = 1e-12  # ds/dt: guards a division
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +29,8 @@ class Grid:
     """A path and its limits: states at M gridpoints, M - 1 intervals between them.
 
     On an interval that is a line nothing of the path bends; its profile is exact (accelerate, cruise,
-    brake) with no gridpoints in between, and its cruise lasts at least ``cruise``.
+    brake) with no gridpoints in between, and its cruise lasts at least ``cruise``. Where ``planes`` limit the
+    pace too, a line is an interval like any other.
     """
 
     s: Array  # (M,), increasing
@@ -34,6 +41,7 @@ class Grid:
     line_speed: Array  # (M - 1,) limit of ds/dt inside each interval, used on lines only
     is_line: NDArray[np.bool_]  # (M - 1,)
     cruise: float = 0.0  # s
+    planes: HalfPlanes | None = None  # at the M gridpoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +68,35 @@ class Profile:
 
 def parametrize(grid: Grid) -> Profile:
     """The fastest motion from rest to rest; limits are enforced at both ends of each interval."""
+    if grid.planes is not None:
+        v = np.sqrt(squared_speeds(grid.s, _at_both_ends(grid, grid.planes), grid.speed))
+        dt = 2.0 * np.diff(grid.s) / np.maximum(v[1:] + v[:-1], _STANDING)
+        return Profile(np.concatenate([[0.0], np.cumsum(dt)]), grid.s, v)
     is_line = grid.is_line.astype(np.int32)
     return Profile(
         *fastest_pace(
             grid.s, grid.dq, grid.ddq, grid.acceleration, grid.speed, grid.line_speed, is_line, grid.cruise
+        )
+    )
+
+
+def _at_both_ends(grid: Grid, planes: HalfPlanes) -> HalfPlanes:
+    """All limits on u and x at the start of every interval, those at its end among them.
+
+    At the end x is x + 2 ds u ("interpolation scheme" of Pham and Pham). Joints: |dq u + ddq x| <= limit.
+    """
+    limit = np.concatenate([grid.acceleration, grid.acceleration[-1:]])
+    before = np.concatenate([grid.acceleration[:1], grid.acceleration])
+    a = np.concatenate([grid.dq, -grid.dq, planes.a], axis=1)
+    b = np.concatenate([grid.ddq, -grid.ddq, planes.b], axis=1)
+    c_start = np.concatenate([limit, limit, planes.c], axis=1)
+    c_end = np.concatenate([before, before, planes.c], axis=1)
+    step = 2.0 * np.diff(grid.s)[:, None]
+    ends = a[1:] + step * b[1:], b[1:], c_end[1:]
+    # At the last gridpoint no interval starts.
+    return HalfPlanes(
+        *(
+            np.concatenate([start, np.concatenate([end, start[-1:]])], axis=1)
+            for start, end in zip((a, b, c_start), ends, strict=True)
         )
     )

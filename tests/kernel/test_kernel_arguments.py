@@ -42,6 +42,8 @@ def _robot(radii: Array) -> object:
 # name -> what takes the array, and the shape of one row of it
 ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "Q of fk_batch": (lambda a: ARM.chain().fk_batch(a), (N,)),
+    "Q of tip_motion": (lambda a: ARM.chain().tip_motion(a, a, a, EYE)[0], (N,)),
+    "rates": (lambda a: ARM.chain().tip_motion(np.zeros((5, N)), a, np.zeros((5, N)), EYE), (N,)),
     "Q of are_free": (lambda a: _checker().are_free(a), (N,)),
     "Q of clearances": (lambda a: _checker().clearances(a), (N,)),
     "Q of path_is_free": (lambda a: _checker().path_is_free(a), (N,)),
@@ -71,7 +73,8 @@ def test_rows_without_entries_are_refused(name: str, n_rows: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["Q of fk_batch", "Q of are_free", "Q of clearances", "seeds", "T_world_targets"]
+    "name",
+    ["Q of fk_batch", "Q of are_free", "Q of clearances", "seeds", "T_world_targets"],
 )
 def test_no_rows_give_no_results(name: str) -> None:
     takes, row = ROWS[name]

@@ -48,6 +48,33 @@ nb::object jacobian(const Chain& chain, nb::handle q_in, nb::handle tip_in) {
   return to_numpy(std::move(J), {6, static_cast<std::size_t>(chain.n())});
 }
 
+nb::tuple tip_motion(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::handle ddQ_in, nb::handle tip_in) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()});
+  const Py_ssize_t rows = Q.rows();
+  const Doubles dQ(dQ_in, "dQ", {rows, chain.n()}), ddQ(ddQ_in, "ddQ", {rows, chain.n()});
+  const Doubles tip(tip_in, "T_last_tip", {4, 4});
+  const Pose T_last_tip = to_pose(tip.data(), "T_last_tip");
+  const std::size_t N = static_cast<std::size_t>(rows), n = static_cast<std::size_t>(chain.n());
+  std::vector<double> poses(16 * N), motions(12 * N);
+  {
+    nb::gil_scoped_release unlocked;
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+    for (std::size_t i = 0; i < N; ++i) {
+      chain.fk(Q.data() + i * n, frames.data());
+      const Pose T_world_tip = frames.back() * T_last_tip;
+      write_pose(T_world_tip, &poses[16 * i]);
+      const Motion at = chain.tip_motion(frames.data(), T_world_tip.p, dQ.data() + i * n, ddQ.data() + i * n);
+      double* row = &motions[12 * i];
+      for (const Vec3& v : {at.velocity, at.angular_velocity, at.acceleration, at.angular_acceleration}) {
+        *row++ = v.x;
+        *row++ = v.y;
+        *row++ = v.z;
+      }
+    }
+  }
+  return nb::make_tuple(to_numpy(std::move(poses), {N, 4, 4}), to_numpy(std::move(motions), {N, 4, 3}));
+}
+
 // The limits and weights of an IK call, kept alive with the problem that points to them.
 struct IkArguments {
   IkArguments(const Chain& chain, nb::handle tip_in, nb::handle lower_in, nb::handle upper_in, nb::handle weights_in)
@@ -120,6 +147,7 @@ void bind_chain(nb::module_& m) {
              return fk_batch(self, Q.data(), static_cast<std::size_t>(Q.rows()), false);
            }, "Q"_a)
       .def("jacobian", &jacobian, "q"_a, "T_last_tip"_a)
+      .def("tip_motion", &tip_motion, "Q"_a, "dQ"_a, "ddQ"_a, "T_last_tip"_a)
       .def("ik", &ik, "T_world_target"_a, "T_last_tip"_a, "seeds"_a, "lower"_a, "upper"_a, "weights"_a,
            "max_iterations"_a = 60, "position_tolerance"_a = 1e-5, "rotation_tolerance"_a = 1e-4, "distinct"_a = 0.05)
       .def("follow", &follow_targets, "T_world_targets"_a, "T_last_tip"_a, "q0"_a, "lower"_a, "upper"_a, "weights"_a,

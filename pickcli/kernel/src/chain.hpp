@@ -1,4 +1,4 @@
-// A serial chain of revolute, prismatic and fixed joints: forward kinematics and Jacobian.
+// A serial chain of revolute, prismatic and fixed joints: forward kinematics, Jacobian, motion of the tip.
 #pragma once
 
 #include <vector>
@@ -19,6 +19,12 @@ struct Joint {
   int q_index;          // entry of q that moves it, -1 if fixed
 };
 
+// How a frame moves, in world axes.
+struct Motion {
+  Vec3 velocity, angular_velocity;          // of its origin in m, and in rad
+  Vec3 acceleration, angular_acceleration;  // the same once more
+};
+
 // Frame k is the child link of joint k; the parent of joint k is frame k-1, of joint 0 the world.
 class Chain {
  public:
@@ -34,6 +40,10 @@ class Chain {
 
   // J (6, n) row-major at T_world_tip: linear rows, then angular rows, world-aligned. frames: fk of q.
   void jacobian(const Pose* frames, const Vec3& p_tip, double* J) const;
+
+  // Motion of the tip for first and second derivatives (n) of the joints; frames: fk of q. The outward recursion
+  // of Luh, Walker and Paul, "On-line computational scheme for mechanical manipulators", J. Dyn. Sys. 102(2), 1980.
+  Motion tip_motion(const Pose* frames, const Vec3& p_tip, const double* dq, const double* ddq) const;
 
  private:
   std::vector<Joint> joints_;

@@ -1,0 +1,78 @@
+"""TOPP-RA for constraints in general position, by the authors' own library.
+
+Pham and Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis",
+IEEE T-RO 34(3), 2018; github.com/hungpham2511/toppra. Each step of both passes is a linear program in (u, x),
+solved by Seidel's algorithm. Importing the library takes half a second: only what needs it asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from pickcli.errors import LimitError
+from pickcli.geometry import Array
+from pickcli.timing.path_constraint import HalfPlanes
+
+BLOCK = 16  # half-planes in one constraint of the library
+
+
+def squared_speeds(s: Array, planes: HalfPlanes, fastest: Array) -> Array:
+    """The largest x = (ds/dt)^2 from rest to rest, with u = d2s/dt2 constant between gridpoints.
+
+    Args:
+        s: (M,) gridpoints, increasing.
+        planes: At each interval's start, for u and the x there; (M, R), the last row does not count.
+        fastest: (M,) limits of ds/dt.
+
+    Returns:
+        (M,) x, 0 at both ends.
+
+    Raises:
+        LimitError: If the library finds no motion: a bug, as rest is inside all half-planes.
+    """
+    from toppra import algorithm
+
+    constraints = [_constraint(block, fastest) for block in _blocks(planes)]
+    solver = algorithm.TOPPRA(constraints, _Path(s), gridpoints=s, solver_wrapper="seidel")
+    speeds = solver.compute_parameterization(0.0, 0.0)[1]
+    if speeds is None or not np.isfinite(speeds).all():
+        raise LimitError("toppra finds no motion along a path on which it may rest anywhere")
+    return np.asarray(np.square(speeds))
+
+
+def _blocks(planes: HalfPlanes) -> Iterator[HalfPlanes]:
+    """The half-planes, a few at a time: the library multiplies each block by a square matrix, its F."""
+    for first in range(0, planes.a.shape[1], BLOCK):
+        some = slice(first, first + BLOCK)
+        yield HalfPlanes(planes.a[:, some], planes.b[:, some], planes.c[:, some])
+
+
+class _Path:
+    """All that the library asks of a path whose constraints are given at the gridpoints."""
+
+    def __init__(self, s: Array) -> None:
+        self.path_interval = s[[0, -1]]
+        self.dof = 1
+
+
+def _constraint(planes: HalfPlanes, fastest: Array) -> Any:
+    """The half-planes as the library's linear constraint: F (a u + b x + c) <= g, with F = 1 and g = 0."""
+    from toppra.constraint import LinearConstraint
+
+    class Given(LinearConstraint):  # type: ignore[misc]
+        """Coefficients that are known beforehand."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.identical = True  # F and g, at all gridpoints
+
+        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
+            """a, b, c, F, g and the bounds of u and x."""
+            n_rows = planes.a.shape[1]
+            x_bound = np.column_stack([np.zeros(len(fastest)), np.square(fastest)])
+            return planes.a, planes.b, -planes.c, np.eye(n_rows), np.zeros(n_rows), None, x_bound
+
+    return Given()
