@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from bench.trials import TASKS, planner
+from bench.warm import TASKS, planner
 from pickcli.errors import NoPlanError
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick

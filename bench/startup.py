@@ -12,7 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from bench.trials import TASKS
+from bench.warm import TASKS
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene_file import write_scene
 from pickcli.precompute.artifacts import ensure_artifacts

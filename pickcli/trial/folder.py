@@ -54,11 +54,13 @@ def write_folder(
         raise InputError(
             f"{folder}: cannot be made: {error.strerror}; name another folder with -o"
         ) from error
-    paths = [folder / "output.json", folder / "scene.json", folder / "trial.json"]
+    names = ("output.json", "scene.json", "after.json", "trial.json")
+    paths = [folder / name for name in names]
     if result.final.claim is not None:
         write_output(paths[0], result.final.claim)
     write_scene(result.before, paths[1])
-    write_record(paths[2], record)
+    write_scene(result.after, paths[2])
+    write_record(paths[3], record)
     for name, picture in pictures.items():
         paths.append(folder / f"{name}.png")
         write_png(picture, paths[-1])

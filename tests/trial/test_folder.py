@@ -30,7 +30,7 @@ def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
     picture = np.zeros((4, 6, 3), np.uint8)
     folder = tmp_path / "runs" / "order-0"
     paths = write_folder(folder, result, record, {"before": picture, "after": picture})
-    names = {"output.json", "scene.json", "trial.json", "before.png", "after.png"}
+    names = {"output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png"}
     assert {p.name for p in paths} == {p.name for p in folder.iterdir()} == names
     output = read_order(folder / "output.json", CELL)
     assert output.bin_contents["bin_A"] == ("jane_eyre_dvd",)

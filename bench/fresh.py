@@ -1,0 +1,299 @@
+"""Fresh orders, each played once by ``apc run-trial`` with a seed of its own, and what came of them.
+
+    python -m bench.fresh [--orders 20] [--seed 0] [--year 2016] [--reality FILE] [--processes 2]
+
+Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
+runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
+begin anew. Times by the wall clock are those of processes that share the machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from bench.played import OVER_PLAN, Played, balls, read_played
+from bench.warm import planner
+from pickcli.cell.data_path import data_path
+from pickcli.cell.item import Item
+from pickcli.cell.robot import Tool
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene_file import read_scene
+from pickcli.errors import NoPlanError
+from pickcli.grasping.surfaces import faces
+from pickcli.planning.context import Planner
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.precompute.recipe import code_digest
+from pickcli.trial.make_order import make_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.output import write_output
+
+FOLDER = Path("runs/fresh")
+GRAVITY = 9.81  # m/s^2
+ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
+
+
+@dataclass(frozen=True)
+class Job:
+    """One trial to be played: the seed of its order and scene, and where it is kept."""
+
+    seed: int
+    year: int
+    folder: Path
+    reality: Path | None
+
+    @property
+    def is_done(self) -> bool:
+        """Whether everything is there; what is judged is written last."""
+        return (self.folder / "judged.json").exists()
+
+
+def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER) -> list[Job]:
+    """One trial per seed, kept apart from those of other code, data and levels."""
+    parts = [code_digest(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
+    if reality is not None:
+        parts.append(reality.read_bytes())
+    made_with = hashlib.sha256(b"\x1f".join(p if isinstance(p, bytes) else p.encode() for p in parts))
+    home = folder / made_with.hexdigest()[:12]
+    return [Job(seed, year, home / f"{year}-{seed}", reality) for seed in seeds]
+
+
+def play(job: Job) -> str:
+    """Play one trial unless it is there already; what went wrong with the program itself, or ""."""
+    if job.is_done:
+        return ""
+    job.folder.parent.mkdir(parents=True, exist_ok=True)
+    order = job.folder.with_suffix(".json")
+    write_output(order, make_order(OrderKind.PICK, job.year, job.seed))
+    options = ["--seed", str(job.seed), "-o", str(job.folder), "--overwrite"]
+    if job.reality is not None:
+        options += ["--reality", str(job.reality)]
+    command = [sys.executable, "-m", "pickcli", "run-trial", str(order), *options]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode not in ENDED:
+        return f"order {job.seed}: exit code {done.returncode}: {done.stderr.strip()[-500:]}"
+    (job.folder / "judged.json").write_text(json.dumps(judged(job.folder, _planner()), indent=2) + "\n")
+    return ""
+
+
+@cache
+def _planner() -> Planner:
+    return planner()
+
+
+def judged(folder: Path, warm: Planner) -> dict[str, Any]:
+    """The figures of one trial."""
+    played = read_played(folder, balls(warm.cell.items))
+    missed = undelivered(played, read_scene(folder / "scene.json", warm.cell), warm)
+    record, statistics = played.record, played.record["statistics"]["attempts"]
+    planned = [(a["plan"] is not None, s.get("planning_ms")) for a, s in
+               zip(record["attempts"], statistics, strict=True)]  # fmt: skip
+    return {
+        "seed": record["made_from"]["seed"],
+        "items_in_tote": record["items_in_tote"],
+        "targets": len(record["items"]),
+        "score": record["score"],
+        "max_score": record["max_score"],
+        "aborted": record["aborted"],
+        "clock_s": record["clock_s"],
+        "contacts": played.contacts,
+        "limit_violations": record["limit_violations"],
+        "neighbours_moved": played.neighbours_moved,
+        "drops": record["drops"],
+        "load_ratios": played.load_ratios,
+        "certified": played.n_certified,
+        "rejected": played.n_rejected,
+        "missed": missed,
+        "delivery_s": played.delivery_times,
+        "event_distance_mm": 1e3 * max(played.event_distances, default=0.0),
+        # The first call of a process is left out: a planner is warm ever after.
+        "planning_ms": [ms for is_planned, ms in planned[1:] if is_planned and ms is not None],
+        "planning_failed_ms": [ms for is_planned, ms in planned[1:] if not is_planned and ms is not None],
+        "verification_ms": [s["verification_ms"] for s in statistics[1:] if "verification_ms" in s],
+    }
+
+
+def undelivered(played: Played, scene: Scene, warm: Planner) -> list[dict[str, Any]]:
+    """Every target that was not delivered, with its reason and whether it counts as deliverable.
+
+    Deliverable is what the tool can hold and, standing alone in its bin exactly where it stands, can be
+    planned: what was in the way could have been moved.
+    """
+    found = []
+    for line in played.record["items"]:
+        if line["outcome"] == "in tote":
+            continue
+        copies = [p for p in scene.in_location(line["bin"]) if p.item.name == line["item"]]
+        can_hold = any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies)
+        why_not = (
+            "cannot be held" if not can_hold else "" if _any_alone(copies, scene, warm) else "no plan alone"
+        )
+        found.append({key: line[key] for key in ("bin", "item", "outcome", "reason")} | {"why_not": why_not})
+    return found
+
+
+def is_holdable(item: Item, tool: Tool) -> bool:
+    """Whether the cup bears the item's weight, hanging straight below one of the faces on which it seals."""
+    wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
+    shares = (item.seals[face.name] for face in faces(item, tool))
+    return any(float(tool.cup_limits.ratio(wrench, share)) <= 1.0 for share in shares)
+
+
+def _any_alone(copies: list[PlacedItem], scene: Scene, warm: Planner) -> bool:
+    home = warm.cell.configurations["home"]
+    for copy in copies:
+        others = tuple(p for p in scene.items if p.location != copy.location)
+        alone = Scene(scene.cell, scene.T_world_pod, (*others, copy), scene.noise, scene.seed)
+        try:
+            plan_pick(warm, alone, copy.location, copy.id, Start(home.q, home.pivot))
+        except NoPlanError:
+            continue
+        return True
+    return False
+
+
+def play_all(wanted: Sequence[Job], processes: int) -> list[dict[str, Any]]:
+    """The figures of all trials, in their order. Raises RuntimeError naming those that did not end."""
+    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+        failed = []
+        for job, error in zip(wanted, pool.map(play, wanted), strict=True):
+            print(f"{job.folder}: {error or 'played'}", file=sys.stderr, flush=True)
+            failed += [error] if error else []
+    if failed:
+        raise RuntimeError("\n".join(failed))
+    return [json.loads((job.folder / "judged.json").read_text()) for job in wanted]
+
+
+def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What the trials have in common."""
+    delivered = [trial["items_in_tote"] for trial in trials]
+    missed = [target["why_not"] for trial in trials for target in trial["missed"]]
+    ratios = np.array([ratio for trial in trials for ratio in trial["load_ratios"]])
+    rejected, certified = (sum(trial[key] for trial in trials) for key in ("rejected", "certified"))
+    deliverable = sum(delivered) + missed.count("")
+    return {
+        "trials": len(trials),
+        "items_in_tote_mean": float(np.mean(delivered)),
+        "items_in_tote_least": min(delivered),
+        "score_share": sum(t["score"] for t in trials) / sum(t["max_score"] for t in trials),
+        "with_contact": sum(bool(trial["contacts"]) for trial in trials),
+        "with_limit_violation": sum(trial["limit_violations"] > 0 for trial in trials),
+        "neighbours_moved": sum(len(trial["neighbours_moved"]) for trial in trials),
+        "aborted": sum(bool(trial["aborted"]) for trial in trials),
+        "delivered_share": sum(delivered) / deliverable if deliverable else 1.0,
+        "missed_deliverable": missed.count(""),
+        "missed_cannot_be_held": missed.count("cannot be held"),
+        "missed_no_plan_alone": missed.count("no plan alone"),
+        "holds": len(ratios),
+        "holds_over_plan_share": float(np.mean(ratios > OVER_PLAN)) if len(ratios) else None,
+        "load_ratio_worst": float(ratios.max()) if len(ratios) else None,
+        "drops": sum(trial["drops"] for trial in trials),
+        "plans": certified + rejected,
+        "rejected_share": rejected / (certified + rejected) if certified + rejected else 0.0,
+        "clock_s_mean": float(np.mean([trial["clock_s"] for trial in trials])),
+        "delivery_s_mean": _mean(trials, "delivery_s"),
+        "event_distance_mm_max": max(trial["event_distance_mm"] for trial in trials),
+        **{name: _spread(trials, name) for name in ("planning_ms", "planning_failed_ms", "verification_ms")},
+    }
+
+
+def _values(trials: Sequence[dict[str, Any]], name: str) -> list[float]:
+    return [value for trial in trials for value in trial[name]]
+
+
+def _mean(trials: Sequence[dict[str, Any]], name: str) -> float | None:
+    values = _values(trials, name)
+    return float(np.mean(values)) if values else None
+
+
+def _spread(trials: Sequence[dict[str, Any]], name: str) -> dict[str, float]:
+    values = _values(trials, name)
+    if not values:
+        return {"n": 0}
+    median, p95, p99 = np.percentile(values, [50, 95, 99])
+    return {
+        "n": len(values),
+        "median": float(median),
+        "p95": float(p95),
+        "p99": float(p99),
+        "max": max(values),
+    }
+
+
+def rows(figures: dict[str, Any]) -> Iterator[tuple[str, str, float, bool]]:
+    """Figure, what it is to be, what it is, and whether that was reached."""
+    n = figures["trials"]
+    at_most = {
+        f"trials of {n} with an unplanned contact over 0.5 N or 0.1 mm": (0, figures["with_contact"]),
+        f"trials of {n} with a limit violation": (0, figures["with_limit_violation"]),
+        f"neighbours carried, toppled or dropped in {n} trials": (0, figures["neighbours_moved"]),
+        f"trials of {n} aborted": (0, figures["aborted"]),
+        "holds with over 1.1 times the planned load, %": (2, _percent(figures["holds_over_plan_share"])),
+        "drops per 100 trials": (3, 100.0 * figures["drops"] / n),
+        "plans that the verifier rejected, %": (0.2, _percent(figures["rejected_share"])),
+        "events: distance from where they were due, mm": (2, figures["event_distance_mm_max"]),
+    }  # fmt: skip
+    share = _percent(figures["delivered_share"])
+    yield "targets that can be held and reached: delivered, %", ">= 95", share, share >= 95.0
+    for what, (most, value) in at_most.items():
+        yield what, f"<= {most:g}", value, value <= most
+
+
+def _percent(share: float | None) -> float:
+    return float("nan") if share is None else 100.0 * share
+
+
+def show(figures: dict[str, Any], console: Console) -> None:
+    """The table, and the figures without a promise."""
+    table = Table("figure", "to be", "is", "")
+    for what, wanted, value, is_kept in rows(figures):
+        table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
+    console.print(table)
+    for key in ("items_in_tote_mean", "items_in_tote_least", "score_share", "missed_cannot_be_held",
+                "missed_no_plan_alone", "missed_deliverable", "holds", "load_ratio_worst", "clock_s_mean",
+                "delivery_s_mean", "planning_ms", "verification_ms"):  # fmt: skip
+        console.print(f"{key}: {figures[key]}", highlight=False)
+
+
+def measure(
+    seeds: Sequence[int], year: int = 2016, reality: Path | None = None, processes: int = 2
+) -> dict[str, Any]:
+    """Play what is not played yet; the summary, with every trial's figures."""
+    trials = play_all(jobs(seeds, year, reality), processes)
+    return {**summary(trials), "each": trials}
+
+
+def main() -> None:
+    """Play, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--orders", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0, help="of the first order")
+    parser.add_argument("--year", type=int, choices=(2015, 2016), default=2016)
+    parser.add_argument("--reality", type=Path, metavar="FILE")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--json", type=Path, default=Path("runs/fresh.json"), metavar="FILE")
+    given = parser.parse_args()
+    seeds = range(given.seed, given.seed + given.orders)
+    figures = measure(seeds, given.year, given.reality, given.processes)
+    show(figures, Console(width=110))
+    given.json.parent.mkdir(parents=True, exist_ok=True)
+    given.json.write_text(json.dumps(figures, indent=2) + "\n")
+    print(f"wrote {given.json}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""Fresh orders as a benchmark: what counts as deliverable, what is kept, how figures are summed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench import fresh
+from pickcli.cell.load import load_cell
+
+CELL = load_cell("apc2016_delft")
+
+
+def trial(**changes: Any) -> dict[str, Any]:
+    default = {
+        "items_in_tote": 10, "score": 120, "max_score": 180, "contacts": [], "limit_violations": 0,
+        "neighbours_moved": {}, "aborted": "", "missed": [], "load_ratios": [1.0], "drops": 0,
+        "certified": 12, "rejected": 0, "clock_s": 100.0, "delivery_s": [6.0], "event_distance_mm": 1.0, "planning_ms": [50.0],
+        "planning_failed_ms": [], "verification_ms": [200.0],
+    }  # fmt: skip
+    return {**default, **changes}
+
+
+def missed_rows(*trials: dict[str, Any]) -> list[str]:
+    return [what for what, _, _, is_kept in fresh.rows(fresh.summary(trials)) if not is_kept]
+
+
+def test_a_clean_trial_keeps_every_promise() -> None:
+    assert missed_rows(trial(), trial()) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "row"),
+    [
+        ({"contacts": [{"force": 1.0}]}, "unplanned contact"),
+        ({"limit_violations": 1}, "limit violation"),
+        ({"neighbours_moved": {"book": "fell 40 mm"}}, "neighbours"),
+        ({"aborted": "no way out"}, "aborted"),
+        ({"missed": [{"why_not": ""}]}, "delivered"),
+        ({"load_ratios": [1.2]}, "planned load"),
+        ({"drops": 1}, "drops"),
+        ({"rejected": 1}, "rejected"),
+        ({"event_distance_mm": 3.0}, "events"),
+    ],
+)
+def test_each_failure_misses_its_row_alone(changes: dict[str, Any], row: str) -> None:
+    missed = missed_rows(trial(**changes))
+    assert len(missed) == 1 and row in missed[0]
+
+
+def test_targets_that_nothing_could_deliver_are_left_out_and_counted() -> None:
+    gone = [{"why_not": "cannot be held"}, {"why_not": "no plan alone"}, {"why_not": ""}]
+    figures = fresh.summary([trial(items_in_tote=9, missed=gone)])
+    assert figures["delivered_share"] == pytest.approx(9 / 10)
+    assert figures["missed_cannot_be_held"] == figures["missed_no_plan_alone"] == 1
+
+
+def test_shares_without_a_hold_are_missing_and_not_zero() -> None:
+    assert fresh.summary([trial(load_ratios=[])])["holds_over_plan_share"] is None
+    assert missed_rows(trial(load_ratios=[])) == ["holds with over 1.1 times the planned load, %"]
+
+
+@pytest.mark.parametrize(("name", "holds"), [
+    ("crayola_24_ct", True), ("oral_b_toothbrush_green", False), ("fitness_gear_3lb_dumbbell", False),
+])  # fmt: skip
+def test_is_holdable_says_what_a_cup_can_carry(name: str, holds: bool) -> None:
+    assert fresh.is_holdable(CELL.item(name, 2016), CELL.robot.tool) == holds
+
+
+def test_jobs_are_kept_apart_by_seed_and_levels(tmp_path: Path) -> None:
+    levels = tmp_path / "levels.yaml"
+    levels.write_text("format: apc reality\nversion: 1\nmass_error: 0.2\n")
+    plain = fresh.jobs(range(2), 2016, None, tmp_path)
+    other = fresh.jobs(range(2), 2016, levels, tmp_path)
+    assert len({job.folder for job in (*plain, *other)}) == 4
+    assert [job.folder for job in fresh.jobs(range(2), 2016, None, tmp_path)] == [j.folder for j in plain]
+
+
+def test_play_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A trial that is judged is not played again; one that did not end is, and says why it did not."""
+    job = fresh.jobs([7], 2016, None, tmp_path)[0]
+    called: list[list[str]] = []
+
+    def fails(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
+        called.append(command)
+        return subprocess.CompletedProcess(command, 3, "", "apc: error: no room")
+
+    monkeypatch.setattr(fresh.subprocess, "run", fails)
+    assert fresh.play(job) == "order 7: exit code 3: apc: error: no room"
+    assert not job.is_done and {"run-trial", "--overwrite"} <= set(called[0])
+    job.folder.mkdir()
+    (job.folder / "judged.json").write_text(json.dumps(trial()))
+    assert job.is_done and fresh.play(job) == ""
+    assert len(called) == 1
