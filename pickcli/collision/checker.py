@@ -41,6 +41,8 @@ class SceneChecker:
     touching: names of bodies and ids of items that cup and held item may touch; all other links of the robot
         still keep clear of them
     margin: m that everything else is kept apart, the cell's clearance by default
+    opening: pairs (link of the robot or "held <item>", body or item) that are not tested: those that a way out
+        of a stop only has to take apart
 
     Raises UnknownNameError for a name in ``without`` or ``touching`` that is not in the scene.
     """
@@ -54,6 +56,7 @@ class SceneChecker:
         without: frozenset[str] = frozenset(),
         touching: frozenset[str] = frozenset(),
         margin: float | None = None,
+        opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> None:
         self.model, self.scene, self.pivot, self.held = model, scene, pivot, held
         self.margin = model.cell.clearance if margin is None else margin
@@ -61,7 +64,7 @@ class SceneChecker:
         self.kept: NDArray[np.intp] = np.flatnonzero(self.world.is_kept(without))
         state = model.state(pivot)
         self.kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
-        self._set_world(touching - without)
+        self._set_world(touching - without, opening)
         if held is not None:
             self._set_held(held)
 
@@ -104,10 +107,13 @@ class SceneChecker:
         """Why the edge is not free: the deepest pair on it, and at which fraction of the edge."""
         return explain.edge(self, q0, q1)
 
-    def _set_world(self, touching: frozenset[str]) -> None:
+    def _set_world(self, touching: frozenset[str], opening: frozenset[tuple[str, str]]) -> None:
         ignored = self.world.ignored.copy()
         cup, item = self.model.n_frames - 1, self.model.n_frames
         ignored[self.world.indices(touching)] |= np.uint64((1 << cup) | (1 << item))
+        for part, name in opening:
+            frame = item if part.startswith("held ") else self.model.frame_names.index(part)
+            ignored[self.world.indices([name])] |= np.uint64(1 << frame)
         self.world.enter(self.kernel, self.kept, ignored)
 
     def _set_held(self, held: Held) -> None:

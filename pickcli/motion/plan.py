@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array
@@ -32,6 +33,19 @@ class Grasp:
     shear: float  # N
     twist: float  # Nm about the cup's axis
     load_ratio: float  # of all of them together over what the cup bears on that face, at any one time
+
+
+class RecoveryLevel(StrEnum):
+    """What a motion that frees a stopped arm claims, the strictest first. See docs/recovery.md.
+
+    From OPENING on, contact that is there when the motion begins may open, and never deepen.
+    """
+
+    AS_PLANNED = "as planned"  # by the rules of every plan
+    OPENING = "opening"  # out of what is near at the start
+    BACKWARDS = "backwards"  # along the motion that stopped, from where it stands to where it came from
+    SLOWLY = "slowly"  # at a tenth of the speed, items where they were seen, without the bound of the error
+    JOG = "jog"  # as slowly, over a few millimetres, away from what is nearest
 
 
 @dataclass(frozen=True)
@@ -73,3 +87,4 @@ class Plan:
     speed_scale: float = 1.0
     certificate: Certificate | None = None
     statistics: dict[str, float] = field(default_factory=dict)  # wall-clock figures, nowhere else
+    recovery: RecoveryLevel | None = None  # what it claims as a way out of a stop; None for every other plan

@@ -25,12 +25,13 @@ MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
 
 
 def motion_hash(plan: Plan) -> str:
-    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp; not of statistics or certificate."""
+    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp, and the level of recovery."""
     return _sha256({
         "trajectory": _trajectory(plan.trajectory),
         "segments": [_segment(s) for s in plan.segments],
         "events": [_event(e) for e in plan.events],
         "grasp": None if plan.grasp is None else _grasp(plan.grasp),
+        "recovery": _recovery(plan),
     })  # fmt: skip
 
 
@@ -44,6 +45,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "scene_hash": plan.scene_hash,
         "seed": plan.seed,
         "speed_scale": plan.speed_scale,
+        "recovery": _recovery(plan),
         "grasp": None if plan.grasp is None else _grasp(plan.grasp),
         "segments": [_segment(s) for s in plan.segments],
         "events": [_event(e) for e in plan.events],
@@ -131,6 +133,10 @@ def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
         "joint_names": list(trajectory.joint_names),
         "points": [dict(zip(names, point, strict=True)) for point in points],
     }
+
+
+def _recovery(plan: Plan) -> str | None:
+    return None if plan.recovery is None else str(plan.recovery)
 
 
 def _segment(segment: Segment) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan
+from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
@@ -118,6 +118,7 @@ class _Plan(_Model):
     scene_hash: Hash
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     speed_scale: Annotated[float, Field(gt=0.0, le=1.0)]
+    recovery: Annotated[RecoveryLevel | None, Field(strict=False)] = None
     grasp: _Grasp | None
     segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
     events: Annotated[list[_Event], Field(max_length=1000)]
@@ -255,6 +256,7 @@ def _build(model: _Plan) -> Plan:
         speed_scale=model.speed_scale,
         certificate=None if model.certificate is None else _certificate(model.certificate),
         statistics=dict(model.statistics),
+        recovery=model.recovery,
     )
 
 

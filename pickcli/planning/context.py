@@ -59,9 +59,11 @@ class Planner:
         without: frozenset[str] = NONE,
         touching: frozenset[str] = NONE,
         reserve: float = 0.0,
+        opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> SceneChecker:
         """A checker of the scene for one pivot state, held item and set of planned contacts.
 
-        reserve: m on top of the cell's clearance
+        reserve: m on top of the cell's clearance. opening: pairs that are not tested, see SceneChecker
         """
-        return self._checkers(scene, pivot, held, without, touching, self.cell.clearance + reserve)
+        margin = self.cell.clearance + reserve
+        return self._checkers(scene, pivot, held, without, touching, margin, opening)

@@ -81,13 +81,21 @@ class Clearance:
 
 
 def check_clearance(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
+    plan: Plan,
+    scene: Scene,
+    states: States,
+    moving: Sequence[tuple[Part, ...]],
+    world: Standing,
+    opening: frozenset[tuple[str, str]] = frozenset(),
 ) -> Clearance:
-    """Prove that nothing touches but what is planned to; see the head of this file."""
+    """Prove that nothing touches but what is planned to; see the head of this file.
+
+    opening: pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere
+    """
     queue: list[tuple[float, int, Pair, int, int, bool]] = []
     ticket = count()
     for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, scene, states, moving[k], world.of(k), k):
+        for bound, pair, i, j in _near(plan, scene, states, moving[k], world.of(k), k, opening):
             queue.append((bound, next(ticket), pair, i, j, False))
     heapq.heapify(queue)
     return _search(plan, queue, ticket)
@@ -140,12 +148,18 @@ def _near(
     moving: tuple[Part, ...],
     standing: tuple[Fixture, ...],
     k: int,
+    opening: frozenset[tuple[str, str]],
 ) -> Iterator[tuple[float, Pair, int, int]]:
     """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
     segment = plan.segments[k]
     exempt = exemptions(plan, scene, k)
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
-    tested = np.array([[not exempt.is_world_pair_untested(p, f.name) for f in standing] for p in moving])
+    tested = np.array(
+        [
+            [(p.name, f.name) not in opening and not exempt.is_world_pair_untested(p, f.name) for f in standing]
+            for p in moving
+        ]
+    )
     bounds = world_bounds(states, moving, standing, at)
     yield from _pairs(k, states, moving, standing, candidates(bounds, tested, at, FAR))
     tested = np.array([[not exempt.is_own_pair_untested(a, b) for b in moving] for a in moving])

@@ -23,6 +23,7 @@ from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
 from pickcli.verification.lines import check_lines
 from pickcli.verification.parts import Part, farthest, parts_of_segments
+from pickcli.verification.recovery import as_claimed, check_opening, check_recovery
 from pickcli.verification.release import check_release
 from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP, States, sample_states
@@ -38,6 +39,7 @@ CHECKS = (
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "events: anchors, leads, order, pivot states",
+    "recovery: a way out of a stop as its level says; what is near at its start opens and never deepens",
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )
 
@@ -51,6 +53,7 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     another cell or another scene: then nothing can be said about it.
     """
     digest = _same_world(plan, scene)
+    scene = as_claimed(plan, scene)
     reasons = check_structure(plan, scene)
     if reasons:
         return Verdict(None, reasons)
@@ -65,10 +68,13 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
     world = standing(plan, scene, T_tip_item)
-    clearance = check_clearance(plan, scene, states, moving, world)
+    opening = check_opening(plan, scene, states, moving, world)
+    clearance = check_clearance(plan, scene, states, moving, world, opening.pairs)
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
+        *opening.reasons,
+        *check_recovery(plan, scene, states, ratios.velocity),
         *check_touch(plan, scene, states, moving, world),
         *check_lines(plan, scene.cell.robot, states),
         *check_hold(plan, scene, T_tip_item),

@@ -1,0 +1,179 @@
+"""Along the path of a motion that stopped: back the way it came, or on to where it would have let go.
+
+Where a robot has just been it can be again: the shortest way to safety is proven ground as long as nothing
+has moved, and the verifier says whether it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.cell.scene import Scene
+from pickcli.cell.scene_file import scene_hash
+from pickcli.errors import LimitError, Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.stop import resume
+
+FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart
+LEAST_WAY = 1e-3  # joint units; a shorter way is none
+
+# What a segment is when it is gone through backwards with the empty tool.
+_BACKWARDS = {
+    SegmentKind.PREAPPROACH: SegmentKind.RETREAT,
+    SegmentKind.APPROACH: SegmentKind.RETREAT,
+    SegmentKind.CONTACT: SegmentKind.DEPART,
+    SegmentKind.LIFT: SegmentKind.RETREAT,
+    SegmentKind.TRANSFER: SegmentKind.TRANSIT,
+    SegmentKind.INSERT: SegmentKind.RETREAT,
+    SegmentKind.PLACE: SegmentKind.RETREAT,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StoppedMotion:
+    """A plan that was not carried out to its end.
+
+    Attributes:
+        plan: What was being carried out.
+        path_time: Where the robot came to rest, as the time of that configuration in the plan's trajectory, s.
+    """
+
+    plan: Plan
+    path_time: float
+
+    @property
+    def taken_at(self) -> float | None:
+        """s in the plan's trajectory from which on it carries its item, None if it never does."""
+        return next((s.t_start for s in self.plan.segments if s.held is not None), None)
+
+    @property
+    def let_go_at(self) -> float | None:
+        """s in the plan's trajectory at which it lets its item go, None if it never does."""
+        held = [s.t_end for s in self.plan.segments if s.held is not None]
+        return held[-1] if held else None
+
+
+def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
+    """With the empty tool along the whole way that it came, to where the plan began."""
+    where = f"back along {stopped.plan.query}"
+    return _retraced(stopped, scene, limits, seed, until=0.0, carries=False, where=where)
+
+
+def back_with_item(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
+    """With the item to where it was taken, so that it can be let go there."""
+    where = f"back with the item of {stopped.plan.query}"
+    if stopped.taken_at is None or stopped.path_time <= stopped.taken_at:
+        return Reason("nothing to bring back", where, "it was not carried yet")
+    return _retraced(stopped, scene, limits, seed, until=stopped.taken_at, carries=True, where=where)
+
+
+def on_with_item(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
+    """With the item to where the plan would have let it go."""
+    where = f"on with the item of {stopped.plan.query}"
+    ends, begins = stopped.let_go_at, stopped.taken_at
+    if ends is None or begins is None or not begins < stopped.path_time < ends:
+        return Reason("nothing to bring on", where, "it is not carried there")
+    return _retraced(stopped, scene, limits, seed, until=ends, carries=True, where=where)
+
+
+def _retraced(
+    stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int, *, until: float, carries: bool, where: str
+) -> Plan | Reason:
+    """From rest where the motion stopped to rest at another time of its trajectory, without events."""
+    plan, at = stopped.plan, stopped.path_time
+    is_back = until < at
+    whole = _cut(plan.trajectory, 0.0, max(at, until))
+    if is_back:
+        whole = _reversed(_cut(plan.trajectory, until, plan.trajectory.duration))
+    begin = plan.trajectory.duration - at if is_back else at
+    if _way(whole, begin)[-1] < LEAST_WAY:
+        return Reason("nothing to do", where, "it stands there already")
+    try:
+        trajectory = resume(whole, begin, limits)
+    except LimitError as error:
+        return Reason("not timed", where, str(error))
+    passed = [s for s in plan.segments if (s.t_start < at if is_back else s.t_end > at)]
+    passed = [s for s in passed if (s.t_end > until if is_back else s.t_start < until)]
+    if is_back:
+        passed.reverse()
+    marks = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
+    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, carries)
+    if not segments:
+        return Reason("nothing to do", where, "the way is too short")
+    grasp = plan.grasp if carries else None
+    level = RecoveryLevel.BACKWARDS if is_back else RecoveryLevel.AS_PLANNED
+    return Plan(
+        query=where, cell_fingerprint=plan.cell_fingerprint, scene_hash=scene_hash(scene), seed=seed,
+        segments=segments, trajectory=trajectory, events=(), grasp=grasp, speed_scale=plan.speed_scale,
+        recovery=level,
+    )  # fmt: skip
+
+
+def _segments(
+    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, carries: bool
+) -> tuple[Segment, ...]:
+    """The segments gone through, with their new times; pieces without any duration are left out."""
+    segments: list[Segment] = []
+    t = 0.0
+    pivot = passed[0].pivot
+    for old, end in zip(passed, ends, strict=True):
+        if end <= t:
+            continue
+        kind = old.kind
+        if is_back and not carries:
+            kind = _BACKWARDS.get(old.kind, old.kind)
+        is_off = kind is SegmentKind.DEPART and not segments
+        keeps_contact = carries or is_off
+        touching = old.touching if keeps_contact else ()
+        segments.append(Segment(kind, t, end, pivot, old.held if carries else None, touching))
+        t = end
+    return tuple(segments)
+
+
+def _times(new: Trajectory, whole: Trajectory, begin: float, marks: Sequence[float]) -> list[float]:
+    """When ``new``, which goes along ``whole`` from ``begin``, passes the configurations at times ``marks``.
+
+    Both follow one path, so that the way gone so far tells where they are; the last mark is the end.
+    """
+    there = _way(whole, begin)
+    old_times = np.linspace(begin, whole.duration, len(there))
+    here = _way(new, 0.0)
+    here *= there[-1] / max(here[-1], 1e-12)
+    new_times = np.linspace(0.0, new.duration, len(here))
+    ways = np.interp(marks, old_times, there)
+    moves = np.concatenate([[True], np.diff(here) > 1e-12])  # of a rest the moment at which it ends
+    times = [float(t) for t in np.interp(ways, here[moves], new_times[moves])]
+    return [*times[:-1], new.duration]
+
+
+def _way(trajectory: Trajectory, begin: float) -> Array:
+    """(N,) joint units gone since ``begin``, at even times to the end."""
+    n = max(2, int(np.ceil((trajectory.duration - begin) / FINE)) + 1)
+    q = trajectory.sample(np.linspace(begin, trajectory.duration, n))
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+
+
+def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
+    """The part between two times, times from 0; where it rests in between its end is one of the rest."""
+    inner = (trajectory.times > t0 + FINE / 2) & (trajectory.times < t1 - FINE / 2)
+    times = np.concatenate([[t0], trajectory.times[inner], [t1]])
+    q, v, a = (trajectory.sample(times, d) for d in range(3))
+    return Trajectory(trajectory.joint_names, times - t0, q, v, a)
+
+
+def _reversed(trajectory: Trajectory) -> Trajectory:
+    """The same curve from its end to its start."""
+    return replace(
+        trajectory,
+        times=trajectory.duration - trajectory.times[::-1],
+        positions=trajectory.positions[::-1],
+        velocities=-trajectory.velocities[::-1],
+        accelerations=trajectory.accelerations[::-1],
+    )

@@ -1,0 +1,145 @@
+"""What a way out of a stop may do that no other plan may, by the level that it claims. See docs/recovery.md.
+
+A robot that was stopped can stand nearer to something than the clearance, or against it. From the level
+``opening`` on, pairs that are near when the motion begins are followed one by one instead of being refused:
+each may open, and none may come nearer again than it has been since the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.errors import Reason
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.arm import tip_poses
+from pickcli.verification.contacts import exemptions
+from pickcli.verification.parts import Fixture, Part
+from pickcli.verification.solids import distances_to_boxes
+from pickcli.verification.standing import Standing
+from pickcli.verification.states import States
+
+CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
+SLOW = 0.1  # of the velocity limits
+JOG_WAY = 0.03  # m that any link and the tool may go in a jog
+IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """Pairs (part, fixture), by name, that were near at the start, and every reason against their motion."""
+
+    pairs: frozenset[tuple[str, str]] = frozenset()
+    reasons: tuple[Reason, ...] = ()
+
+
+def as_claimed(plan: Plan, scene: Scene) -> Scene:
+    """The scene that the plan's level speaks of: for a slow way out items stand where they were seen.
+
+    A cup or link that creeps into an item by less than its pose is uncertain pushes it, at worst, by that much.
+    """
+    return replace(scene, noise=PoseNoise()) if plan.recovery in IGNORES_ERROR else scene
+
+
+def needed_clearance(plan: Plan, scene: Scene) -> float:
+    """m that pairs which are not near at the start keep."""
+    return 0.0 if plan.recovery in IGNORES_ERROR else scene.cell.clearance
+
+
+def check_recovery(plan: Plan, scene: Scene, states: States, velocity: float) -> tuple[Reason, ...]:
+    """Whether the plan is what its level says, apart from what it is near to. () for any other plan.
+
+    velocity: worst share of a velocity limit
+    """
+    if plan.recovery is None:
+        return ()
+    return tuple(_claims(plan, scene, states, velocity))
+
+
+def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterator[Reason]:
+    assert plan.recovery is not None
+    where = f"recovery {plan.recovery}"
+    if plan.events or any(segment.kind is SegmentKind.CONTACT for segment in plan.segments):
+        yield Reason("not a way out", where, "it switches devices or takes an item")
+    if plan.recovery in IGNORES_ERROR and velocity > SLOW * (1.0 + 1e-6):
+        yield Reason("not slow", where, f"{velocity:.3f} of the velocity limit, at most {SLOW} is allowed")
+    if plan.recovery is RecoveryLevel.JOG and (way := _longest_way(plan, scene, states)) > JOG_WAY:
+        yield Reason(
+            "not a jog", where, f"{way * 1e3:.1f} mm of way, at most {JOG_WAY * 1e3:.0f} are allowed"
+        )
+
+
+def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
+    """m, of the origin of the link, or of the tool, that goes farthest."""
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    points = np.concatenate([states.links[:, :, :3, 3], tips[None, :, :3, 3]])
+    return float(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max())
+
+
+def check_opening(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
+) -> Opening:
+    """The pairs that are near at the start of a way out, each followed to the end of the motion."""
+    if plan.recovery in (None, RecoveryLevel.AS_PLANNED):
+        return Opening()
+    clearance = scene.cell.clearance
+    exempt = exemptions(plan, scene, 0)
+    near = _near_at_start(states, moving[0], world.of(0), clearance)
+    pairs = {pair for pair in near if frozenset(pair) not in exempt.allowed}
+    nearest = dict.fromkeys(sorted(pairs), -np.inf)
+    reasons: dict[tuple[str, str], Reason] = {}
+    for k, segment in enumerate(plan.segments):
+        first, last = states.between(segment.t_start, segment.t_end)
+        fixtures = {fixture.name: fixture for fixture in world.of(k)}
+        for pair in nearest:
+            parts = [part for part in moving[k] if part.name == pair[0]]
+            if pair[1] in fixtures and parts and pair not in reasons:
+                found = _followed(states, parts, fixtures[pair[1]], range(first, last + 1), clearance, nearest)
+                reasons.update({pair: found.at(f"segment {k} ({segment.kind})")} if found else {})
+    return Opening(frozenset(pairs), tuple(reasons.values()))
+
+
+def _followed(
+    states: States, parts: Sequence[Part], fixture: Fixture, at: range, clearance: float,
+    nearest: dict[tuple[str, str], float],
+) -> Reason | None:  # fmt: skip
+    """Follow a pair over some states; ``nearest`` is how far apart it has been so far, up to the clearance."""
+    pair = parts[0].name, fixture.name
+    travel = states.travel @ np.max([part.reach for part in parts], axis=0)
+    i = at.start
+    while i < at.stop:
+        separation = min(_separation(states, part, fixture, i) for part in parts)
+        if separation < nearest[pair] - CLOSING:
+            apart, before = 1e3 * separation, 1e3 * nearest[pair]
+            what = f"{pair[0]} and {pair[1]} at {states.times[i]:.3f} s, {apart:.1f} mm apart after {before:.1f}"
+            return Reason("closes again", "", what)
+        nearest[pair] = max(nearest[pair], min(separation, clearance))
+        # As long as the two cannot have come near again there is nothing to measure.
+        free = travel[i] + max(0.0, separation - clearance)
+        i = max(i + 1, int(np.searchsorted(travel, free, side="right")) - 1)
+    return None
+
+
+def _near_at_start(states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float) -> Iterator[tuple[str, str]]:
+    """Pairs, by name, that are at most so far apart, in m, at the first state. Balls around the parts say
+    which of them are worth measuring."""
+    T = np.array([fixture.T_world_shape for fixture in fixtures])
+    half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
+    for part in parts:
+        T_part = states.links[part.link, 0] @ part.T_link_shape
+        centers = part.balls.centers @ T_part[:3, :3].T + T_part[:3, 3]
+        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack
+        for b in np.flatnonzero(apart <= most):
+            if _separation(states, part, fixtures[b], 0) <= most:
+                yield part.name, fixtures[b].name
+
+
+def _separation(states: States, part: Part, fixture: Fixture, i: int) -> float:
+    """Distance in m of two solids at state i, negative where they overlap: then their depth."""
+    part.solid.place(states.links[part.link, i] @ part.T_link_shape)
+    distance = part.solid.distance(fixture.solid) - part.slack
+    return distance if distance > 0.0 else -part.solid.depth(fixture.solid) - part.slack
