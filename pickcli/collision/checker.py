@@ -41,8 +41,8 @@ class SceneChecker:
     touching: names of bodies and ids of items that cup and held item may touch; all other links of the robot
         still keep clear of them
     margin: m that everything else is kept apart, the cell's clearance by default
-    opening: pairs (link of the robot or "held <item>", body or item) that are not tested: those that a way out
-        of a stop only has to take apart
+    opening: pairs (link of the robot or "held <item>", body or item) that are not tested: those that a way
+        out of a stop only has to take apart
 
     Raises UnknownNameError for a name in ``without`` or ``touching`` that is not in the scene.
     """

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -39,7 +39,9 @@ FIRST_BACK = (0.02, 0.04)
 ASIDE = 0.02  # m to either side, or down, on the levels that take apart what is near
 
 RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m from there, tried in this order
-MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: one that fails costs a whole search
+MOST_WAYS_HOME = (
+    3  # ways out of the pod from which a way home is searched: one that fails costs a whole search
+)
 
 SLOW = 0.095  # of all limits, where the verifier allows a tenth of the velocity
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
@@ -81,7 +83,7 @@ class _Rules:
             return None
         all_pairs = self.planner.checker(self.scene, self.start.pivot, reserve=self.reserve)
         s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
-        dense = [a + s * (b - a) for a, b in zip(waypoints[:-1], waypoints[1:], strict=True)]
+        dense = [a + s * (b - a) for a, b in pairwise(waypoints)]
         Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))
         distances = np.minimum(all_pairs.kernel.clearances(Q, all_pairs.margin), all_pairs.margin)
         before = np.maximum.accumulate(distances)
@@ -108,7 +110,7 @@ def plan_recovery(
         start: Configuration (n,) and pivot state in which the robot stands.
         seed: Seed of the coarse motion.
         level: What the plan may claim. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the
-            stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` a few millimetres away from what is nearest.
+            stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from what is near.
         stopped: The motion that stopped, which ``BACKWARDS`` goes along.
 
     Returns:
@@ -299,8 +301,8 @@ def _jogged(rules: _Rules, label: str, seed: int) -> Plan | list[Reason]:
             ranked.append((-gain, tuple(there.tolist())))
     reasons = [Reason("no jog", "where the robot stopped", f"none takes {before} apart", before.item)]
     checker = rules.checker()
-    for _, there in sorted(ranked):
-        edge = np.stack([q, np.array(there)])
+    for _, end in sorted(ranked):
+        edge = np.stack([q, np.array(end)])
         if not checker.edge_is_free(edge[0], edge[1]):
             reasons.append(checker.explain_edge(edge[0], edge[1]))
         elif (closes := rules.closes(edge)) is not None:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
 from pickcli.cell.robot import Limits
 from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
-from pickcli.errors import LimitError, Reason
+from pickcli.errors import LimitError, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
@@ -36,13 +37,20 @@ _BACKWARDS = {
 }
 
 
+class Bringing(StrEnum):
+    """Where an item that may be in the cup is brought after a stop."""
+
+    ON = "on"  # to where the stopped motion would have let it go
+    BACK = "back"  # to where it was taken
+
+
 @dataclass(frozen=True, eq=False)
 class StoppedMotion:
     """A plan that was not carried out to its end.
 
     Attributes:
         plan: What was being carried out.
-        path_time: Where the robot came to rest, as the time of that configuration in the plan's trajectory, s.
+        path_time: Where the robot came to rest, as a time of the plan's trajectory, s.
     """
 
     plan: Plan
@@ -66,25 +74,39 @@ def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: in
     return _retraced(stopped, scene, limits, seed, until=0.0, carries=False, where=where)
 
 
-def back_with_item(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
-    """With the item to where it was taken, so that it can be let go there."""
-    where = f"back with the item of {stopped.plan.query}"
-    if stopped.taken_at is None or stopped.path_time <= stopped.taken_at:
-        return Reason("nothing to bring back", where, "it was not carried yet")
-    return _retraced(stopped, scene, limits, seed, until=stopped.taken_at, carries=True, where=where)
+def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits: Limits, seed: int) -> Plan:
+    """With the item to where it can be let go: the plan ends with it still in the cup, at rest.
 
+    Args:
+        stopped: The motion that stopped while, for all that is known, it carried its item.
+        bringing: On to where it would have let the item go, or back to where it took it.
+        scene: The scene as it is seen now, with the item in it, wherever it was seen last.
+        limits: Of the joints.
+        seed: Noted in the plan.
 
-def on_with_item(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
-    """With the item to where the plan would have let it go."""
-    where = f"on with the item of {stopped.plan.query}"
-    ends, begins = stopped.let_go_at, stopped.taken_at
-    if ends is None or begins is None or not begins < stopped.path_time < ends:
-        return Reason("nothing to bring on", where, "it is not carried there")
-    return _retraced(stopped, scene, limits, seed, until=ends, carries=True, where=where)
+    Raises:
+        NoPlanError: The motion does not carry anything where it stopped.
+    """
+    where = f"{bringing} with the item of {stopped.plan.query}"
+    taken, let_go = stopped.taken_at, stopped.let_go_at
+    if taken is None or let_go is None or not taken < stopped.path_time < let_go:
+        raise NoPlanError(where, [Reason("nothing to bring", where, "it is not carried where it stopped")])
+    until = let_go if bringing is Bringing.ON else taken
+    found = _retraced(stopped, scene, limits, seed, until=until, carries=True, where=where)
+    if isinstance(found, Reason):
+        raise NoPlanError(where, [found])
+    return found
 
 
 def _retraced(
-    stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int, *, until: float, carries: bool, where: str
+    stopped: StoppedMotion,
+    scene: Scene,
+    limits: Limits,
+    seed: int,
+    *,
+    until: float,
+    carries: bool,
+    where: str,
 ) -> Plan | Reason:
     """From rest where the motion stopped to rest at another time of its trajectory, without events."""
     plan, at = stopped.plan, stopped.path_time

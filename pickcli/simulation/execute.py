@@ -57,8 +57,9 @@ def execute(
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop along its path.
 
-    It stops when an item breaks away, or when the vacuum sensor reads that nothing is held. The pump and
-    the valve are switched off then, and the robot stands.
+    It stops when an item breaks away, or when the vacuum sensor reads that nothing is held, and the robot
+    stands. Pump and valve are switched off only where the vacuum itself has broken down: a sensor may be
+    wrong, and what it denies would be dropped.
 
     pace: how fast the plan's time passes; for tests of pauses and slow robots
     on_progress: called every 0.1 s with (plan time, plan duration, segment)
@@ -114,6 +115,7 @@ class _Run:
         self.max_load = 0.0
         self.stop: ProtectiveStop | None = None
         self.stopped_in: Segment | None = None
+        self.path_time: float | None = None
 
     def play(self) -> Execution:
         self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
@@ -172,14 +174,16 @@ class _Run:
         return None
 
     def _brake(self) -> None:
-        """Stand still as soon as the limits allow, along the planned path, with pump and valve off."""
+        """Stand still as soon as the limits allow, along the planned path."""
         from pickcli.timing.stop import stop
 
+        is_lost = self.stop is not None and self.stop.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED)
         for device in self.world.scene.cell.devices.values():
-            if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+            if is_lost and device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
                 self.world.act(device.name, "off")
         t_plan = self.trace.plan_times[-1]
         halted = stop(self.plan.trajectory, t_plan, self.world.robot.limits)
+        self.path_time = halted.path_time
         t = len(self.trace.sent) * self.world.time_step
         self._send(stream(halted.trajectory, self.world.time_step, self.pace, t_plan, t))
 
@@ -212,19 +216,12 @@ class _Run:
                 commands, plan.trajectory.joint_names, cell.robot.limits, world.time_step, cell.speed_scale
             ),
             releases=releases,
-            falls=tuple(self._fall(release) for release in releases),
+            falls=tuple(fall_of(world, release) for release in releases),
             held=world.held,
             max_lag=self._max_lag(),
             max_load=self.max_load,
+            path_time=self.path_time,
         )
-
-    def _fall(self, release: Release) -> Fall:
-        before = self.world.scene.find(release.item)
-        after = self.world.engine.pose(release.item)
-        height = (
-            bounds(before.item.shape, release.T_world_item)[0][2] - bounds(before.item.shape, after)[0][2]
-        )
-        return Fall(release.item, max(0.0, float(height)), release.is_wanted)
 
     def _max_lag(self) -> float:
         if not self.trace.told:
@@ -233,3 +230,10 @@ class _Run:
         told = arm.tips(np.array(self.trace.told), PivotState.STRAIGHT)
         measured = arm.tips(np.array(self.trace.measured), PivotState.STRAIGHT)
         return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
+
+
+def fall_of(world: World, release: Release) -> Fall:
+    """How far an item that left the cup has fallen by now."""
+    before, after = world.scene.find(release.item), world.engine.pose(release.item)
+    bottoms = [bounds(before.item.shape, T)[0][2] for T in (release.T_world_item, after)]
+    return Fall(release.item, max(0.0, float(bottoms[0] - bottoms[1])), release.is_wanted)

@@ -45,6 +45,7 @@ class Execution:
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
     max_load: worst share of the cup's limits while something was held
+    path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
     """
 
     t_start: float
@@ -60,6 +61,7 @@ class Execution:
     held: str | None
     max_lag: float
     max_load: float
+    path_time: float | None = None
 
     @property
     def duration(self) -> float:

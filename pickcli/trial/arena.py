@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
+from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.simulation.camera import overview
-from pickcli.simulation.execute import StartError, execute
+from pickcli.simulation.execute import StartError, execute, fall_of
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
@@ -51,12 +53,22 @@ class SimulatedArena:
 
     @property
     def held(self) -> str | None:
-        """Id of the item in the cup."""
+        """Id of the item that is truly in the cup."""
         return self._world.held
 
     def now(self) -> Scene:
         """Where everything really is, without the item that is held."""
         return self._world.now()
+
+    def has_vacuum(self) -> bool:
+        """What the vacuum sensor answers now."""
+        devices = self._world.scene.cell.devices.values()
+        sensor = next(device.name for device in devices if device.kind is DeviceKind.SENSOR)
+        return bool(self._world.act(sensor, "read"))
+
+    def wait(self, duration: float) -> None:
+        """Stand still for a time in s."""
+        self._world.wait(duration)
 
     def execute(self, plan: Plan) -> Execution:
         """Carry out a certified plan to its end or to a stop."""
@@ -67,10 +79,7 @@ class SimulatedArena:
 
     def release(self) -> Execution:
         """Close the valve where the robot stands and wait until the item is let go."""
-        began = self._world.t
-        self._world.act("valve", "off")
-        self._world.wait(LET_GO)
-        return Execution(self._world.t - began)
+        return _let_go(self._world, LET_GO)
 
     def picture(self) -> NDArray[np.uint8]:
         """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""
@@ -92,10 +101,35 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
     ) -> Plan:
         return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude, into=into)
 
-    def recover(scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
-        return plan_recovery(planner, scene, Start(q, pivot), seed)
+    def recover(
+        scene: Scene,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        level: RecoveryLevel,
+        stopped: StoppedMotion | None,
+    ) -> Plan:
+        return plan_recovery(planner, scene, Start(q, pivot), seed, level, stopped)
 
-    return Crew(plan, recover, verify, arena)
+    def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+        return bring_item(stopped, bringing, scene, planner.arm.limits, seed)
+
+    return Crew(plan, recover, bring, verify, arena)
+
+
+def _let_go(world: World, duration: float) -> Execution:
+    """Pump and valve off where the robot stands, and what that makes fall or touch."""
+    began, n_releases = world.t, len(world.suction.releases)
+    for device in world.scene.cell.devices.values():
+        if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+            world.act(device.name, "off")
+    world.wait(duration)
+    falls = [fall_of(world, release) for release in world.suction.releases[n_releases:]]
+    return Execution(
+        duration=world.t - began,
+        collisions=tuple(c for c in world.contacts.collisions if c.t_start > began),
+        drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in falls),
+    )
 
 
 def _recorded(run: Run) -> Execution:
@@ -111,6 +145,7 @@ def _recorded(run: Run) -> Execution:
         max_lag=run.max_lag,
         max_load=run.max_load,
         stop_cause=run.stop_cause,
+        path_time=run.path_time,
     )
 
 

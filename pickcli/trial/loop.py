@@ -19,7 +19,7 @@ from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.player import Player, TrialSettings
 from pickcli.trial.ports import Crew
 from pickcli.trial.result import Attempt, Outcome, TargetResult, TrialResult
-from pickcli.trial.score import item_bonuses, score
+from pickcli.trial.score import Score, item_bonuses, score
 from pickcli.trial.strategy import TIME_LIMIT, Job, jobs_of, may_move_others, next_job
 
 Progress: TypeAlias = Callable[[int, int, str], None]  # targets done, targets in all, what happens now
@@ -31,7 +31,7 @@ def run_trial(
     settings: TrialSettings | None = None,
     progress: Progress = lambda done, total, what: None,
 ) -> TrialResult:
-    """Play a pick order to its end. What goes wrong is part of the result, see TrialResult.aborted.
+    """Play a pick order to its end. What goes wrong is part of the result.
 
     Raises InputError for an order that is no pick order.
     """
@@ -66,7 +66,7 @@ class _Trial:
 
     def play(self) -> None:
         """Attempt after attempt, the most promising first; then what must be made accessible."""
-        while (self.open or self.blocked) and not self.player.aborted:
+        while self.open or self.blocked:
             if self.open:
                 self._pick(next_job(self.open))
             else:
@@ -91,7 +91,7 @@ class _Trial:
         attempt = Attempt(job.target, "", job.attempts + 1, player.clock.now, Outcome.NO_TIME)
         if not player.clock.has_time_for(player.clock.charge):
             return replace(attempt, reason=f"the {player.clock.limit:.0f} s of the trial are over")
-        scene = player.look()
+        scene = player.scene()
         placed = _choose_copy(scene, job)
         if placed is None:
             what = f"no {job.target.item} is left in {job.target.bin}"
@@ -101,7 +101,7 @@ class _Trial:
     def _clear(self, job: Job) -> None:
         """Move one item aside that is in the way of a target, and open the target's job again."""
         self.blocked.remove(job)
-        scene, target = self.player.look(), job.target
+        scene, target = self.player.scene(), job.target
         placed = _choose_copy(scene, job)
         if placed is None:
             return
@@ -139,21 +139,22 @@ class _Trial:
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         drops = tuple(d for attempt in attempts for e in attempt.executions for d in e.drops)
-        final = final_state(self.order, self.before, after, player.look(), arena.held, drops)
+        final = final_state(self.order, self.before, after, player.scene(), arena.held, drops)
+        points = score(self.order, final, self.bonus)
         return TrialResult(
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
-            tuple(self._target_result(job) for job in self.jobs), attempts, self.before, after,
-            final, score(self.order, final, self.bonus), player.clock.simulated, player.clock.now,
-            player.aborted,
+            tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
+            final, points, player.clock.simulated, player.clock.now, player.stuck,
         )  # fmt: skip
 
-    def _target_result(self, job: Job) -> TargetResult:
+    def _target_result(self, job: Job, score: Score) -> TargetResult:
         own = tuple(attempt for j, attempt in self.attempts if j.index == job.index)
         picks = [attempt for attempt in own if attempt.into == TOTE]
+        points = score.lines[job.index].points  # the lines of the targets come first, in their order
         if not picks:
-            return TargetResult(job.target, Outcome.NO_TIME, f"trial aborted: {self.player.aborted}", 0, own)
-        points = job.points if picks[-1].outcome is Outcome.IN_TOTE else 0
-        return TargetResult(job.target, picks[-1].outcome, picks[-1].reason, points, own)
+            return TargetResult(job.target, Outcome.NO_TIME, "the time was over", points, own)
+        last = next((a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME), picks[-1])
+        return TargetResult(job.target, last.outcome, last.reason, points, own)
 
 
 def _choose_copy(scene: Scene, job: Job) -> PlacedItem | None:

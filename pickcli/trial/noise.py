@@ -13,6 +13,7 @@ import numpy as np
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.seeds import derived_rng
+from pickcli.simulation.places import OUTSIDE
 
 DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 
@@ -20,11 +21,15 @@ DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 def perceive(true: Scene, noise: PoseNoise, seed: int, look: int) -> Scene:
     """The scene as it is perceived: every item off by at most ``noise``, which the result states.
 
+    What lies neither in a bin nor in the tote is not seen: nobody looks at the floor of the hall.
+
     The error of an item depends on ``seed``, its id and ``look`` (the number of the look) alone, so that it
     does not change when other items come or go.
     """
     items = tuple(
-        _displaced(placed, noise, derived_rng("pose noise", seed, placed.id, look)) for placed in true.items
+        _displaced(placed, noise, derived_rng("pose noise", seed, placed.id, look))
+        for placed in true.items
+        if placed.location != OUTSIDE
     )
     return replace(true, items=items, noise=noise)
 

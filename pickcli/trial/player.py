@@ -1,4 +1,9 @@
-"""One attempt after another: plan, verify, execute, judge, and bring the arm out where that went wrong."""
+"""One attempt after another: plan, verify, execute, look what became of it. See docs/recovery.md.
+
+A player knows what a robot could know: what it perceives when it looks (which takes time), what the vacuum
+sensor answers and why a motion stopped. Where things truly are is noted beside it for the score, and decides
+nothing.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +15,13 @@ from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.seeds import derived_seed
+from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
 from pickcli.trial.ports import Crew, Execution
 from pickcli.trial.result import Attempt, Outcome
+from pickcli.trial.score import HELD
 from pickcli.trial.strategy import TrialClock
-
-MAX_RECOVERIES = 2  # motions that may be tried to bring the arm out after one attempt
 
 
 @dataclass(frozen=True)
@@ -30,9 +35,10 @@ class TrialSettings:
 
 
 class Player:
-    """A crew with a clock.
+    """A crew with a clock and eyes.
 
-    aborted: why no more can be played, "" while it can. say: told what happens now
+    say: told what happens now
+    stuck: why the arm was still where it could not be brought out of when the time ended, "" if it was not
     """
 
     def __init__(
@@ -41,16 +47,32 @@ class Player:
         self.crew, self.settings, self.say = crew, settings, say
         self.clock = TrialClock(limit)
         self.n_looks = 0
-        self.aborted = ""
+        self.stuck = ""
+        self._seen: Scene | None = None
+
+    def scene(self) -> Scene:
+        """The scene as it was last perceived; looks first where something may have moved since."""
+        return self.look() if self._seen is None else self._seen
 
     def look(self) -> Scene:
-        """The scene as it is perceived now."""
+        """Look at pod and tote, which takes time, and keep what is perceived."""
+        self.wait(min(self.settings.reality.look_time, self.clock.left))
         self.n_looks += 1
-        return perceive(self.crew.arena.now(), self.settings.noise, self.settings.seed, self.n_looks)
+        self._seen = perceive(self.crew.arena.now(), self.settings.noise, self.settings.seed, self.n_looks)
+        return self._seen
+
+    def wait(self, duration: float) -> None:
+        """Let time pass."""
+        self.crew.arena.wait(duration)
+        self.clock = self.clock.moved(duration)
+
+    def charge(self) -> None:
+        """One more planning call on the clock."""
+        self.clock = self.clock.planned()
 
     def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp] = ()) -> Plan:
         """One call of the planner, charged to the clock. Raises NoPlanError."""
-        self.clock = self.clock.planned()
+        self.charge()
         arena = self.crew.arena
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
         seed = derived_seed("plan", self.settings.seed, *names)
@@ -82,65 +104,70 @@ class Player:
     def _verified(self, attempt: Attempt, scene: Scene) -> Attempt:
         assert attempt.plan is not None
         began = time.perf_counter()
-        verdict = self.crew.verify(attempt.plan, scene)
+        certified = self.certified(attempt.plan, scene)
         statistics = {**attempt.statistics, "verification_ms": _ms_since(began)}
+        if isinstance(certified, str):
+            return replace(attempt, outcome=Outcome.REJECTED, reason=certified, statistics=statistics)
+        return replace(attempt, plan=certified, statistics=statistics)
+
+    def certified(self, plan: Plan, scene: Scene) -> Plan | str:
+        """The plan with its certificate, or why the verifier refuses it."""
+        verdict = self.crew.verify(plan, scene)
         if verdict.certificate is None:
-            reason = str(NoPlanError(attempt.plan.query, verdict.reasons).summary())
-            return replace(attempt, outcome=Outcome.REJECTED, reason=reason, statistics=statistics)
-        plan = replace(attempt.plan, certificate=verdict.certificate)
-        return replace(attempt, plan=plan, statistics=statistics)
+            return NoPlanError(plan.query, verdict.reasons).summary()
+        return replace(plan, certificate=verdict.certificate)
+
+    def execute(self, plan: Plan) -> Execution:
+        """Carry out a certified plan; what was seen before is no longer known to be so."""
+        return self._timed(self.crew.arena.execute(plan))
+
+    def let_go(self) -> Execution:
+        """Switch the vacuum off where the robot stands."""
+        return self._timed(self.crew.arena.release())
+
+    def _timed(self, execution: Execution) -> Execution:
+        self.clock = self.clock.moved(execution.duration)
+        self._seen = None
+        return execution
 
     def _executed(self, attempt: Attempt) -> Attempt:
+        from pickcli.trial.recovery import recover
+
         assert attempt.plan is not None
         duration = attempt.plan.trajectory.duration
         if not self.clock.has_time_for(duration):
             reason = f"the motion takes {duration:.1f} s, {self.clock.left:.1f} s are left"
             return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
         self.say(attempt, "moving")
-        execution = self._timed(self.crew.arena.execute(attempt.plan))
-        recovery = self._recover(attempt) if execution.stopped or self.crew.arena.held else ()
-        outcome, reason = self._judged(attempt, execution)
-        return replace(attempt, execution=execution, recovery=recovery, outcome=outcome, reason=reason)
+        before = self.scene()
+        execution = self.execute(attempt.plan)
+        attempt = replace(attempt, execution=execution)
+        if execution.stopped or self.crew.arena.has_vacuum():
+            self.say(attempt, "recovering")
+            attempt = replace(attempt, recovery=recover(self, attempt, before))
+        return self._judged(attempt, execution)
 
-    def _timed(self, execution: Execution) -> Execution:
-        self.clock = self.clock.moved(execution.duration)
-        return execution
-
-    def _judged(self, attempt: Attempt, execution: Execution) -> tuple[Outcome, str]:
-        """Where the item really is decides; the sensor and the stop say why."""
-        ids = {placed.id: placed.location for placed in self.crew.arena.now().items}
-        where = ids.get(attempt.item, "the cup")
-        if where == attempt.into:
-            return (Outcome.IN_TOTE if where == TOTE else Outcome.MOVED), ""
+    def _judged(self, attempt: Attempt, execution: Execution) -> Attempt:
+        """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
+        seen = {placed.id: placed.location for placed in self.scene().items}
+        attempt = replace(
+            attempt, seen_in=seen.get(attempt.item, ""), truly_in=self._true_place(attempt.item)
+        )
+        if attempt.seen_in == attempt.into:
+            return replace(attempt, outcome=Outcome.IN_TOTE if attempt.into == TOTE else Outcome.MOVED)
+        where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
         cause = execution.stopped or "it was let go"
-        if execution.has_item is False:
-            return Outcome.NOT_PICKED, f"{cause}; no vacuum after the retreat, the item is in {where}"
-        return Outcome.LOST, f"{cause}; the item is in {where}"
+        if execution.has_item is False and attempt.seen_in == attempt.target.bin:
+            reason = f"{cause}; no vacuum after the retreat, {where}"
+            return replace(attempt, outcome=Outcome.NOT_PICKED, reason=reason)
+        return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")
 
-    def _recover(self, attempt: Attempt) -> tuple[Execution, ...]:
-        """Bring the arm out to a safe place; where that fails the trial ends."""
+    def _true_place(self, item: str) -> str:
+        """Where an item really is: for the record alone."""
         arena = self.crew.arena
-        done: list[Execution] = []
-        if arena.held is not None:  # a motion that stopped is not trusted to hold on
-            done.append(self._timed(arena.release()))
-        for k in range(MAX_RECOVERIES):
-            self.clock = self.clock.planned()
-            scene = self.look()
-            seed = derived_seed("recover", self.settings.seed, attempt.item, attempt.number, k)
-            try:
-                plan = self.crew.recover(scene, arena.q, arena.pivot, seed)
-            except NoPlanError as error:
-                self.aborted = f"the arm cannot be brought out: {error}"
-                return tuple(done)
-            verdict = self.crew.verify(plan, scene)
-            if verdict.certificate is None:
-                self.aborted = f"the way out is not certified: {'; '.join(map(str, verdict.reasons[:3]))}"
-                return tuple(done)
-            done.append(self._timed(arena.execute(replace(plan, certificate=verdict.certificate))))
-            if not done[-1].stopped:
-                return tuple(done)
-        self.aborted = f"the arm did not come out: {done[-1].stopped}"
-        return tuple(done)
+        if arena.held == item:
+            return HELD
+        return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)
 
 
 def _ms_since(began: float) -> float:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
+from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.trial.score import Drop
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class Execution:
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
     max_load: worst share of the cup's limits while something was held
+    path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
     """
 
     duration: float
@@ -45,6 +47,7 @@ class Execution:
     max_lag: float = 0.0
     max_load: float = 0.0
     stop_cause: StopCause | None = None
+    path_time: float | None = None
 
 
 class Arena(Protocol):
@@ -60,10 +63,16 @@ class Arena(Protocol):
 
     @property
     def held(self) -> str | None:
-        """Id of the item in the cup."""
+        """Id of the item that is truly in the cup, for the score alone."""
 
     def now(self) -> Scene:
-        """Where everything really is, without the item that is held."""
+        """Where everything really is, without the item that is held: for perception and the score."""
+
+    def has_vacuum(self) -> bool:
+        """What the vacuum sensor answers now."""
+
+    def wait(self, duration: float) -> None:
+        """Stand still for a time in s."""
 
     def execute(self, plan: Plan) -> Execution:
         """Carry out a certified plan to its end or to a stop."""
@@ -89,9 +98,23 @@ class PlanPick(Protocol):
 
 
 class PlanRecovery(Protocol):
-    """Asks for a way out to a safe place, with the empty tool, from wherever it is. Raises NoPlanError."""
+    """Asks for a way out with the empty tool, on one level, from wherever it is. Raises NoPlanError."""
 
-    def __call__(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan: ...
+    def __call__(
+        self,
+        scene: Scene,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        level: RecoveryLevel,
+        stopped: StoppedMotion | None,
+    ) -> Plan: ...
+
+
+class PlanBringing(Protocol):
+    """Asks for the rest of a stopped motion, or the way back of it, with its item. Raises NoPlanError."""
+
+    def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,5 +123,6 @@ class Crew:
 
     plan: PlanPick
     recover: PlanRecovery
+    bring: PlanBringing
     verify: Callable[[Plan, Scene], Verdict]
     arena: Arena

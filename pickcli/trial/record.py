@@ -21,7 +21,7 @@ from pickcli.cell.atomic import write_text
 from pickcli.cell.scene_file import scene_hash
 from pickcli.motion.plan import Plan
 from pickcli.trial.ports import Execution
-from pickcli.trial.result import Attempt, TargetResult, TrialResult
+from pickcli.trial.result import Attempt, RecoveryStep, TargetResult, TrialResult
 
 FORMAT, VERSION = "apc-trial", 1
 CLAIM = (
@@ -41,6 +41,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "score": result.score.total,
         "max_score": result.score.maximum,
         "items_in_tote": result.items_in_tote,
+        "misjudged": result.n_misjudged,
         "items": [_target(target) for target in result.targets],
         "collisions": result.n_collisions,
         "limit_violations": result.n_limit_violations,
@@ -114,8 +115,15 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "t_start": _rounded(attempt.t_start),
         "plan": None if attempt.plan is None else _plan(attempt.plan),
         "execution": None if attempt.execution is None else _execution(attempt.execution),
-        "recovery": [_execution(execution) for execution in attempt.recovery],
+        "recovery": [_step(step) for step in attempt.recovery],
+        "seen_in": attempt.seen_in,
+        "truly_in": attempt.truly_in,
     }
+
+
+def _step(step: RecoveryStep) -> dict[str, Any]:
+    execution = None if step.execution is None else _execution(step.execution)
+    return {"what": step.what, "reason": step.reason, "execution": execution}
 
 
 def _plan(plan: Plan) -> dict[str, Any]:

@@ -57,5 +57,5 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
     if result.aborted:
-        lines.append(f"aborted: {result.aborted}")
+        lines.append(result.aborted)
     return tuple(lines)

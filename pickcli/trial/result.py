@@ -27,13 +27,29 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
+class RecoveryStep:
+    """One thing that was tried after a stop.
+
+    what: a level of recovery, "bring on", "bring back", "let go" or "wait"
+    reason: why it came to nothing, or stopped; "" if it did not
+    execution: what was carried out, None if nothing was
+    """
+
+    what: str
+    reason: str = ""
+    execution: Execution | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Attempt:
     """One try at one target, or at moving aside what is in its way.
 
     item: id of what is to be moved; into: where to, a bin for what is moved aside
     number: 1 for the first try at this target
     t_start: s on the clock of the trial
-    plan: what was executed (or rejected); recovery: the motions that brought the arm out afterwards
+    outcome: what the robot believes
+    seen_in, truly_in: where the item was seen afterwards, "" if it was not, and where it really was
+    plan: what was executed (or rejected); recovery: what was tried to bring item and arm out afterwards
     statistics: wall-clock figures
     """
 
@@ -46,18 +62,24 @@ class Attempt:
     into: str = TOTE
     plan: Plan | None = None
     execution: Execution | None = None
-    recovery: tuple[Execution, ...] = ()
+    recovery: tuple[RecoveryStep, ...] = ()
+    seen_in: str = ""
+    truly_in: str = ""
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property
     def executions(self) -> tuple[Execution, ...]:
         """All that was executed in this attempt."""
-        return (() if self.execution is None else (self.execution,)) + self.recovery
+        steps = (self.execution, *(step.execution for step in self.recovery))
+        return tuple(execution for execution in steps if execution is not None)
 
 
 @dataclass(frozen=True, eq=False)
 class TargetResult:
-    """One line of the order, played. ``points`` are what it gave."""
+    """One line of the order, played.
+
+    outcome: what the robot believes; points: what it truly gave
+    """
 
     target: Target
     outcome: Outcome
@@ -71,7 +93,7 @@ class TrialResult:
     """A whole trial.
 
     clock: s on the clock of the trial: simulated time and the charge of the planning calls
-    aborted: why the trial had to stop, "" if it did not
+    aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
     """
 
     order: Order
@@ -110,8 +132,13 @@ class TrialResult:
 
     @property
     def items_in_tote(self) -> int:
-        """Targets that lie in the tote."""
-        return sum(t.outcome is Outcome.IN_TOTE for t in self.targets)
+        """Targets that truly lie in the tote."""
+        return sum(target.points > 0 for target in self.targets)
+
+    @property
+    def n_misjudged(self) -> int:
+        """Targets of which the robot believes something else than is true."""
+        return sum((t.outcome is Outcome.IN_TOTE) != (t.points > 0) for t in self.targets)
 
     @property
     def is_clean(self) -> bool:

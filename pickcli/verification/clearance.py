@@ -156,7 +156,10 @@ def _near(
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
     tested = np.array(
         [
-            [(p.name, f.name) not in opening and not exempt.is_world_pair_untested(p, f.name) for f in standing]
+            [
+                (p.name, f.name) not in opening and not exempt.is_world_pair_untested(p, f.name)
+                for f in standing
+            ]
             for p in moving
         ]
     )

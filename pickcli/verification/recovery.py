@@ -38,9 +38,9 @@ class Opening:
 
 
 def as_claimed(plan: Plan, scene: Scene) -> Scene:
-    """The scene that the plan's level speaks of: for a slow way out items stand where they were seen.
+    """The scene that the plan's level speaks of: on a slow one items stand where they were seen.
 
-    A cup or link that creeps into an item by less than its pose is uncertain pushes it, at worst, by that much.
+    What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
     """
     return replace(scene, noise=PoseNoise()) if plan.recovery in IGNORES_ERROR else scene
 
@@ -98,7 +98,9 @@ def check_opening(
         for pair in nearest:
             parts = [part for part in moving[k] if part.name == pair[0]]
             if pair[1] in fixtures and parts and pair not in reasons:
-                found = _followed(states, parts, fixtures[pair[1]], range(first, last + 1), clearance, nearest)
+                found = _followed(
+                    states, parts, fixtures[pair[1]], range(first, last + 1), clearance, nearest
+                )
                 reasons.update({pair: found.at(f"segment {k} ({segment.kind})")} if found else {})
     return Opening(frozenset(pairs), tuple(reasons.values()))
 
@@ -107,7 +109,7 @@ def _followed(
     states: States, parts: Sequence[Part], fixture: Fixture, at: range, clearance: float,
     nearest: dict[tuple[str, str], float],
 ) -> Reason | None:  # fmt: skip
-    """Follow a pair over some states; ``nearest`` is how far apart it has been so far, up to the clearance."""
+    """Follow a pair over some states; ``nearest``: how far apart it has been so far, up to the clearance."""
     pair = parts[0].name, fixture.name
     travel = states.travel @ np.max([part.reach for part in parts], axis=0)
     i = at.start
@@ -115,7 +117,9 @@ def _followed(
         separation = min(_separation(states, part, fixture, i) for part in parts)
         if separation < nearest[pair] - CLOSING:
             apart, before = 1e3 * separation, 1e3 * nearest[pair]
-            what = f"{pair[0]} and {pair[1]} at {states.times[i]:.3f} s, {apart:.1f} mm apart after {before:.1f}"
+            what = (
+                f"{pair[0]} and {pair[1]} at {states.times[i]:.3f} s, {apart:.1f} mm apart after {before:.1f}"
+            )
             return Reason("closes again", "", what)
         nearest[pair] = max(nearest[pair], min(separation, clearance))
         # As long as the two cannot have come near again there is nothing to measure.
@@ -124,7 +128,9 @@ def _followed(
     return None
 
 
-def _near_at_start(states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float) -> Iterator[tuple[str, str]]:
+def _near_at_start(
+    states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float
+) -> Iterator[tuple[str, str]]:
     """Pairs, by name, that are at most so far apart, in m, at the first state. Balls around the parts say
     which of them are worth measuring."""
     T = np.array([fixture.T_world_shape for fixture in fixtures])
@@ -133,7 +139,7 @@ def _near_at_start(states: States, parts: Sequence[Part], fixtures: Sequence[Fix
         T_part = states.links[part.link, 0] @ part.T_link_shape
         centers = part.balls.centers @ T_part[:3, :3].T + T_part[:3, 3]
         apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack
-        for b in np.flatnonzero(apart <= most):
+        for b in np.flatnonzero(apart <= most).tolist():
             if _separation(states, part, fixtures[b], 0) <= most:
                 yield part.name, fixtures[b].name
 

@@ -11,13 +11,16 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import Scene
+from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.grasping.candidates import sample_grasps
+from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning import grasps
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
+from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]
@@ -65,3 +68,92 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
     freed = planner.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.pivot)
     assert (freed - tip)[:3, 3] @ tip[:3, 2] < -0.015
     assert verify(out, scene).reasons == ()
+
+
+@pytest.fixture(scope="module")
+def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scene, StoppedMotion, Start]:
+    """Stopped at contact, with a soap bar seen 1 mm from the lance, where 3 mm are wanted."""
+    free = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plan = plan_pick(planner, free, "bin_B", "crayola_24_ct", home)
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0), ("dove_beauty_bar", "bin_B", 0.16, 0.043))
+    bar = scene.find("dove_beauty_bar")
+    scene = scene.moved(replace(bar, T_world_item=pose([0.0, 0.0, 0.02]) @ bar.T_world_item))
+    start = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+    return scene, StoppedMotion(plan, contact.t_end), start
+
+
+def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, stopped, start = squeezed
+    with pytest.raises(NoPlanError, match="dove_beauty_bar"):
+        plan_recovery(planner, scene, start)
+    for level in RecoveryLevel:
+        if level is RecoveryLevel.AS_PLANNED:
+            continue
+        out = plan_recovery(planner, scene, start, level=level, stopped=stopped)
+        assert out.recovery is level
+        assert verify(out, scene).reasons == ()
+
+
+@pytest.mark.parametrize("level", [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING])
+def test_the_strict_levels_lead_home(
+    planner: Planner, scene_with: SceneWith, home: Start, level: RecoveryLevel
+) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    stuck = stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct")
+    out = plan_recovery(planner, scene, stuck, level=level)
+    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
+
+
+def test_backwards_is_the_way_it_came(planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]) -> None:
+    scene, stopped, start = squeezed
+    back = plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)
+    np.testing.assert_allclose(back.trajectory.positions[0], start.q, atol=1e-9)
+    np.testing.assert_allclose(back.trajectory.positions[-1], stopped.plan.trajectory.positions[0], atol=1e-9)
+    way = stopped.plan.trajectory.sample(np.linspace(0.0, stopped.path_time, 20_000))
+    for q in back.trajectory.sample(np.linspace(0.0, back.trajectory.duration, 60)):
+        assert np.abs(way - q).max(axis=1).min() < 2e-4
+    with pytest.raises(NoPlanError, match="nothing to go back along"):
+        plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS)
+
+
+def test_a_jog_is_short_and_takes_what_is_nearest_apart(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, _, start = squeezed
+    jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
+    nearest = planner.checker(scene, start.pivot)
+    before, after = (nearest.clearance(q).distance for q in jog.trajectory.positions[[0, -1]])
+    assert after > before
+    tips = planner.arm.tips(jog.trajectory.positions, start.pivot)[:, :3, 3]
+    assert np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() < 0.03
+
+
+@pytest.mark.parametrize("bringing", list(Bringing))
+@pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
+def test_what_may_be_in_the_cup_is_brought_on_or_back(
+    planner: Planner, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
+) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plan = plan_pick(planner, scene, "bin_B", "crayola_24_ct", home)
+    taken = next(s.t_start for s in plan.segments if s.held is not None)
+    stopped = StoppedMotion(plan, taken + after)
+    brought = bring_item(stopped, bringing, scene, planner.arm.limits, 0)
+    assert verify(brought, scene).reasons == ()
+    assert {segment.held for segment in brought.segments} == {"crayola_24_ct"} and brought.events == ()
+    np.testing.assert_allclose(
+        brought.trajectory.positions[0], plan.trajectory.sample(stopped.path_time)[0], atol=1e-9
+    )
+    end = {Bringing.ON: stopped.let_go_at, Bringing.BACK: stopped.taken_at}[bringing]
+    assert end is not None
+    np.testing.assert_allclose(brought.trajectory.positions[-1], plan.trajectory.sample(end)[0], atol=1e-9)
+
+
+def test_where_nothing_is_carried_there_is_nothing_to_bring(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, stopped, _ = squeezed
+    with pytest.raises(NoPlanError, match="not carried"):
+        bring_item(stopped, Bringing.BACK, scene, planner.arm.limits, 0)

@@ -12,8 +12,9 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
-from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.trial.order import Order
 from pickcli.trial.ports import Crew, Execution
 from pickcli.verification.verdict import Verdict
@@ -39,6 +40,8 @@ class FakeCrew:
 
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
     clings: items that stay in the cup when their motion stops
+    lying_sensor: it denies whatever is in the cup
+    stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
     executions: per item, what its executions are, one after the other; then it is delivered
     """
@@ -48,18 +51,29 @@ class FakeCrew:
     rejects: frozenset[str] = frozenset()
     clings: frozenset[str] = frozenset()
     blocked: dict[str, str] = field(default_factory=dict)
+    lying_sensor: bool = False
+    stuck: list[frozenset[str]] = field(default_factory=list)
     executions: dict[str, list[Execution]] = field(default_factory=dict)
     duration: float = DURATION
     held: str | None = None
+    releases_into: str | None = None
     planned: list[tuple[str, int, tuple[Grasp, ...]]] = field(default_factory=list)  # item, seed, excluded
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
+    waited: list[float] = field(default_factory=list)
+    levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
     pivot: PivotState = PivotState.STRAIGHT
 
     def crew(self) -> Crew:
         """This fake in all four roles."""
-        return Crew(self.plan, self.recover, self.verify, self)
+        return Crew(self.plan, self.recover, self.bring, self.verify, self)
+
+    def has_vacuum(self) -> bool:
+        return self.held is not None and not self.lying_sensor
+
+    def wait(self, duration: float) -> None:
+        self.waited.append(duration)
 
     def now(self) -> Scene:
         return self.scene if self.held is None else self.scene.without(self.held)
@@ -75,10 +89,21 @@ class FakeCrew:
         grasp = Grasp(item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
-    def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int) -> Plan:
-        if "recover" in self.no_plan:
+    def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int, level: RecoveryLevel,
+                stopped: StoppedMotion | None) -> Plan:  # fmt: skip
+        self.levels.append(level)
+        n_rounds = self.levels.count(RecoveryLevel.AS_PLANNED)
+        missing = self.stuck[min(n_rounds, len(self.stuck)) - 1] if self.stuck else frozenset()
+        if level in missing:
             raise NoPlanError("the way out", [Reason("collision", "retreat", "")])
-        return self._motion("recover", seed, None)
+        return self._motion(f"recover {level}", seed, None)
+
+    def bring(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+        assert stopped.plan.grasp is not None
+        scene.find(stopped.plan.grasp.item)  # where it was seen last
+        if f"bring {bringing}" in self.no_plan:
+            raise NoPlanError("bring", [Reason("nothing to bring")])
+        return self._motion(f"bring {bringing} {stopped.plan.query}", seed, stopped.plan.grasp)
 
     def verify(self, plan: Plan, scene: Scene) -> Verdict:
         if any(word in plan.query for word in self.rejects):
@@ -90,6 +115,10 @@ class FakeCrew:
         self.executed.append(plan)
         if plan.grasp is None:
             assert self.held is None, "recoveries are planned for the empty tool"
+            script = self.executions.get(plan.query, [])
+            return script.pop(0) if script else Execution(self.duration)
+        if plan.query.startswith("bring"):
+            self.releases_into = TOTE if plan.query.startswith("bring on") else None
             return Execution(self.duration)
         script = self.executions.get(plan.grasp.item, [])
         if script:
@@ -99,6 +128,8 @@ class FakeCrew:
         return Execution(self.duration, has_item=True)
 
     def release(self) -> Execution:
+        if self.held is not None and self.releases_into is not None:
+            self.put(self.held, self.releases_into)
         self.held = None
         return Execution(0.5)
 

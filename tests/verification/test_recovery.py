@@ -1,0 +1,110 @@
+"""What a level of recovery claims is checked: contact may open, never deepen, and no more than that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from handmade import CRAYOLA, Builder, bound, cell, make_scene, tip
+
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import Array, pose
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.verify import verify
+
+OPENING, SLOWLY, JOG = RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.JOG
+Q = np.asarray(cell().configurations["home"].q)
+DEEP = 0.003  # m that the cup stands in the item at the start
+
+
+def in_the_air(deep: float = DEEP) -> Scene:
+    """One box in the air in front of the tool, into which the cup reaches by so much."""
+    item, T = cell().item(CRAYOLA), tip(Q)
+    half = float(item.shape.extents[2]) / 2
+    T_world_item = T @ pose([0.0, 0.0, half - deep])
+    return make_scene(PlacedItem(CRAYOLA, item, "bin_A", T_world_item))
+
+
+def moved(ways: Sequence[float], seconds: float = 3.0) -> Builder:
+    """The tool along its axis, by so many metres one after the other."""
+    builder, T = Builder(Q), tip(Q)
+    for way in ways:
+        T = T @ pose([0.0, 0.0, way])
+        builder.line(SegmentKind.RETREAT, T, seconds)
+    return builder
+
+
+def plan_of(builder: Builder, scene: Scene, level: RecoveryLevel | None) -> Plan:
+    plan = Plan("recover", "", "", 0, tuple(builder.segments), builder.trajectory(), (), recovery=level)
+    return bound(plan, scene)
+
+
+def reasons(plan: Plan, scene: Scene) -> set[str]:
+    return {reason.what for reason in verify(plan, scene).reasons}
+
+
+@pytest.mark.parametrize("level", [OPENING, RecoveryLevel.BACKWARDS])
+def test_what_is_in_contact_may_open(level: RecoveryLevel) -> None:
+    scene = in_the_air()
+    assert reasons(plan_of(moved([-0.05]), scene, level), scene) == set()
+
+
+@pytest.mark.parametrize("level", [None, RecoveryLevel.AS_PLANNED])
+def test_no_other_plan_may_begin_in_contact(level: RecoveryLevel | None) -> None:
+    scene = in_the_air()
+    assert "collision" in reasons(plan_of(moved([-0.05]), scene, level), scene)
+
+
+@pytest.mark.parametrize("ways", [[0.004], [-0.002, 0.006], [-0.05, 0.05], [-0.05, 0.0515]])
+@pytest.mark.parametrize("deep", [DEEP, -0.001])
+def test_what_has_opened_may_not_close_again(ways: list[float], deep: float) -> None:
+    scene = in_the_air(deep)
+    assert "closes again" in reasons(plan_of(moved(ways), scene, OPENING), scene)
+
+
+def test_what_was_not_near_at_the_start_is_kept_clear_of() -> None:
+    scene = in_the_air(-0.02)
+    assert reasons(plan_of(moved([0.01]), scene, OPENING), scene) == set()
+    assert "collision" in reasons(plan_of(moved([0.03]), scene, OPENING), scene)
+
+
+def test_a_slow_way_out_is_slow_and_a_jog_is_short() -> None:
+    scene = in_the_air()
+    assert reasons(plan_of(moved([-0.02], seconds=3.0), scene, SLOWLY), scene) == set()
+    assert reasons(plan_of(moved([-0.1], seconds=1.0), scene, SLOWLY), scene) == {"not slow"}
+    assert reasons(plan_of(moved([-0.02], seconds=3.0), scene, JOG), scene) == set()
+    assert reasons(plan_of(moved([-0.05], seconds=9.0), scene, JOG), scene) == {"not a jog"}
+
+
+def test_only_a_slow_way_out_takes_items_where_they_were_seen() -> None:
+    # Seen 6 mm ahead of the cup, with an error of up to 8 mm: 3 mm ahead is inside the error, 8 mm is in it.
+    scene = replace(in_the_air(-0.006), noise=PoseNoise(0.008, 0.0))
+    assert "closes again" in reasons(plan_of(moved([0.003]), scene, OPENING), scene)
+    assert reasons(plan_of(moved([0.003]), scene, SLOWLY), scene) == set()
+    assert "collision" in reasons(plan_of(moved([0.008]), scene, SLOWLY), scene)
+
+
+def test_a_way_out_switches_nothing() -> None:
+    scene, builder = in_the_air(), moved([-0.05])
+    event = Event("valve", "off", Anchor(AnchorKind.SEGMENT_END, 0, 0.0), 0.05, 3.0, 2.95)
+    plan = replace(plan_of(builder, scene, OPENING), events=(event,))
+    assert "not a way out" in reasons(plan, scene)
+
+
+def test_the_level_is_part_of_what_is_certified() -> None:
+    from pickcli.motion.plan_file import motion_hash
+
+    scene = in_the_air()
+    plan = plan_of(moved([-0.05]), scene, OPENING)
+    assert motion_hash(plan) != motion_hash(replace(plan, recovery=None))
+
+
+def test_the_start_of_a_test_is_what_it_says() -> None:
+    T: Array = tip(Q)
+    item = in_the_air().items[0]
+    ahead = float((item.T_world_item[:3, 3] - T[:3, 3]) @ T[:3, 2])
+    assert ahead == pytest.approx(float(item.item.shape.extents[2]) / 2 - DEEP)
