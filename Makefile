@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-ORDER ?= data/tasks/jsk_pick_sample.json
+ORDER ?= jsk_pick_sample
 SEED ?= 1
 KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
 

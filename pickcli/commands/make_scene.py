@@ -18,7 +18,7 @@ from pickcli.commands.report import emit_json
 
 
 @click.command("make-scene")
-@click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
+@click.argument("order_path", metavar="ORDER", type=click.Path(path_type=Path))
 @output_option("scene")
 @click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
 @cell_option
@@ -35,11 +35,12 @@ def command(
 ) -> None:
     """Place the items of an order in their bins, at rest.
 
-    With their real sizes and masses. What lies in the tote at the start of a stow order is not placed.
+    ORDER is a file, or the name of one under data/tasks. Items have their real sizes and masses. What lies in
+    the tote at the start of a stow order is not placed.
 
     \b
     Example:
-      apc make-scene data/tasks/jsk_pick_sample.json --seed 3 -o scene.json
+      apc make-scene jsk_pick_sample --seed 3 -o scene.json
     """
     from pickcli.cell.load import load_cell
     from pickcli.cell.scene_file import scene_hash, write_scene

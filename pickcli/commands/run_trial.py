@@ -40,7 +40,7 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 
 
 @click.command("run-trial")
-@click.argument("order_path", metavar="ORDER.json", type=click.Path(path_type=Path))
+@click.argument("order_path", metavar="ORDER", type=click.Path(path_type=Path))
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
     help="Folder to write.  [default: runs/ORDER-SEED]",
@@ -60,12 +60,13 @@ def command(
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
-    A pick order, in simulation, by the rules of its year. Exit code 6 when the trial had to be aborted,
-    something collided or a limit was broken; an item that was missed is a result.
+    ORDER is the file of a pick order, or the name of one under data/tasks. It is played in simulation, by the
+    rules of its year. Exit code 6 when the trial had to be aborted, something collided or a limit was broken;
+    an item that was missed is a result.
 
     \b
     Example:
-      apc run-trial data/tasks/jsk_pick_sample.json --seed 3 -o runs/mine
+      apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
     from pickcli.cell.load import load_cell
     from pickcli.simulation.reality import read_reality

@@ -15,8 +15,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from pickcli.cell.data_path import data_path
 from pickcli.cell.model import Cell
-from pickcli.errors import InputError
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.trial.strict_json import Document, parse_json, read_json
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
@@ -55,8 +56,34 @@ class Order:
 
 
 def read_order(path: Path, cell: Cell) -> Order:
-    """Read an order for the bins and items of a cell. Raises InputError naming every problem."""
-    return _order(read_json(path), {name for name, _ in cell.items}, tuple(cell.pod.bins))
+    """Read an order for the bins and items of a cell.
+
+    Args:
+        path: A file, or the name of an order under data/tasks.
+        cell: Whose bins and items may stand in it.
+
+    Raises:
+        InputError: Naming every problem; UnknownNameError for a name that stands for none.
+    """
+    return _order(read_json(order_file(path)), {name for name, _ in cell.items}, tuple(cell.pod.bins))
+
+
+def order_names() -> list[str]:
+    """Names of the orders under data/tasks."""
+    return sorted(path.stem for path in data_path().glob("tasks/*.json"))
+
+
+def order_file(name_or_path: Path) -> Path:
+    """The file that a path, or the name of an order under data/tasks, means.
+
+    Raises:
+        UnknownNameError: There is no such file, and what would be a name is none.
+    """
+    if name_or_path.exists() or name_or_path.suffix or len(name_or_path.parts) != 1:
+        return name_or_path
+    if name_or_path.name not in order_names():
+        raise UnknownNameError("order", str(name_or_path), order_names())
+    return data_path() / "tasks" / f"{name_or_path}.json"
 
 
 def parse_order(data: bytes, where: str, items: Collection[str], bins: tuple[str, ...] = BINS) -> Order:

@@ -134,7 +134,12 @@ def _plan(plan: Plan) -> dict[str, Any]:
         "duration": _rounded(plan.trajectory.duration),
         "grasp": None
         if grasp is None
-        else {"kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.pivot)},
+        else {
+            "kind": grasp.kind,
+            "face": grasp.face,
+            "pivot": str(grasp.pivot),
+            "load_ratio": _rounded(grasp.load_ratio),
+        },
         "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
         "certificate": None if certificate is None else dataclasses.asdict(certificate),
     }

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.load import load_cell
-from pickcli.errors import InputError
-from pickcli.trial.order import OrderKind, parse_order, read_order
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.trial.order import OrderKind, order_names, parse_order, read_order
 from pickcli.trial.output import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
 
@@ -52,5 +52,21 @@ def test_maxima_are_those_of_the_challenge(path: Path) -> None:
 
 
 def test_a_missing_order_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="does not exist"):
+    with pytest.raises(InputError, match="no such file"):
         read_order(tmp_path / "no.json", CELL)
+
+
+def test_orders_that_come_with_the_package_go_by_name() -> None:
+    assert order_names() == [path.stem for path in FILES]
+    for path in FILES:
+        assert read_order(Path(path.stem), CELL) == read_order(path, CELL)
+
+
+def test_a_name_of_no_order_is_told_the_nearest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(
+        UnknownNameError, match="unknown order 'jsk_pick_simple'; did you mean 'jsk_pick_sample'"
+    ):
+        read_order(Path("jsk_pick_simple"), CELL)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "jsk_pick_sample").write_text(order_text(read_order(FILES[0], CELL)))  # a file comes first
+    assert read_order(Path("jsk_pick_sample"), CELL) == read_order(FILES[0], CELL)

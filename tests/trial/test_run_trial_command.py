@@ -28,7 +28,7 @@ def refused(result: Result) -> str:
 def test_help_has_an_example() -> None:
     result = run("--help")
     assert result.exit_code == 0
-    assert "apc run-trial data/tasks/jsk_pick_sample.json" in result.output
+    assert "apc run-trial jsk_pick_sample" in result.output
 
 
 @pytest.mark.parametrize("text", ["2", "2,1,3", "a,b", "-1,1", "2,nan", "inf,1", "2,90"])
@@ -51,7 +51,7 @@ def test_stow_orders_are_refused_before_any_work(tmp_path: Path) -> None:
 
 
 def test_a_missing_order_is_refused(tmp_path: Path) -> None:
-    assert "does not exist" in refused(run(tmp_path / "none.json"))
+    assert "no such file" in refused(run(tmp_path / "none.json"))
 
 
 @pytest.mark.parametrize(
