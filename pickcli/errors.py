@@ -99,9 +99,9 @@ class NoPlanError(ApcError):
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
-        """Ids of the items that stood in the way, the most frequent first."""
+        """Ids of the items that stood in the way, the most frequent first, of those the first named."""
         found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
-        return tuple(sorted(found, key=lambda name: (-found[name], name)))
+        return tuple(name for name, _ in found.most_common())
 
     def summary(self, n_most: int = 3) -> str:
         """The most frequent causes with one example each."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene, stand
+
+if TYPE_CHECKING:
+    from pickcli.cell.scene import Scene
 
 HEAD = 4096  # bytes in which a JSON file of ours names its format
 
@@ -42,7 +45,7 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
     if as_json:
         emit_json(summary)
     else:
-        click.echo("\n".join(key_lines(summary)))
+        click.echo("\n".join(key_lines(_in_words(summary))))
 
 
 def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:
@@ -146,7 +149,38 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
+        "supports": _supports(scene),
     }
+
+
+def _supports(scene: Scene) -> dict[str, Any]:
+    """By item: what it rests on, and what falls or rolls when it is taken away."""
+    from pickcli.cell.supports import supports_of
+
+    supports = supports_of(scene)
+    told = {}
+    for placed in sorted(scene.items, key=lambda placed: (placed.location, placed.id)):
+        told[placed.id] = {
+            "rests_on": list(supports.carriers(placed.id)),
+            "carries": list(supports.lying_on(placed.id)),
+            "without_it_fall": list(supports.falling(placed.id)),
+            "without_it_may_roll": list(supports.rolling(placed.id)),
+        }
+    return told
+
+
+def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """The summary for people: of what rests on what only where others are concerned."""
+    if "supports" not in summary:
+        return summary
+    lines = []
+    for name, told in summary["supports"].items():
+        others = [other for other in told["rests_on"] if other in summary["supports"]]
+        parts = {"rests on": others, "without it fall": told["without_it_fall"]}
+        parts["without it may roll"] = told["without_it_may_roll"]
+        phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
+        lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
+    return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
 
 
 def _plan(path: Path) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from pickcli.cartesian.corridor import Corridor
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
+from pickcli.cell.supports import Supports, supports_of
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
 from pickcli.collision.tool_ghost import ToolGhost
@@ -57,6 +58,24 @@ class BinQuery:
     def uncertainty(self) -> float:
         """How far any point of the target may be from where its pose says, m."""
         return self.scene.noise.bound(self.target.item)
+
+    @cached_property
+    def supports(self) -> Supports:
+        """Which item rests on which in the scene."""
+        return supports_of(self.scene)
+
+    @cached_property
+    def blockers(self) -> tuple[Reason, ...]:
+        """Items that would fall or roll away if the target went, what must be cleared first at the head."""
+        lying = self.supports.lying_on(self.target.id)
+        return tuple(
+            Reason(
+                "rests on the target" if name in lying else "falls without the target", "lift",
+                f"{name} would fall or roll away", name,
+            )
+            for name in self.supports.falling(self.target.id)
+            if name not in self.ignored
+        )  # fmt: skip
 
     @cached_property
     def touching(self) -> frozenset[str]:

@@ -31,6 +31,8 @@ def feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tup
     for search, ways in ((USUAL, Ways.FEW), (WIDE, Ways.MANY)):
         candidates = _candidates(query, search, exclude, rng)
         reasons += candidates.rejected
+        if candidates.grasps and query.blockers:
+            return [], [*reasons, *query.blockers]
         if candidates.grasps and isinstance(query.corridors, Reason):
             return [], [*reasons, query.corridors]
         feasible, against = _tried(query, candidates.grasps, ways, rng)

@@ -14,7 +14,7 @@ from pickcli.cell.displacement import displaced
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
@@ -68,6 +68,25 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
     assert sorted(told["bins"]["bin_C"]) == ["crayola_24_ct", "dove_beauty_bar"]
     assert len(read_scene(out).items) == 2
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_inspect_shows_what_rests_on_what(cell: Cell, tmp_path: Path) -> None:
+    T = cell.T_world_pod @ cell.pod.bins["bin_C"].T_pod_bin
+    floor, items, z = cell.pod.bins["bin_C"].floor_back, [], 0.0005
+    for name in ("kleenex_tissue_box", "i_am_a_bunny_book"):
+        height = float(cell.item(name).shape.extents[2])
+        items.append(
+            PlacedItem(name, cell.item(name), "bin_C", T @ pose([0.25, 0.0, floor + z + height / 2]))
+        )
+        z += height + 0.0005
+    path = tmp_path / "scene.json"
+    write_scene(Scene(cell, cell.T_world_pod, tuple(items), PoseNoise()), path)
+    told = json.loads(CliRunner().invoke(inspect_command, [str(path), "--json"]).stdout)["supports"]
+    assert told["i_am_a_bunny_book"]["rests_on"] == ["kleenex_tissue_box"]
+    assert told["kleenex_tissue_box"]["carries"] == ["i_am_a_bunny_book"]
+    assert told["kleenex_tissue_box"]["without_it_fall"] == ["i_am_a_bunny_book"]
+    text = CliRunner().invoke(inspect_command, [str(path)]).stdout
+    assert "kleenex_tissue_box: without it fall i_am_a_bunny_book" in text
 
 
 def test_make_scene_does_not_replace_files_unasked(order: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.geometry import pose
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.context import Planner
@@ -90,6 +92,27 @@ def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: Scen
     assert "kleenex_paper_towels" in str(caught.value)
     ignoring = Neighbours.IGNORE
     assert plan_pick(planner, scene, "bin_E", "crayola_24_ct", home, neighbours=ignoring).grasp is not None
+
+
+def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
+    planner: Planner, scene_with: SceneWith, home: Start
+) -> None:
+    scene = scene_with(
+        ("peva_shower_curtain_liner", "bin_K", 0.25, 0.0), ("i_am_a_bunny_book", "bin_K", 0.25, 0.0),
+        ("dove_beauty_bar", "bin_K", 0.25, 0.0),
+    )  # fmt: skip
+    liner, book, bar = scene.items
+    up = [float(i.item.shape.extents[2]) for i in scene.items]
+    for placed, by in ((book, up[0]), (bar, up[0] + up[1])):
+        scene = scene.moved(replace(placed, T_world_item=pose([0.0, 0.0, by]) @ placed.T_world_item))
+    with pytest.raises(NoPlanError) as caught:
+        plan_pick(planner, scene, "bin_K", liner.id, home)
+    assert caught.value.in_the_way == (bar.id, book.id)
+    with pytest.raises(NoPlanError) as caught:  # the bar hangs in the air: it would fall onto the liner
+        plan_pick(planner, scene.without(book.id), "bin_K", liner.id, home)
+    assert caught.value.in_the_way == (bar.id,)
+    alone = scene.without(book.id).without(bar.id)
+    assert verify(plan_pick(planner, alone, "bin_K", liner.id, home), alone).is_accepted
 
 
 def test_what_cannot_be_sucked_says_why(planner: Planner, scene_with: SceneWith, home: Start) -> None:

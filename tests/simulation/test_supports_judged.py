@@ -1,0 +1,63 @@
+"""The support relation, judged by physics: what it says will stay stays when the item is gone."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from piles import PATTERNS, moved_without, pile
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.scene import Scene
+from pickcli.cell.supports import Supports, supports_of
+from pickcli.trial.noise import DEFAULT_NOISE, perceive
+
+STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away
+
+
+def under(supports: Supports, item_id: str) -> set[str]:
+    """What an item rests on, all the way down: relieved of it, it may shift."""
+    found: set[str] = set()
+    todo = [item_id]
+    while todo:
+        more = {name for name in supports.carriers(todo.pop()) if name in supports.touching} - found
+        found |= more
+        todo += more
+    return found
+
+
+def surprises(scene: Scene, believed: Scene) -> dict[str, dict[str, float]]:
+    """By item that vanishes: what moved although it was to stay, and how far."""
+    supports = supports_of(believed)
+    found = {}
+    for placed in scene.items:
+        expected = {*supports.falling(placed.id), *under(supports, placed.id)}
+        moved = {name: way for name, way in moved_without(scene, placed.id).items() if way > STAYED}
+        found[placed.id] = {name: way for name, way in moved.items() if name not in expected}
+    return {name: moved for name, moved in found.items() if moved}
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_what_is_to_stay_stays(pattern: str) -> None:
+    scene = next(s for k in range(20) if (s := pile(load_cell("apc2016_delft"), pattern, k)) is not None)
+    assert surprises(scene, scene) == {}
+    assert surprises(scene, perceive(scene, DEFAULT_NOISE, 1, 1)) == {}
+
+
+@pytest.mark.slow
+@given(st.sampled_from(PATTERNS), st.integers(0, 10_000))
+@settings(max_examples=60, deadline=None, derandomize=True)
+def test_what_is_to_stay_stays_in_any_pile(pattern: str, seed: int) -> None:
+    scene = pile(load_cell("apc2016_delft"), pattern, seed)
+    if scene is not None:
+        assert surprises(scene, perceive(scene, DEFAULT_NOISE, seed, 1)) == {}
+
+
+def test_the_judge_sees_what_falls() -> None:
+    """A generator whose piles never fall would judge nothing."""
+    cell = load_cell("apc2016_delft")
+    scenes = [
+        scene for pattern in PATTERNS for k in range(3) if (scene := pile(cell, pattern, k)) is not None
+    ]
+    falls = [moved_without(scene, scene.items[0].id) for scene in scenes]
+    assert sum(max(moved.values()) > STAYED for moved in falls) >= len(scenes) // 3
