@@ -73,6 +73,9 @@ class ToolModel(FileModel):
     cup_length: Positive = Field(description="m, pivot to the tip of the uncompressed cup")
     cup_radius: Positive = Field(description="m")
     cup_stroke: Positive = Field(description="m, how far the bellows compress")
+    cup_stiffness: Positive = Field(
+        1000.0, description="N/m of the relaxed bellows along the cup's axis; for simulation"
+    )
     cup_tilt: float = Field(ge=0.0, le=0.35, description="rad, how far from square on a face the lip seals")
     max_pull: Positive = Field(description="N")
     max_shear: Positive = Field(description="N")

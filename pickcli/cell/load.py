@@ -120,6 +120,7 @@ def _tool(tool: ToolModel) -> Tool:
         T_cup_tip=pose((0.0, 0.0, tool.cup_length)),
         cup_radius=tool.cup_radius,
         cup_stroke=tool.cup_stroke,
+        cup_stiffness=tool.cup_stiffness,
         cup_tilt=tool.cup_tilt,
         cup_limits=CupLimits(
             max_pull=tool.max_pull,

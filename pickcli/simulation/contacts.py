@@ -32,11 +32,12 @@ class ContactLog:
 
     robot: name of the robot's body
     cup: the link that may touch what the present segment allows
-    exempt: pairs (link, body) that are never counted
+    exempt: pairs (link, body or other link) that are never counted
+    max_press: N, what the bellows push with at most; a planned contact of the cup is none above that
     """
 
-    def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]]) -> None:
-        self._robot, self._cup, self._exempt = robot, cup, exempt
+    def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]], max_press: float) -> None:
+        self._robot, self._cup, self._exempt, self._max_press = robot, cup, exempt, max_press
         self._open: dict[tuple[str, str], Collision] = {}
         self._closed: list[Collision] = []
 
@@ -54,18 +55,20 @@ class ContactLog:
             self._closed.append(self._open.pop(pair))
         for touch in touches:
             a, b = self._pair(touch)
-            if not self._is_planned(a, b, touching, held):
+            if not self._is_planned(a, b, touch.force, touching, held):
                 self._record(a, b, touch, t)
 
     def _pair(self, touch: Touch) -> tuple[str, str]:
         if touch.a == self._robot:
-            return touch.link_a, touch.b
+            return touch.link_a, touch.link_b or touch.b
         return touch.a, touch.link_b or touch.b
 
-    def _is_planned(self, a: str, b: str, touching: frozenset[str], held: str | None) -> bool:
+    def _is_planned(self, a: str, b: str, force: float, touching: frozenset[str], held: str | None) -> bool:
         if (a, b) in self._exempt or held == b:
             return True  # the held item's own contacts are judged from its side
-        return b in touching and a in (self._cup, held)
+        if b not in touching:
+            return False
+        return a == held or (a == self._cup and force <= self._max_press)
 
     def _record(self, a: str, b: str, touch: Touch, t: float) -> None:
         known = self._open.get((a, b))

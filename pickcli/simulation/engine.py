@@ -11,22 +11,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.geometry import Array, from_quaternion, inverse, pose, to_quaternion
+from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 
 GRAVITY = 9.81  # m/s^2
 SOLVER_ITERATIONS = 50
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the product of two counts
 ITEM_FRICTION = 0.6
 ROLLING_FRICTION = 2e-4  # m, keeps a bottle from rolling for ever
+STOP = 0.01  # rad or m beyond a joint's limit where its hard stop stands: a servo on it would rattle
 DAMPING = 0.04  # 1/s, of a free item's linear and angular velocity
 
-ITEM_GROUP = 64  # bit of the collision group that only items have: probing rays see nothing else
+# Bits of the collision groups. Probing rays see items and what stands firm, never the robot.
+DEFAULT_GROUP, STATIC_GROUP = 1, 2  # the engine's own, of what moves and of what does not
+ITEM_GROUP, FIRM_GROUP = 64, 128
+PROBED = ITEM_GROUP | FIRM_GROUP
 
 Colour = tuple[float, float, float, float]
 
@@ -83,6 +88,7 @@ class Engine:
             self._client = p.connect(p.DIRECT)
         self._ids: dict[str, int] = {}
         self._names: dict[int, str] = {}
+        self._masses: dict[str, float] = {}  # kg, of free bodies
         self._links: dict[str, dict[str, int]] = {}  # by body: link index by name
         self._link_names: dict[str, dict[int, str]] = {}
         p.setPhysicsEngineParameter(
@@ -113,10 +119,28 @@ class Engine:
         """A body that never moves, standing in a parent frame."""
         self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
+        self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
 
-    def add_item(self, name: str, item: Item, T_world_item: Array, colour: Colour) -> None:
-        """A free body with the item's shape and mass; it may fall asleep."""
-        self._create(name, item.shape, item.mass, T_world_item, colour)
+    def add_item(
+        self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None
+    ) -> None:
+        """A free body with the item's shape; it may fall asleep.
+
+        Args:
+            name: Of the body.
+            item: Gives shape and stated mass.
+            T_world_item: (4, 4), where it stands.
+            colour: Red, green, blue and opacity.
+            mass: kg, its true mass where it is not the stated one; it is spread evenly over the shape.
+        """
+        mass = item.mass if mass is None else mass
+        self._create(name, item.shape, mass, T_world_item, colour)
+        self._masses[name] = mass
+        self._dynamics(
+            name,
+            # pybullet's own inertia of a cylinder is that of the box around it.
+            localInertiaDiagonal=(mass * np.diag(item.shape.inertia_per_mass)).tolist(),
+        )
         self._dynamics(
             name,
             lateralFriction=ITEM_FRICTION,
@@ -127,16 +151,22 @@ class Engine:
             restitution=0.0,
             activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING,
         )
-        p.setCollisionFilterGroupMask(self._ids[name], -1, 1 | ITEM_GROUP, -1, physicsClientId=self._client)
+        self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
 
-    def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
-        """A serial chain on a fixed base, without self-collision; its own damping is off."""
-        with _quiet():
+    def load_robot(self, name: str, urdf: str, T_world_base: Array) -> None:
+        """A serial chain on a fixed base from a URDF's text; its own damping is off.
+
+        Its links collide with each other, but for those that a joint connects.
+        """
+        with _quiet(), TemporaryDirectory() as folder:
+            path = Path(folder) / "robot.urdf"
+            path.write_text(urdf, encoding="utf-8")
             body = p.loadURDF(
-                str(urdf),
+                str(path),
                 basePosition=T_world_base[:3, 3].tolist(),
                 baseOrientation=to_quaternion(T_world_base[:3, :3]).tolist(),
                 useFixedBase=True,
+                flags=p.URDF_USE_SELF_COLLISION | p.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT,
                 physicsClientId=self._client,
             )
         self._register(name, body)
@@ -146,6 +176,10 @@ class Engine:
             self._links[name][link] = index
             self._link_names[name][index] = link
             self._dynamics(name, link=index, linearDamping=0.0, angularDamping=0.0, jointDamping=0.0)
+            if info[2] in (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC):
+                self._dynamics(
+                    name, link=index, jointLowerLimit=info[8] - STOP, jointUpperLimit=info[9] + STOP
+                )
         root = p.getBodyInfo(body, physicsClientId=self._client)[0].decode()
         self._links[name][root] = -1
         self._link_names[name][-1] = root
@@ -174,7 +208,10 @@ class Engine:
         self._ids[name], self._names[body] = body, name
         self._links[name], self._link_names[name] = {"": -1}, {-1: ""}
 
-    def _dynamics(self, name: str, link: int = -1, **values: float) -> None:
+    def _group(self, name: str, group: int, mask: int) -> None:
+        p.setCollisionFilterGroupMask(self._ids[name], -1, group, mask, physicsClientId=self._client)
+
+    def _dynamics(self, name: str, link: int = -1, **values: object) -> None:
         p.changeDynamics(self._ids[name], link, physicsClientId=self._client, **values)
 
     def has_body(self, name: str) -> bool:
@@ -210,6 +247,10 @@ class Engine:
         linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
         return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
 
+    def mass(self, name: str) -> float:
+        """True mass of a free body, kg."""
+        return self._masses[name]
+
     def wake(self, name: str) -> None:
         """Wake a sleeping body; making a constraint alone does not."""
         self._dynamics(name, activationState=p.ACTIVATION_STATE_WAKE_UP)
@@ -230,6 +271,13 @@ class Engine:
             -contact[8], contact[5], contact[9],
         )  # fmt: skip
 
+    def near(self, centre: Array, reach: float) -> set[str]:
+        """Names of the bodies whose bounding boxes come within ``reach`` m of a point along an axis."""
+        found = p.getOverlappingObjects(
+            (centre - reach).tolist(), (centre + reach).tolist(), physicsClientId=self._client
+        )
+        return {self._names[body] for body, _ in found or ()}
+
     def distance(self, a: str, link_a: str, b: str, farthest: float) -> float:
         """Signed distance between a link and a body in m; ``farthest`` if they are farther apart."""
         points = p.getClosestPoints(
@@ -238,9 +286,9 @@ class Engine:
         return min((float(c[8]) for c in points), default=farthest)
 
     def ray_hits(self, starts: Array, ends: Array) -> list[tuple[str, float]]:
-        """First item on each ray and the fraction in [0, 1] where; ("", 1.0) where none is hit."""
+        """First item or firm body on each ray and the fraction in [0, 1] where; ("", 1.0) where none is."""
         hits = p.rayTestBatch(
-            starts.tolist(), ends.tolist(), collisionFilterMask=ITEM_GROUP, physicsClientId=self._client
+            starts.tolist(), ends.tolist(), collisionFilterMask=PROBED, physicsClientId=self._client
         )
         return [(self._names.get(h[0], ""), float(h[2])) if h[0] >= 0 else ("", 1.0) for h in hits]
 
@@ -281,45 +329,40 @@ class Engine:
             physicsClientId=self._client,
         )
 
-    def push(self, name: str, force: Array, point: Array) -> None:
-        """Force (3,) in N on a free body at a world point (3,), for the next step only."""
-        p.applyExternalForce(
-            self._ids[name], -1, force.tolist(), point.tolist(), p.WORLD_FRAME, physicsClientId=self._client
-        )
+    def velocity(self, name: str, link: str, point: Array) -> tuple[Array, Array]:
+        """Velocity (3,) in m/s of a body's material point at a world point (3,), and its turn (3,), rad/s."""
+        index = self._links[name][link]
+        if index < 0:
+            linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
+            centre = p.getBasePositionAndOrientation(self._ids[name], physicsClientId=self._client)[0]
+        else:
+            state = p.getLinkState(
+                self._ids[name], index, computeLinkVelocity=1, computeForwardKinematics=1,
+                physicsClientId=self._client,
+            )  # fmt: skip
+            linear, angular, centre = state[6], state[7], state[0]
+        turn = np.array(angular)
+        return np.array(linear) + _cross(turn, point - np.array(centre)), turn
 
-    def weld(
-        self, a: str, link_a: str, b: str, T_link_joint: Array, T_b_joint: Array, max_force: float
-    ) -> int:
-        """Join body b rigidly to a link of a at a common frame. Returns a handle."""
-        index = self._links[a][link_a]
-        # pybullet wants the frame relative to the link's centre of mass.
-        T_com_joint = inverse(self._inertial(a, index)) @ T_link_joint
-        handle = p.createConstraint(
-            self._ids[a], index, self._ids[b], -1, p.JOINT_FIXED, [0, 0, 0],
-            T_com_joint[:3, 3].tolist(), T_b_joint[:3, 3].tolist(),
-            to_quaternion(T_com_joint[:3, :3]).tolist(), to_quaternion(T_b_joint[:3, :3]).tolist(),
+    def push(self, name: str, force: Array, point: Array, link: str = "") -> None:
+        """Force (3,) in N at a world point (3,) on a body or its link, for the next step only."""
+        p.applyExternalForce(
+            self._ids[name], self._links[name][link], force.tolist(), point.tolist(), p.WORLD_FRAME,
             physicsClientId=self._client,
         )  # fmt: skip
-        p.changeConstraint(handle, maxForce=max_force, physicsClientId=self._client)
-        # A new weld does not wake a sleeping body, and a held one must not fall asleep.
-        self._dynamics(b, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING)
-        return int(handle)
 
-    def _inertial(self, name: str, index: int) -> Array:
-        info = p.getDynamicsInfo(self._ids[name], index, physicsClientId=self._client)
-        return pose(info[3], R=from_quaternion(info[4]))
+    def twist(self, name: str, torque: Array, link: str = "") -> None:
+        """Torque (3,) in Nm, world axes, on a body or its link, for the next step only."""
+        p.applyExternalTorque(
+            self._ids[name], self._links[name][link], torque.tolist(), p.WORLD_FRAME,
+            physicsClientId=self._client,
+        )  # fmt: skip
 
-    def weld_load(self, handle: int) -> tuple[Array, Array]:
-        """Force (3,) in N in world axes and moment (3,) in Nm in the axes of the weld's frame, about its
-        origin, by which body b loaded the link in the last step."""
-        state = np.array(p.getConstraintState(handle, physicsClientId=self._client))
-        return state[:3], state[3:]
-
-    def unweld(self, handle: int, b: str) -> None:
-        """Open a weld; body b may sleep again."""
-        p.removeConstraint(handle, physicsClientId=self._client)
-        self._dynamics(b, activationState=p.ACTIVATION_STATE_ENABLE_SLEEPING)
-        self.wake(b)
+    def keep_awake(self, name: str, on: bool) -> None:
+        """Whether a free body must not fall asleep, as one that hangs in the cup; it wakes either way."""
+        state = p.ACTIVATION_STATE_DISABLE_SLEEPING if on else p.ACTIVATION_STATE_ENABLE_SLEEPING
+        self._dynamics(name, activationState=state)
+        self.wake(name)
 
     # Pictures ----------------------------------------------------------------------------------------
 
@@ -335,6 +378,11 @@ class Engine:
             renderer=p.ER_TINY_RENDERER, physicsClientId=self._client,
         )  # fmt: skip
         return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross product of two (3,) arrays; numpy's takes ten times as long."""
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _shape_arguments(shape: Shape, length_name: str) -> dict[str, object]:

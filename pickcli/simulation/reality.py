@@ -39,7 +39,8 @@ class Reality:
         pod_angle_error: Bound of the estimated pod yaw's error, rad.
         mass_error: Bound of the true mass's error, as a share of the stated mass.
         honest_seals: Whether faces leak as ``data/items`` says; otherwise every face seals airtight.
-        compliant_cup: Whether the bellows are a spring with a stroke; otherwise the cup is rigid.
+        compliant_cup: Whether the bellows push back while they shorten, and give under what hangs on them;
+            otherwise they shorten without a force and hold rigidly.
         servo: Whether joints lag with their load, each in its own way, with finite torque; otherwise all
             joints lag alike, whatever the load.
         look_time: Time that one look at the shelf takes, s.

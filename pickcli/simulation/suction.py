@@ -1,51 +1,75 @@
-"""The cup: when it seals on an item, how it holds it, and when the item breaks away.
+"""The suction cup: what its relaxed bellows meet, when it seals, how it holds, and when the item comes off.
 
-The cup is a bellows that compresses by its stroke without pushing; contact is a matter of distance from
-its uncompressed tip, not of colliding shapes. A seal is a weld in the engine whose load is read every step.
+Relaxed, the bellows push on whatever they meet (``bellows``). With the valve open the cup seals where the
+whole rim lies on one face that leaks little enough, and cup and face are at rest to each other in every
+direction. From then on the item hangs on the collapsed cup (``bushing``), whose wrench is the load.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse
-from pickcli.simulation.engine import Engine
+from pickcli.simulation.bellows import Bellows, Probe
+from pickcli.simulation.bushing import Bushing, Stiffness
+from pickcli.simulation.engine import GRAVITY, Engine, Touch
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on
 CONFORMITY = 5e-3  # m, how uneven a face its lip follows: 10 degrees of tilt, or the curve of a bottle
-N_RIM = 8  # points of the rim that must all lie on the face
 BREAK_TIME = 3 / 240  # s over a limit until the item is off: 3 steps in a row at the measured 240 Hz
-STOP_STIFFNESS = 2000.0  # N/m beyond the stroke, when the bellows are solid
 DRAG_REACH = 0.01  # m in front of the cup where its open flow still moves things
 DRAG_SHARE = 0.05  # of the closed cup's force, at the cup
-WELD_FORCE = 1e4  # N, far above every limit: the weld itself never yields
-SEAL_VACUUM = 40e3  # Pa in the cup from which it holds, and from which the sensor says so
+SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor says that it holds: thrice that of the open flow
+HOLD_VACUUM = 6e3  # Pa in the cup from which a face that is at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item comes off
-STANDING_SPEED = 2e-3  # m/s between cup and face below which a seal sets
-PROBE_BACK = 0.02  # m behind the compressed cup where the probing rays start, so never inside an item
+STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which a seal sets
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Load:
-    """What the cup carries. Pull is along the cup's axis away from it, shear across it."""
+    """What the cup carries.
 
-    pull: float  # N, negative when the item presses against the cup
-    shear: float  # N
-    moment: float  # Nm about the cup
+    Attributes:
+        wrench: (6,) Force in N and torque in Nm that the cup exerts on the item, about the tool tip, in the
+            tool frame (+z out of the cup), as of ``CupLimits``.
+    """
 
-    def ratio(self, tool: Tool, vacuum: float) -> float:
-        """Worst share of the tool's limits, which are stated at full vacuum and fall with it."""
-        worst = max(
-            self.pull / tool.cup_limits.max_pull,
-            self.shear / tool.cup_limits.max_shear,
-            self.moment / tool.cup_limits.max_moment,
+    wrench: Array
+
+    @property
+    def pull(self) -> float:
+        """N along the cup's axis, away from it; negative when the item presses against the cup."""
+        return -float(self.wrench[2])
+
+    @property
+    def shear(self) -> float:
+        """N across the cup's axis."""
+        return float(np.hypot(self.wrench[0], self.wrench[1]))
+
+    @property
+    def bending(self) -> float:
+        """Nm about axes across the cup's."""
+        return float(np.hypot(self.wrench[3], self.wrench[4]))
+
+    @property
+    def twist(self) -> float:
+        """Nm about the cup's axis, without its sign."""
+        return abs(float(self.wrench[5]))
+
+    def __str__(self) -> str:
+        return (
+            f"pull {self.pull:.1f} N, shear {self.shear:.1f} N, bending {self.bending:.2f} Nm, "
+            f"twist {self.twist:.2f} Nm"
         )
-        return worst * FULL_VACUUM / vacuum if vacuum > 0.0 else math.inf
+
+
+NO_LOAD = Load(np.zeros(6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,109 +84,170 @@ class Release:
 
 
 class Suction:
-    """The cup of one robot in an engine. ``held`` is the id of the welded item or None."""
+    """The cup of one robot in an engine.
 
-    def __init__(self, engine: Engine, robot: str, tool: Tool, vacuum: Vacuum) -> None:
+    Args:
+        engine: Where the robot and the items are.
+        robot: Name of the robot's body.
+        tool: The robot's.
+        vacuum: Pump, valve, line and cup.
+        bellows: The cup while it is relaxed.
+        stiffness: Of the cup while it is sealed.
+        items: What can be held, by the name of its body.
+        honest_seals: Whether faces leak as the items say; otherwise every face is airtight.
+
+    Attributes:
+        held: Name of the item that hangs on the cup, or None.
+        load: The last one measured.
+        max_ratio: Worst load since the last seal, as a share of what the cup bears.
+        releases: Items that left the cup, in their order.
+        touches: What the relaxed bellows pushed on in the last step.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        robot: str,
+        tool: Tool,
+        vacuum: Vacuum,
+        bellows: Bellows,
+        stiffness: Stiffness,
+        items: dict[str, Item],
+        honest_seals: bool,
+    ) -> None:
         self._engine, self._robot, self._tool = engine, robot, tool
+        self._bellows, self._stiffness = bellows, stiffness
+        self._items, self._has_honest_seals = items, honest_seals
         self.vacuum = vacuum
         self.held: str | None = None
-        self.T_tip_item: Array | None = None  # (4, 4) of the held item, as it was welded
-        self.load = Load(0.0, 0.0, 0.0)
-        self.max_ratio = 0.0  # worst load since the last seal, as a share of the limits
+        self.load, self.max_ratio = NO_LOAD, 0.0
         self.releases: list[Release] = []
-        self._weld = -1
-        self._last_distance = np.inf
+        self.touches: list[Touch] = []
+        self._T_item_tip = np.eye(4)  # of the held item, as it sealed
+        self._share = 0.0  # of full vacuum that the present seal keeps
+        self._bushing: Bushing | None = None
         self._time_over = 0.0
-        angles = np.arange(N_RIM) * 2 * np.pi / N_RIM
-        rim = tool.cup_radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        self._points = np.concatenate([np.zeros((1, 2)), rim])  # (9, 2) in the tip's x-y plane
 
     @property
     def is_holding(self) -> bool:
-        """What the vacuum sensor says: a closed cup with enough vacuum."""
+        """What the vacuum sensor says: enough vacuum in the cup."""
         return self.held is not None and self.vacuum.cup >= SEAL_VACUUM
 
-    def before_step(self, T_world_tip: Array, time_step: float, is_near: bool) -> None:
-        """Pressure, seal and the forces of the open cup; before the engine steps.
+    def before_step(self, T_world_tip: Array) -> None:
+        """Pressures, seal, and the forces of the cup on what it meets or holds; before the engine steps."""
+        time_step = self._engine.time_step
+        self.touches = []
+        if self._bushing is not None:
+            self.vacuum.advance(time_step, self._share)
+            self._hang(self._bushing, T_world_tip)
+            return
+        probe = self._bellows.probe(T_world_tip, DRAG_REACH)
+        share = self._seal(probe, T_world_tip)
+        self.vacuum.advance(time_step, share)
+        self.touches = self._bellows.push(T_world_tip, probe, frozenset(self._items))
+        if share > 0.0 and self.vacuum.cup >= HOLD_VACUUM and self._is_at_rest(probe.nearest, T_world_tip):
+            self._attach(probe.nearest, T_world_tip, share)
+        elif share == 0.0 and self.vacuum.is_valve_open:
+            self._draw(probe, T_world_tip)
 
-        is_near: whether a contact with an item is planned now; else only an open valve makes the cup act
+    def after_step(self, t: float) -> None:
+        """Let go where the valve or a limit says so; after the engine stepped.
+
+        Args:
+            t: Simulated time, s.
         """
-        if self.held is not None or not (is_near or self.vacuum.is_valve_open):
-            self.vacuum.advance(time_step, is_sealed=self.held is not None)
-            return
-        item, distances = self._face(T_world_tip)
-        distance = float(distances.min())
-        closing = (self._last_distance - distance) / time_step
-        self._last_distance = distance
-        seals = item is not None and distance <= GAP and float(np.ptp(distances)) <= CONFORMITY
-        self.vacuum.advance(time_step, is_sealed=seals)
-        if item is None:
-            return
-        # The bellows give way while the cup moves; what lifts off before they set is not held.
-        if seals and abs(closing) < STANDING_SPEED and self.vacuum.cup >= SEAL_VACUUM:
-            self._attach(item, T_world_tip)
-        else:
-            self._act_on(item, T_world_tip, distance, seals)
-
-    def after_step(self, T_world_tip: Array, time_step: float, t: float) -> None:
-        """Read the weld's load and let go where the valve or a limit says so; after the engine stepped."""
         if self.held is None:
             return
-        self.load = self._measure(T_world_tip)
-        ratio = self.load.ratio(self._tool, self.vacuum.cup)
+        ratio = float(self._tool.cup_limits.ratio(self.load.wrench, self.vacuum.cup / FULL_VACUUM))
         if not self.vacuum.is_valve_open:
             if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
                 self._detach(t, is_wanted=True)
             return
         self.max_ratio = max(self.max_ratio, ratio)
+        time_step = self._engine.time_step
         self._time_over = self._time_over + time_step if ratio > 1.0 else 0.0
         if self._time_over > BREAK_TIME - time_step / 2:
             self._detach(t, is_wanted=False)
             self.vacuum.burst()
 
-    def _face(self, T_world_tip: Array) -> tuple[str | None, Array]:
-        """The item in front of the cup and its distance (9,) from each point of the uncompressed face.
+    def _seal(self, probe: Probe, T_world_tip: Array) -> float:
+        """Share of full vacuum that the face under the whole rim keeps; 0 where there is no such face."""
+        name = probe.nearest
+        if name not in self._items or any(other != name for other in probe.names):
+            return 0.0
+        if float(probe.distances.min()) > GAP or float(np.ptp(probe.distances)) > CONFORMITY:
+            return 0.0
+        if not self._has_honest_seals:
+            return 1.0
+        item = self._items[name]
+        p_item = inverse(self._engine.pose(name)) @ T_world_tip[:, 3]
+        return item.seals[face_at(item.shape, p_item[:3])]
 
-        Negative distances are compression; points that do not meet that item are at infinity.
-        """
-        back, ahead = self._tool.cup_stroke + PROBE_BACK, DRAG_REACH
-        R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
-        starts = tip + self._points @ R[:, :2].T - back * R[:, 2]
-        hits = self._engine.ray_hits(starts, starts + (back + ahead) * R[:, 2])
-        nearest = min(hits, key=lambda hit: hit[1])[0]
-        if not nearest:
-            return None, np.full(len(hits), np.inf)
-        reach = np.array([f * (back + ahead) - back if name == nearest else np.inf for name, f in hits])
-        return nearest, reach
+    def _is_at_rest(self, item: str, T_world_tip: Array) -> bool:
+        """Whether no part of the rim moves over the face, along it or away from it."""
+        linear, turn = self._relative_velocity(item, T_world_tip[:3, 3])
+        speed = float(np.linalg.norm(linear)) + self._tool.cup_radius * float(np.linalg.norm(turn))
+        return speed < STANDING_SPEED
 
-    def _act_on(self, item: str, T_world_tip: Array, distance: float, seals: bool) -> None:
-        """Push with the solid bellows beyond the stroke, or draw with the open flow in front of it."""
+    def _relative_velocity(self, item: str, point: Array) -> tuple[Array, Array]:
+        """Linear and angular, each (3,), of an item's point relative to the cup, world axes."""
+        v_item, w_item = self._engine.velocity(item, "", point)
+        v_cup, w_cup = self._engine.velocity(self._robot, self._tool.cup_link, point)
+        return v_item - v_cup, w_item - w_cup
+
+    def _draw(self, probe: Probe, T_world_tip: Array) -> None:
+        """Pull with the flow of the open cup on an item in front of it."""
+        item, distance = probe.nearest, float(probe.distances.min())
+        if item not in self._items or not 0.0 < distance < DRAG_REACH:
+            return
         axis = T_world_tip[:3, 2]
-        force = STOP_STIFFNESS * max(0.0, -distance - self._tool.cup_stroke)
-        if distance > 0.0 and not seals and self.vacuum.is_valve_open:
-            area = np.pi * self._tool.cup_radius**2
-            force = -DRAG_SHARE * self.vacuum.line * area * (1.0 - distance / DRAG_REACH)
-        if force != 0.0:
-            self._engine.wake(item)
-            self._engine.push(item, force * axis, T_world_tip[:3, 3] + distance * axis)
+        area = np.pi * self._tool.cup_radius**2
+        force = DRAG_SHARE * self.vacuum.line * area * (1.0 - distance / DRAG_REACH)
+        self._engine.wake(item)
+        self._engine.push(item, -force * axis, T_world_tip[:3, 3] + distance * axis)
 
-    def _attach(self, item: str, T_world_tip: Array) -> None:
-        T_item_tip = inverse(self._engine.pose(item)) @ T_world_tip
-        self._weld = self._engine.weld(
-            self._robot, self._tool.cup_link, item, self._tool.T_cup_tip, T_item_tip, WELD_FORCE
-        )
-        self.held, self.T_tip_item = item, inverse(T_item_tip)
-        self._time_over = self.max_ratio = 0.0
-        self.load = Load(0.0, 0.0, 0.0)
+    def _attach(self, name: str, T_world_tip: Array, share: float) -> None:
+        T_tip_item = inverse(T_world_tip) @ self._engine.pose(name)
+        mass, R = self._engine.mass(name), T_tip_item[:3, :3]
+        inertia = R @ (mass * self._items[name].shape.inertia_per_mass) @ R.T
+        self._bushing = Bushing(
+            self._stiffness, mass, inertia, T_tip_item[:3, 3], self._engine.time_step
+        )  # fmt: skip
+        self._engine.keep_awake(name, on=True)
+        self.held, self._T_item_tip, self._share = name, inverse(T_tip_item), share
+        self.load, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0
 
     def _detach(self, t: float, is_wanted: bool) -> None:
         assert self.held is not None
-        self._engine.unweld(self._weld, self.held)
+        self._engine.keep_awake(self.held, on=False)
         self.releases.append(Release(self.held, t, is_wanted, self._engine.pose(self.held), self.load))
-        self.held, self.T_tip_item, self._last_distance = None, None, np.inf
+        self.held, self._bushing, self._share = None, None, 0.0
 
-    def _measure(self, T_world_tip: Array) -> Load:
-        force, moment = self._engine.weld_load(self._weld)
-        axis = T_world_tip[:3, 2]
-        pull = float(force @ axis)
-        return Load(pull, float(np.linalg.norm(force - pull * axis)), float(np.linalg.norm(moment)))
+    def _hang(self, bushing: Bushing, T_world_tip: Array) -> None:
+        """Load the item and the robot with the wrench between them."""
+        assert self.held is not None
+        R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
+        T_world_a = self._engine.pose(self.held) @ self._T_item_tip
+        velocity = np.concatenate([R.T @ part for part in self._relative_velocity(self.held, tip)])
+        wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
+        self.load = Load(wrench)
+        force, torque = R @ wrench[:3], R @ wrench[3:]
+        self._engine.push(self.held, force, T_world_a[:3, 3])
+        self._engine.twist(self.held, torque)
+        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
+        self._engine.twist(self._robot, -torque, self._tool.cup_link)
+
+
+def face_at(shape: Shape, point: Array) -> str:
+    """Name of the face nearest to a point (3,) in the shape's own frame, among ``shape.face_names``."""
+    if shape.kind is ShapeKind.SPHERE:
+        return "sphere"
+    out = np.abs(point) - shape.extents / 2
+    if shape.kind is ShapeKind.CYLINDER:
+        radial = float(np.hypot(point[0], point[1])) - shape.size[0]
+        if radial > out[2]:
+            return "mantle"
+        axis = 2
+    else:
+        axis = int(np.argmax(out))
+    return ("+" if point[axis] > 0.0 else "-") + "xyz"[axis]

@@ -1,7 +1,11 @@
 """Pump, valve, line and cup of the suction tool: pressures over time, without any geometry.
 
 The pump evacuates the line up to the valve; the open valve lets the line evacuate the cup, if something
-seals it, and lets air into the line if nothing does. Pressures are Pa below ambient.
+seals it, and lets air into the line as far as that leaks, or if nothing does. Pressures are Pa below ambient.
+
+A pump of the rate a (1/s) and a leak of the conductance b leave the line at the share s = a / (a + b) of
+full vacuum, which is how a face's seal is stated: so b = a (1 - s) / s, and the line gets there at the rate
+a / s.
 """
 
 from __future__ import annotations
@@ -48,26 +52,35 @@ class Vacuum:
         """A seal breaks open: the air rushes in at once."""
         self.cup, self.line = 0.0, min(self.line, LEAK_VACUUM)
 
-    def advance(self, time_step: float, is_sealed: bool) -> None:
-        """Let a time step in s pass; ``is_sealed``: whether something closes the cup."""
+    def advance(self, time_step: float, seal: float) -> None:
+        """Let time pass.
+
+        Args:
+            time_step: s.
+            seal: Share of full vacuum that what closes the cup lets the pump keep: 1 is airtight, and 0
+                that nothing closes it.
+        """
         if self._is_open_wanted != self.is_valve_open:
             self._time_to_switch -= time_step
             if self._time_to_switch <= time_step / 2:
                 self.is_valve_open = self._is_open_wanted
-        self.line = _approach(self.line, *self._line_tendency(is_sealed), time_step)
-        if not is_sealed:
+        self.line = _approach(self.line, *self._line_tendency(seal), time_step)
+        if seal == 0.0:
             self.cup = 0.0
         elif self.is_valve_open:
             self.cup = _approach(self.cup, self.line, CUP_TIME, time_step)
         else:
             self.cup = _approach(self.cup, 0.0, VENT_TIME, time_step)
 
-    def _line_tendency(self, is_sealed: bool) -> tuple[float, float]:
-        if self.is_valve_open and not is_sealed:
+    def _line_tendency(self, seal: float) -> tuple[float, float]:
+        """Pressure to which the line goes now, and the time constant."""
+        if self.is_valve_open and seal == 0.0:
             return (LEAK_VACUUM if self.is_pump_on else 0.0), LEAK_TIME
+        share = seal if self.is_valve_open else 1.0
+        pump = TIME_CONSTANTS_TO_FULL / self.pump_lead
         if self.is_pump_on:
-            return FULL_VACUUM, self.pump_lead / TIME_CONSTANTS_TO_FULL
-        return 0.0, HOLD_TIME
+            return share * FULL_VACUUM, share / pump
+        return 0.0, 1.0 / (1.0 / HOLD_TIME + pump * (1.0 - share) / share)
 
 
 def _approach(value: float, target: float, time_constant: float, time_step: float) -> float:

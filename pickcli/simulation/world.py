@@ -6,16 +6,20 @@ fresh worlds of one scene and seed that get the same commands are bit-identical.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import JointType, PivotState, Robot
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
+from pickcli.seeds import derived_rng
+from pickcli.simulation.bellows import SOLID_DEPTH, Bellows, urdf_with_solid_cup
+from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
@@ -33,7 +37,7 @@ REST_STEPS = 100  # between two looks for items that rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
 REST_TURN = 0.1  # rad/s
-APART = 1e-3  # m from which the cup collides again with what it was allowed to touch
+APART = 1e-3  # m from the relaxed lip at which the cup collides again with what hung on it
 
 
 class World:
@@ -66,23 +70,37 @@ class World:
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
         add_statics(self.engine, scene)
-        add_items(self.engine, scene)
+        add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._load_robot(q, pivot)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
-        self.contacts = ContactLog(ROBOT, self.robot.tool.cup_link, exempt)
-        leads = {device.kind: device.lead for device in scene.cell.devices.values()}
-        vacuum = Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE])
-        self.suction = Suction(self.engine, ROBOT, self.robot.tool, vacuum)
+        self.suction = self._build_suction()
+        tool = self.robot.tool
+        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, tool.cup_stiffness * tool.cup_stroke)
 
     def close(self) -> None:
         """Free the engine."""
         self.engine.close()
 
+    def _build_suction(self) -> Suction:
+        leads = {device.kind: device.lead for device in self.scene.cell.devices.values()}
+        tool, is_compliant = self.robot.tool, self.reality.compliant_cup
+        bellows = Bellows(self.engine, ROBOT, tool, tool.cup_stiffness if is_compliant else 0.0)
+        return Suction(
+            self.engine,
+            ROBOT,
+            tool,
+            Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE]),
+            bellows,
+            Stiffness() if is_compliant else RIGID,
+            {placed.id: placed.item for placed in self.scene.items},
+            self.reality.honest_seals,
+        )
+
     def _load_robot(self, q: Array, pivot: PivotState) -> None:
         tool = self.robot.tool
-        self.engine.load_robot(ROBOT, self.robot.urdf, self.robot.T_world_base)
+        self.engine.load_robot(ROBOT, urdf_with_solid_cup(self.robot), self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         self._indices = [indices[name] for name in (*self.robot.joint_names, tool.pivot_joint)]
         forces = self.robot.motor_forces
@@ -100,13 +118,21 @@ class World:
         self._tip: Array | None = None  # computed when asked for, once a step
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
-        """Switch off the physics of pairs that the cell allows to overlap; returns them."""
+        """Switch off the physics of pairs that may overlap; returns them.
+
+        These are the pairs that the cell lists, and links that cannot move relative to each other.
+        """
         pairs = set()
         for allowed in self.scene.cell.allowed_pairs:
             for link, other in ((allowed.a, allowed.b), (allowed.b, allowed.a)):
                 if self.engine.has_link(ROBOT, link) and self.engine.has_body(other):
                     self.engine.set_collision(ROBOT, link, other, "", on=False)
                     pairs.add((link, other))
+        both_links = [(a.a, a.b) for a in self.scene.cell.allowed_pairs]
+        for link, other in [*both_links, *_rigid_pairs(self.robot)]:
+            if self.engine.has_link(ROBOT, link) and self.engine.has_link(ROBOT, other):
+                self.engine.set_collision(ROBOT, link, ROBOT, other, on=False)
+                pairs |= {(link, other), (other, link)}
         return frozenset(pairs)
 
     # Commands ----------------------------------------------------------------------------------------
@@ -135,9 +161,8 @@ class World:
 
     def step(self) -> None:
         """Let one time step pass: servo, suction, physics, contacts."""
-        may_touch = {placed.id for placed in self.scene.items if placed.id in self.touching}
-        self.suction.before_step(self.tip, self.time_step, is_near=bool(may_touch))
-        self._let_cup_through(may_touch)
+        self.suction.before_step(self.tip)
+        self._let_held_through()
         self.engine.drive(
             ROBOT,
             self._indices,
@@ -152,7 +177,7 @@ class World:
         if self._n_steps % REST_STEPS == 0:
             self._put_to_sleep()
         self._look_at_contacts()
-        self.suction.after_step(self.tip, self.time_step, self.t)
+        self.suction.after_step(self.t)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
         """Stand still at the last command for a time in s."""
@@ -163,25 +188,24 @@ class World:
 
     def _look_at_contacts(self) -> None:
         touches = self.engine.touches(ROBOT)
+        # The bellows push off what they let go of: that is no contact anew.
+        touches += [touch for touch in self.suction.touches if touch.b not in self._uncollided]
         if self.held is not None and not self.is_meeting:
             touches += self.engine.touches(self.held)
         self.contacts.update(touches, self.touching, self.held, self.t)
 
-    def _let_cup_through(self, wanted: set[str]) -> None:
-        """The bellows give way to what they may touch: no physics between these and the cup.
-
-        A pair collides again only once the two are apart, or the physics would throw the item off.
-        """
-        tool = self.robot.tool
-        if self.suction.held is not None:
-            wanted = wanted | {self.suction.held}
+    def _let_held_through(self) -> None:
+        """No physics between the cup and what hangs on it; again once the two are apart, or the physics
+        would throw it off."""
+        cup = self.robot.tool.cup_link
+        wanted = frozenset({self.held} if self.held is not None else ())
         for name in wanted - self._uncollided:
-            self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=False)
-        left = self._uncollided - wanted
-        apart = {n for n in left if self.engine.distance(ROBOT, tool.cup_link, n, APART) >= APART}
+            self.engine.set_collision(ROBOT, cup, name, "", on=False)
+        left, far = self._uncollided - wanted, self.robot.tool.cup_stroke + SOLID_DEPTH + APART
+        apart = {name for name in left if self.engine.distance(ROBOT, cup, name, far) >= far}
         for name in apart:
-            self.engine.set_collision(ROBOT, tool.cup_link, name, "", on=True)
-        self._uncollided = frozenset((self._uncollided | wanted) - apart)
+            self.engine.set_collision(ROBOT, cup, name, "", on=True)
+        self._uncollided = (self._uncollided | wanted) - apart
 
     def _put_to_sleep(self) -> None:
         """Let items sleep that have not moved since the last look: an awake one costs 50 us a step.
@@ -251,7 +275,28 @@ def add_statics(engine: Engine, scene: Scene) -> None:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])
 
 
-def add_items(engine: Engine, scene: Scene) -> None:
-    """Every item of the scene, named by its id."""
+def add_items(engine: Engine, scene: Scene, masses: Mapping[str, float] | None = None) -> None:
+    """Every item of the scene, named by its id; of its stated mass unless ``masses`` has another, kg."""
     for placed in scene.items:
-        engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))
+        mass = masses[placed.id] if masses else placed.item.mass
+        engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item), mass)
+
+
+def true_masses(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
+    """kg by item id: off the stated mass by up to the share that reality says, evenly distributed."""
+    return {
+        placed.id: placed.item.mass
+        * (1.0 + reality.mass_error * float(derived_rng(seed, "mass", placed.id).uniform(-1.0, 1.0)))
+        for placed in scene.items
+    }
+
+
+def _rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
+    """Pairs of links with nothing but fixed joints between them."""
+    groups: list[list[str]] = [[robot.links[0].name]]
+    for joint in robot.joints:
+        if joint.type is JointType.FIXED:
+            groups[-1].append(joint.child)
+        else:
+            groups.append([joint.child])
+    return [pair for group in groups for pair in combinations(group, 2)]

@@ -14,15 +14,17 @@ from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import Array, pose
+from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import Servo
-from pickcli.simulation.world import World
+from pickcli.simulation.world import TIME_STEP, World
 
 BuildWorld = Callable[..., World]
+STATED_MASS = replace(DEFAULT, mass_error=0.0)
 
 
-def cube(side: float = 0.04, mass: float = 0.1) -> Item:
-    """An item as a cube."""
-    shape = Shape(ShapeKind.BOX, (side, side, side))
+def cube(side: float = 0.04, mass: float = 0.1, size: tuple[float, float, float] | None = None) -> Item:
+    """An item as a cube, or as a box."""
+    shape = Shape(ShapeKind.BOX, size or (side, side, side))
     seals = dict.fromkeys(shape.face_names, 1.0)
     return Item("cube", 2016, shape, mass, 0, seals, "made up", "", 0.0, 1.0, "", "made up")
 
@@ -34,6 +36,8 @@ def make_world(
     shift: tuple[float, float] = (0.0, 0.0),
     pivot: PivotState = PivotState.DOWN,
     servo: Servo | None = None,
+    reality: Reality = STATED_MASS,
+    time_step: float = TIME_STEP,
 ) -> World:
     """The item on a pedestal, its nearest face ``gap`` m from the tip of the cup (negative: the cup is
     compressed), its centre ``shift`` m off the cup's axis along world y and the other cross axis."""
@@ -45,11 +49,12 @@ def make_world(
     centre = T_tip[:3, 3] + (gap + half) * axis + shift[0] * np.array([0.0, 1.0, 0.0]) + shift[1] * across
     x, y, z = centre
     R = np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1) if pivot is PivotState.STRAIGHT else np.eye(3)
-    top = float(z - half)
-    pedestal = box("pedestal", (x - half, y - 0.2, 0.9), (x + 0.2, y + 0.2, top))
+    reach = item.shape.reach(R)
+    pedestal = box("pedestal", (x - reach[0], y - 0.2, 0.9), (x + 0.2, y + 0.2, float(z - reach[2])))
     changed = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, pedestal)))
     placed = PlacedItem("cube", item, "bin_A", pose(centre, R=R))
-    world = World(Scene(changed, cell.T_world_pod, (placed,), PoseNoise()), home, pivot, servo=servo)
+    scene = Scene(changed, cell.T_world_pod, (placed,), PoseNoise())
+    world = World(scene, home, pivot, reality=reality, servo=servo, time_step=time_step)
     world.touching = frozenset({"cube"})
     return world
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from pedestal import BuildWorld, cube
 
@@ -14,12 +16,14 @@ from pickcli.simulation.world import World
 NONE: frozenset[str] = frozenset()
 
 
-def touch(a: str = "robot", link: str = "cup", b: str = "shelf", depth: float = 1e-3) -> Touch:
-    return Touch(a, link, b, "", depth, (0.1, 0.2, 0.3), 5.0)
+def touch(
+    a: str = "robot", link: str = "cup", b: str = "shelf", depth: float = 1e-3, link_b: str = ""
+) -> Touch:
+    return Touch(a, link, b, link_b, depth, (0.1, 0.2, 0.3), 5.0)
 
 
 def log() -> ContactLog:
-    return ContactLog("robot", "cup", frozenset({("carriage", "rail")}))
+    return ContactLog("robot", "cup", frozenset({("carriage", "rail")}), max_press=8.0)
 
 
 def test_an_ongoing_contact_counts_once_with_its_deepest_point() -> None:
@@ -45,6 +49,21 @@ def test_planned_contacts_are_those_of_cup_and_held_item_only() -> None:
     assert contacts.collisions == ()
     contacts.update([touch(link="lance", b="box")], allowed, "tea", 0.1)
     assert [c.a for c in contacts.collisions] == ["lance"]
+
+
+def test_a_planned_contact_that_presses_harder_than_the_bellows_is_a_collision() -> None:
+    allowed = frozenset({"shelf"})
+    contacts = log()
+    contacts.update([replace(touch(), force=7.9)], allowed, None, 0.0)
+    assert contacts.collisions == ()
+    contacts.update([replace(touch(), force=8.1)], allowed, None, 0.1)
+    assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "shelf")]
+
+
+def test_links_of_the_robot_that_meet_are_named() -> None:
+    contacts = log()
+    contacts.update([touch(link="cup", b="robot", link_b="support")], NONE, None, 0.0)
+    assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "support")]
 
 
 def test_exempt_pairs_and_the_grip_itself_never_count() -> None:
@@ -80,4 +99,5 @@ def test_a_held_item_that_hits_something_is_a_collision(holding: World) -> None:
     holding.engine.add_static(wall, np.eye(4), (1.0, 1.0, 1.0, 1.0))
     n_before = len(holding.contacts.collisions)
     push_forward(holding, 0.02)
-    assert [(c.a, c.b) for c in holding.contacts.collisions[n_before:]] == [("cube", "wall")]
+    first = holding.contacts.collisions[n_before]
+    assert (first.a, first.b) == ("cube", "wall")

@@ -6,13 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.simulation.suction import SEAL_VACUUM
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 
-def run(vacuum: Vacuum, duration: float, is_sealed: bool = False, step: float = 1e-3) -> None:
+def run(vacuum: Vacuum, duration: float, seal: float = 0.0, step: float = 1e-3) -> None:
     for _ in range(round(duration / step)):
-        vacuum.advance(step, is_sealed)
+        vacuum.advance(step, seal)
 
 
 def pumped(duration: float = 2.0) -> Vacuum:
@@ -39,26 +38,46 @@ def test_the_valve_opens_after_its_lead_and_not_before() -> None:
 def test_a_sealed_cup_is_evacuated_within_a_quarter_second() -> None:
     vacuum = pumped()
     vacuum.switch_valve(True)
-    run(vacuum, 0.3, is_sealed=True)
+    run(vacuum, 0.3, seal=1.0)
     assert vacuum.cup > 0.97 * FULL_VACUUM
 
 
-def test_an_open_cup_leaks_the_line_empty_and_it_does_not_recover_in_time() -> None:
+def test_an_open_cup_leaks_the_line_empty_and_the_pump_must_begin_again() -> None:
     vacuum = pumped()
     vacuum.switch_valve(True)
     run(vacuum, 0.3)
     assert vacuum.line < 0.1 * FULL_VACUUM
     assert vacuum.cup == 0.0
-    run(vacuum, 0.3, is_sealed=True)
-    assert vacuum.cup < SEAL_VACUUM
+    run(vacuum, 0.3, seal=1.0)
+    assert vacuum.cup < 0.5 * FULL_VACUUM
+
+
+@given(seal=st.floats(0.05, 1.0))
+def test_a_leaking_face_is_kept_at_its_share_of_the_vacuum(seal: float) -> None:
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 4.0, seal=seal)
+    assert vacuum.cup == pytest.approx(seal * FULL_VACUUM, rel=2e-3)
+
+
+def test_a_leak_empties_the_line_that_is_not_pumped() -> None:
+    pressures = []
+    for seal in (1.0, 0.9, 0.3):
+        vacuum = pumped()
+        vacuum.switch_pump(False)
+        vacuum.switch_valve(True)
+        run(vacuum, 0.5, seal=seal)
+        pressures.append(vacuum.line)
+    assert pressures == sorted(pressures, reverse=True)
+    assert pressures[0] > 0.95 * FULL_VACUUM and pressures[2] < 0.3 * FULL_VACUUM
 
 
 def test_a_closed_valve_vents_the_cup() -> None:
     vacuum = pumped()
     vacuum.switch_valve(True)
-    run(vacuum, 0.5, is_sealed=True)
+    run(vacuum, 0.5, seal=1.0)
     vacuum.switch_valve(False)
-    run(vacuum, 0.15, is_sealed=True)
+    run(vacuum, 0.15, seal=1.0)
     assert vacuum.cup < 0.02 * FULL_VACUUM
     assert vacuum.line > 0.9 * FULL_VACUUM
 

@@ -1,0 +1,91 @@
+"""A held item hangs on the collapsed cup by a bushing: a spring and damper in all six directions.
+
+A cup has two characteristics: relaxed, a soft spring along its axis; sealed, collapsed onto its own folds, a
+stiff one in six directions (the same two states has OpenPLX's ``SixDofSuctionCup``, Algoryx; a bushing of
+six directions is Drake's ``LinearBushingRollPitchYaw``, Adams' BUSHING). The wrench of the bushing is the
+load on the cup: nothing has to be read out of a solver.
+
+A stiff spring on a light item is unstable when its force is taken at the beginning of a time step. Here it
+is taken at the end (implicit Euler): with A the item's mobility at the tip (acceleration per wrench), x the
+deflection, y the velocity that the item would have without the bushing after the step h,
+
+    F = -(K x + D y+),  D = C + h K,  y+ = y + h A F   =>   (1 + h D A) F = -(K x + D y).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array, rotation_vector
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Of a sealed cup, about its tip. No maker publishes these; see docs/simulation.md for the estimate."""
+
+    axial: float = 4e4  # N/m along the cup's axis
+    lateral: float = 2e4  # N/m across it
+    tilt: float = 60.0  # Nm/rad: 0.6 degrees at the 0.6 Nm where the lip of a 30 mm cup lifts
+    twist: float = 30.0  # Nm/rad about the axis
+    relaxation: float = 2e-3  # s, damping over stiffness: 0.2 of the critical at 30 Hz
+
+    @property
+    def matrix(self) -> Array:
+        """(6, 6) for (x, y, z, rotation vector) in the tool frame."""
+        return np.diag([self.lateral, self.lateral, self.axial, self.tilt, self.tilt, self.twist])
+
+
+RIGID = Stiffness(axial=1e7, lateral=1e7, tilt=1e5, twist=1e5)
+
+
+class Bushing:
+    """Between the tip of the cup (b) and the place on the item where the tip sealed (a).
+
+    Args:
+        stiffness: Of the sealed cup.
+        mass: Of the item, kg.
+        inertia: (3, 3) of the item about its centre of mass, in the tool frame, kg m^2.
+        p_tip_com: (3,) centre of mass in the tool frame, m.
+        time_step: s.
+    """
+
+    def __init__(
+        self, stiffness: Stiffness, mass: float, inertia: Array, p_tip_com: Array, time_step: float
+    ) -> None:
+        K = stiffness.matrix
+        D = (stiffness.relaxation + time_step) * K
+        implicit = np.linalg.inv(np.eye(6) + time_step * D @ _mobility(mass, inertia, -p_tip_com))
+        self._per_deflection, self._per_velocity = -implicit @ K, -implicit @ D
+        self._time_step = time_step
+
+    def wrench(self, T_world_a: Array, T_world_b: Array, velocity: Array, gravity: Array) -> Array:
+        """Force and torque (6,) on the item at a during the next step, in the tool frame.
+
+        Args:
+            T_world_a: (4, 4) frame fixed to the item.
+            T_world_b: (4, 4) frame fixed to the tool.
+            velocity: (6,) of a relative to b: linear and angular, in the tool frame.
+            gravity: (3,) in the tool frame, m/s^2.
+        """
+        R = T_world_b[:3, :3].T
+        deflection = np.empty(6)
+        deflection[:3] = R @ (T_world_a[:3, 3] - T_world_b[:3, 3])
+        deflection[3:] = rotation_vector(R @ T_world_a[:3, :3])
+        free = velocity.copy()
+        free[:3] += self._time_step * gravity
+        return np.asarray(self._per_deflection @ deflection + self._per_velocity @ free)
+
+
+def _mobility(mass: float, inertia: Array, p_com_a: Array) -> Array:
+    """Linear and angular acceleration (6, 6) at a point a of a free body per force and torque there."""
+    lever = _skew(p_com_a)
+    inverse = np.linalg.inv(inertia)
+    return np.block(
+        [[np.eye(3) / mass - lever @ inverse @ lever, -lever @ inverse], [inverse @ lever, inverse]]
+    )
+
+
+def _skew(v: Array) -> Array:
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
