@@ -69,7 +69,7 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
             twist=load.twist,
             load_ratio=load.ratio,
         ),
-        speed_scale=carried.scale,
+        speed_scale=item.speed_scale,
     )
 
 

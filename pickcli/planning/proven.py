@@ -1,4 +1,4 @@
-"""Runs that are timed and proven: one stitched motion between two stops, slow enough for what it carries."""
+"""Runs that are timed and proven: one stitched motion between two stops, timed under what the cup bears."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from pickcli.planning.context import Planner
 from pickcli.planning.payload import carried_load, path_load
 from pickcli.planning.pieces import Piece
 from pickcli.timing.chords import trajectory_chords
+from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.run import RunPart, TimedRun, time_run
+from pickcli.timing.wrench_limit import WrenchLimit
 
-SLOWER = 0.9  # speed is lowered by at least this factor at a time until the cup holds
-SLOWEST = 0.1
+BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
 NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exact to 1e-8 of it
 
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """A run with an item: how much slower it goes than the limits allow, and what the cup feels."""
+    """A run with an item, and what the cup feels."""
 
     run: TimedRun
-    scale: float
     load: Load
 
 
@@ -48,7 +48,10 @@ def proven_run(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
 def carried_run(
     planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, speed_scale: float
 ) -> Carried | Reason:
-    """The same with an item, slowed down until the cup holds under gravity and acceleration.
+    """The same with an item, nowhere faster than the cup holds under gravity and acceleration.
+
+    Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed anew, with
+    the wrench among its limits.
 
     hold: the item as it hangs in the cup. speed_scale: the item's, of all limits
     """
@@ -58,27 +61,24 @@ def carried_run(
     still = path_load(planner.arm, grasp.pivot, waypoints, hold)
     if still.ratio > most:
         return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
-    scale, are_blends_proven = speed_scale, False
+    cup = WrenchLimit(planner.arm, grasp.pivot, hold.body, hold.limits, most * hold.vacuum_share)
+    limit, are_blends_proven = None, False
     while True:
-        run = _timed(planner, pieces, scale, are_blends_proven)
+        run = _timed(planner, pieces, speed_scale, are_blends_proven, limit)
         if isinstance(run, Reason):
             return run
         load = carried_load(planner.arm, grasp.pivot, run.trajectory, hold)
-        if load.ratio <= most:
-            failed = prove(run, pieces)
-            if failed is None:
-                return Carried(run, scale, load)
-            if are_blends_proven:
-                return failed
-            are_blends_proven = True
-        elif scale <= SLOWEST:
-            return Reason(
-                "does not hold", where, f"{load} at {scale:.0%} of the speed, {load.ratio:.2f} of the limit"
-            )
-        else:
-            # What motion adds to the load at rest goes with the acceleration, and that with the scale.
-            gain = (most - still.ratio) / (load.ratio - still.ratio)
-            scale = max(SLOWEST, scale * min(SLOWER, gain))
+        if load.ratio > most * (1.0 + BETWEEN):
+            if limit is not None:
+                return Reason("does not hold", where, f"{load} as timed, {load.ratio:.2f} of the limit")
+            limit = cup
+            continue
+        failed = prove(run, pieces)
+        if failed is None:
+            return Carried(run, load)
+        if are_blends_proven:
+            return failed
+        are_blends_proven = True
 
 
 def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
@@ -102,7 +102,11 @@ def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
 
 
 def _timed(
-    planner: Planner, pieces: Sequence[Piece], slower: float, are_blends_proven: bool
+    planner: Planner,
+    pieces: Sequence[Piece],
+    slower: float,
+    are_blends_proven: bool,
+    limit: PathConstraint | None = None,
 ) -> TimedRun | Reason:
     """One run, with corners as round as asked for, or only as round as is proven free.
 
@@ -120,6 +124,6 @@ def _timed(
 
     blends = is_free if are_blends_proven else None
     try:
-        return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed)
+        return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed, constraint=limit)
     except NoPlanError as error:
         return error.reasons[0]

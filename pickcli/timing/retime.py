@@ -24,7 +24,7 @@ from pickcli.timing.topp import Grid, Profile, parametrize
 _WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
 _SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
 _ROUNDS = 4  # for every window
-_SLOWER = 10.0  # at most, from one round to the next
+_SLOWER = 2.0  # at most, from one round to the next
 _GOOD = 1.003  # a stretch that is not worth another round
 
 

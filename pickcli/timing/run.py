@@ -24,6 +24,7 @@ from pickcli.timing.retime import retime, to_trajectory
 from pickcli.timing.smooth import Pace, join, standing
 
 STEP = 0.008  # s between trajectory points, before stretching
+MOST_STRETCH = 2.0  # of all of a motion for what a path constraint needs in one place
 CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 EXACT = 1e-3  # joint units: tolerance at a boundary that asks for an exact pass
 
@@ -168,10 +169,12 @@ def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> fl
     """By how much, at least 1, the motion must be slower to keep the constraint at every millisecond."""
     t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
     needed = constraint.stretch(*(trajectory.sample(t, derivative) for derivative in range(3)))
-    if not np.isfinite(needed).all():
-        at = f"at {t[int(np.argmax(needed))]:.3f} s of {trajectory.duration:.3f} s"
-        raise NoPlanError("a timed path", [Reason("not even at rest", at, f"{constraint} is kept")])
-    return float(needed.max())
+    worst = int(np.argmax(needed))
+    if needed[worst] > MOST_STRETCH:
+        at = f"at {t[worst]:.3f} s of {trajectory.duration:.3f} s"
+        how = f"the whole motion would have to be {needed[worst]:.3g} times slower to keep {constraint}"
+        raise NoPlanError("a timed path", [Reason("hardly at rest", at, how)])
+    return float(needed[worst])
 
 
 def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:

@@ -2,12 +2,16 @@
 
 Pham and Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis",
 IEEE T-RO 34(3), 2018; github.com/hungpham2511/toppra. Each step of both passes is a linear program in (u, x),
-solved by Seidel's algorithm. Importing the library takes half a second: only what needs it asks for it.
+solved by Seidel's algorithm. Importing the library takes 0.3 s, so it is imported where it is needed first.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -33,14 +37,33 @@ def squared_speeds(s: Array, planes: HalfPlanes, fastest: Array) -> Array:
     Raises:
         LimitError: If the library finds no motion: a bug, as rest is inside all half-planes.
     """
-    from toppra import algorithm
-
+    algorithm, _ = _library()
     constraints = [_constraint(block, fastest) for block in _blocks(planes)]
     solver = algorithm.TOPPRA(constraints, _Path(s), gridpoints=s, solver_wrapper="seidel")
     speeds = solver.compute_parameterization(0.0, 0.0)[1]
     if speeds is None or not np.isfinite(speeds).all():
         raise LimitError("toppra finds no motion along a path on which it may rest anywhere")
     return np.asarray(np.square(speeds))
+
+
+@cache
+def _library() -> tuple[Any, Any]:
+    """The library's ``algorithm`` and ``constraint``, without what it imports for its plots."""
+    with _without_matplotlib():
+        from toppra import algorithm, constraint
+    return algorithm, constraint
+
+
+@contextmanager
+def _without_matplotlib() -> Iterator[None]:
+    """Empty modules in place of matplotlib, unless it is there: it is half of the library's import."""
+    names = () if "matplotlib" in sys.modules else ("matplotlib", "matplotlib.pyplot")
+    sys.modules.update({name: ModuleType(name) for name in names})
+    try:
+        yield
+    finally:
+        for name in names:
+            del sys.modules[name]
 
 
 def _blocks(planes: HalfPlanes) -> Iterator[HalfPlanes]:
@@ -60,19 +83,10 @@ class _Path:
 
 def _constraint(planes: HalfPlanes, fastest: Array) -> Any:
     """The half-planes as the library's linear constraint: F (a u + b x + c) <= g, with F = 1 and g = 0."""
-    from toppra.constraint import LinearConstraint
-
-    class Given(LinearConstraint):  # type: ignore[misc]
-        """Coefficients that are known beforehand."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.identical = True  # F and g, at all gridpoints
-
-        def compute_constraint_params(self, path: Any, gridpoints: Array) -> tuple[Any, ...]:
-            """a, b, c, F, g and the bounds of u and x."""
-            n_rows = planes.a.shape[1]
-            x_bound = np.column_stack([np.zeros(len(fastest)), np.square(fastest)])
-            return planes.a, planes.b, -planes.c, np.eye(n_rows), np.zeros(n_rows), None, x_bound
-
-    return Given()
+    n_rows = planes.a.shape[1]
+    x_bound = np.column_stack([np.zeros(len(fastest)), np.square(fastest)])
+    given = (planes.a, planes.b, -planes.c, np.eye(n_rows), np.zeros(n_rows), None, x_bound)
+    constraint = _library()[1].LinearConstraint()
+    constraint.identical = True  # F and g, at all gridpoints
+    constraint.compute_constraint_params = lambda path, gridpoints: given
+    return constraint

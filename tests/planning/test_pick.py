@@ -18,6 +18,8 @@ from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.settings import Neighbours
+from pickcli.verification.held import pose_in_tool
+from pickcli.verification.load import held_wrenches
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]
@@ -81,6 +83,28 @@ def test_heavy_items_go_slower_than_the_cup_allows(
     assert plan.speed_scale <= 0.5
     assert plan.grasp.moment <= 0.9 * tool.cup_limits.max_moment + 1e-9
     assert verify(plan, scene).reasons == ()
+
+
+def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
+    cell: Cell, planner: Planner, scene_with: SceneWith, home: Start
+) -> None:
+    """The same carry with a fraction of the limits, measured by the verifier's own load."""
+    scene, share = scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0)), 0.25
+    careful = Planner(cell, settings=replace(planner.settings, load_ratio=share))
+    fast = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home)
+    plan = plan_pick(careful, scene, "bin_B", "kleenex_tissue_box", home)
+    assert fast.grasp is not None and plan.grasp is not None
+    assert plan.grasp.T_item_tip == pytest.approx(fast.grasp.T_item_tip)
+    assert fast.grasp.load_ratio > 1.2 * share
+    assert 0.95 * share <= plan.grasp.load_ratio <= share * (1.0 + 1e-3)
+    assert verify(plan, scene).reasons == ()
+    hanging = pose_in_tool(plan, scene)
+    assert hanging is not None
+    _, wrenches = held_wrenches(plan, scene, hanging)
+    vacuum = scene.find("kleenex_tissue_box").item.seals[plan.grasp.face]
+    assert cell.robot.tool.cup_limits.ratio(wrenches, vacuum).max() <= 1.01 * share
+    # Slowing down all of it by the same factor of acceleration would take half as long again.
+    assert plan.trajectory.duration < 1.2 * fast.trajectory.duration
 
 
 def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: SceneWith, home: Start) -> None:

@@ -1,0 +1,181 @@
+"""What it gains to time a carry under the cup's limits, against slowing the whole of it down.
+
+    python -m bench.carry [--orders 6] [--grasps 3] [--seed 0] [--year 2016] [--json FILE]
+
+Every target of fresh orders (those of ``apc make-order`` with the seeds from --seed on) is planned, and again
+with other grasps, as retries are. Where the motion without a load would break what the cup bears, the same
+carry is timed the simpler way, too: all limits of the whole carry scaled down until the load fits. Coarse
+motions are planned online, so that the figures do not depend on what is stored. Milliseconds are of the
+processor, of this process alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from pickcli.cell.load import load_cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.errors import NoPlanError, Reason
+from pickcli.grasping.holding import Hold
+from pickcli.motion.plan import Grasp
+from pickcli.planning import assemble
+from pickcli.planning.context import Planner
+from pickcli.planning.payload import carried_load
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pieces import Piece
+from pickcli.planning.proven import Carried, carried_run, proven_run
+from pickcli.trial.make_order import make_order
+from pickcli.trial.make_scene import make_scene
+from pickcli.trial.order import OrderKind, Target
+
+FREE, SLOWED, TIMED = "without a load", "all of it slowed down", "under the cup's limits"
+SLOWEST = 0.1  # of all limits, below which slowing down all of it gives up
+SLOWER = 0.95  # from one try to the next
+
+
+@dataclass(frozen=True)
+class Carry:
+    """One pick's way with the item, in s; slowed is None where even the slowest breaks what the cup bears."""
+
+    item: str
+    load_ratio: float  # of the motion without a load
+    free: float
+    slowed: float | None
+    timed: float
+    planning_ms: float
+
+
+@dataclass(eq=False)
+class Recorder:
+    """Stands in for ``carried_run`` and keeps what the last carry was made of."""
+
+    last: tuple[Sequence[Piece], Grasp, Hold, float, Carried] | None = None
+
+    def __call__(
+        self, planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, speed_scale: float
+    ) -> Carried | Reason:
+        carried = carried_run(planner, pieces, grasp, hold, speed_scale)
+        if isinstance(carried, Carried):
+            self.last = pieces, grasp, hold, speed_scale, carried
+        return carried
+
+
+def scaled_run(
+    planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, scale: float
+) -> tuple[float, float] | None:
+    """Seconds and load ratio of a carry with all limits scaled, or None where it is not proven."""
+    run = proven_run(planner, [replace(piece, scale=scale * piece.scale) for piece in pieces])
+    if isinstance(run, Reason):
+        return None
+    load = carried_load(planner.arm, grasp.pivot, run.trajectory, hold)
+    return run.trajectory.duration, load.ratio
+
+
+def compared(planner: Planner, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
+    """The last carry timed in all three ways."""
+    assert recorder.last is not None
+    pieces, grasp, hold, scale, carried = recorder.last
+    most, timed = planner.settings.load_ratio, carried.run.trajectory.duration
+    free = scaled_run(planner, pieces, grasp, hold, scale)
+    if free is None:
+        return None
+    (duration, ratio), slowed = free, free
+    while slowed is not None and slowed[1] > most and scale >= SLOWEST:
+        scale *= SLOWER
+        slowed = scaled_run(planner, pieces, grasp, hold, scale)
+    held = slowed[0] if slowed is not None and slowed[1] <= most else None
+    return Carry(item, ratio, duration, held, timed, planning_ms)
+
+
+def carries(planner: Planner, year: int, seeds: Sequence[int], n_grasps: int) -> Iterator[Carry]:
+    """Every target of fresh orders with every grasp that a plan was found for."""
+    for seed in seeds:
+        order = make_order(OrderKind.PICK, year, seed)
+        scene = make_scene(order.bin_contents, planner.cell, seed, year)
+        for target in order.work_order:
+            yield from _of_target(planner, scene, target, seed, n_grasps)
+
+
+def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_grasps: int) -> Iterator[Carry]:
+    """One target with one grasp after the other."""
+    home = Start(planner.cell.configurations["home"].q, PivotState.STRAIGHT)
+    tried: list[Grasp] = []
+    for _ in range(n_grasps):
+        recorder, began = Recorder(), time.process_time()
+        with mock.patch.object(assemble, "carried_run", recorder):
+            try:
+                plan = plan_pick(planner, scene, target.bin, target.item, home, seed, tried)
+            except NoPlanError:
+                return
+        assert plan.grasp is not None
+        tried.append(plan.grasp)
+        carry = compared(planner, recorder, target.item, 1e3 * (time.process_time() - began))
+        if carry is not None:
+            yield carry
+
+
+def measure(year: int = 2016, seeds: Sequence[int] = range(6), n_grasps: int = 3) -> dict[str, Any]:
+    """All carries, and what those gain whose load binds."""
+    planner = Planner(load_cell("apc2016_delft"))
+    found = list(carries(planner, year, seeds, n_grasps))
+    most = planner.settings.load_ratio
+    bound = [c for c in found if c.load_ratio > most]
+    both = [c for c in bound if c.slowed is not None]
+    return {
+        "carries": len(found),
+        "whose_load_binds": len(bound),
+        "that_slowing_gives_up": len(bound) - len(both),
+        "free_s": _mean(c.free for c in both),
+        "slowed_s": _mean(c.slowed for c in both if c.slowed is not None),
+        "timed_s": _mean(c.timed for c in both),
+        "gain_s": _mean(c.slowed - c.timed for c in both if c.slowed is not None),
+        "gain_of_all_s": sum(c.slowed - c.timed for c in both if c.slowed is not None) / max(len(found), 1),
+        "planning_ms": _spread([c.planning_ms for c in found]),
+        "planning_ms_where_it_binds": _spread([c.planning_ms for c in bound]),
+        "bound": [asdict(c) for c in bound],
+    }
+
+
+def _mean(values: Iterator[float]) -> float | None:
+    values = list(values)
+    return float(np.mean(values)) if values else None
+
+
+def _spread(values: Sequence[float]) -> list[float]:
+    """Median, 95th percentile and largest."""
+    return [float(v) for v in np.percentile(values, [50, 95, 100])] if values else []
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--orders", type=int, default=6)
+    parser.add_argument("--grasps", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--year", type=int, default=2016)
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    given = parser.parse_args()
+    figures = measure(given.year, range(given.seed, given.seed + given.orders), given.grasps)
+    print(f"{'item':36} {'load':>5} {FREE:>15} {SLOWED:>22} {TIMED:>23}")
+    for c in figures["bound"]:
+        slowed = "gives up" if c["slowed"] is None else f"{c['slowed']:.2f}"
+        print(f"{c['item']:36} {c['load_ratio']:5.2f} {c['free']:15.2f} {slowed:>22} {c['timed']:23.2f}")
+    print(json.dumps({k: v for k, v in figures.items() if k != "bound"}, indent=2))
+    if given.json:
+        given.json.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
