@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from bench.warm import TASKS, planner
+from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
@@ -19,8 +19,6 @@ from pickcli.simulation.execute import execute
 from pickcli.simulation.servo import LAGGING, Servo
 from pickcli.simulation.stream import Pace, full_speed, paused, slowed
 from pickcli.simulation.world import World
-from pickcli.trial.make_scene import make_scene
-from pickcli.trial.order import read_order
 
 ROBOTS: dict[str, tuple[Servo, Pace]] = {
     "as planned": (Servo(), full_speed),
@@ -32,10 +30,9 @@ N_PICKS = 3
 
 
 def measure(warm: Planner | None = None) -> dict[str, Any]:
-    """Largest distance and missed events by robot, over the first picks of the sample order."""
+    """Largest distance and missed events by robot, over the first picks of a fresh order."""
     warm = warm or planner()
-    order = read_order(TASKS / "jsk_pick_sample.json", warm.cell)
-    scene = make_scene(order.bin_contents, warm.cell, 1, order.year)
+    order, scene = fresh_scene(warm.cell, seed=0)
     home = warm.cell.configurations["home"]
     figures: dict[str, dict[str, float]] = {name: {"distance_mm": 0.0, "missed": 0} for name in ROBOTS}
     n_done = 0

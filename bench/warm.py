@@ -1,15 +1,16 @@
-"""What several benchmarks begin with: the orders that come with the product, and a planner with its files."""
+"""What several benchmarks begin with: a fresh order at rest in the shelf, and a planner with its files."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import Scene
 from pickcli.planning.context import Planner
 from pickcli.precompute.artifacts import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap
-
-TASKS = Path(__file__).parent.parent / "data" / "tasks"
+from pickcli.trial.make_order import make_order
+from pickcli.trial.make_scene import make_scene
+from pickcli.trial.order import Order, OrderKind
 
 
 def planner() -> Planner:
@@ -17,3 +18,9 @@ def planner() -> Planner:
     cell = load_cell("apc2016_delft")
     paths = ensure_artifacts(cell)
     return Planner(cell, read_roadmap(paths.roadmap, cell), read_database(paths.trajectories, cell))
+
+
+def fresh_scene(cell: Cell, seed: int) -> tuple[Order, Scene]:
+    """A pick order of 2016 that nothing was tuned on, and its items at rest."""
+    order = make_order(OrderKind.PICK, 2016, seed)
+    return order, make_scene(order.bin_contents, cell, seed, order.year)
