@@ -35,6 +35,14 @@ class Grasp:
     load_ratio: float  # of all of them together over what the cup bears on that face, at any one time
 
 
+@dataclass(frozen=True)
+class GraspKind:
+    """All grasps from one side of one face, wherever on it: what failed once is not tried just beside."""
+
+    kind: str
+    face: str
+
+
 class RecoveryLevel(StrEnum):
     """What a motion that frees a stopped arm claims, the strictest first. See docs/recovery.md.
 

@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.errors import Reason
 from pickcli.grasping.candidates import CandidateSet, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
-from pickcli.motion.plan import Grasp
+from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.in_bin import InBin, plan_in_bin
 from pickcli.planning.tool_ways import with_room
@@ -21,10 +21,12 @@ from pickcli.seeds import derived_rng
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
 
 
-def feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tuple[list[InBin], list[Reason]]:
+def feasible_grasps(
+    query: BinQuery, seed: int, exclude: Sequence[Grasp | GraspKind]
+) -> tuple[list[InBin], list[Reason]]:
     """At most ``wanted`` grasps, best first, and the reasons against the others.
 
-    exclude: grasps that failed before
+    exclude: grasps that failed before, or kinds of them
     """
     rng = derived_rng(seed, "grasps", query.target.id)
     reasons: list[Reason] = []
@@ -43,7 +45,7 @@ def feasible_grasps(query: BinQuery, seed: int, exclude: Sequence[Grasp]) -> tup
 
 
 def _candidates(
-    query: BinQuery, search: Search, exclude: Sequence[Grasp], rng: np.random.Generator
+    query: BinQuery, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
     target, tool, most = query.target, query.planner.cell.robot.tool, query.planner.settings.load_ratio
     found = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search, most)
@@ -77,7 +79,9 @@ def _in_turns(grasps: list[Grasp]) -> list[Grasp]:
     return [grasps[i] for i in sorted(range(len(grasps)), key=ranked.__getitem__)]
 
 
-def _same(a: Grasp, b: Grasp) -> bool:
-    """Whether two grasps put the cup on the same place in the same way."""
+def _same(a: Grasp, b: Grasp | GraspKind) -> bool:
+    """Whether two grasps put the cup on the same place in the same way, or one is of a kind."""
+    if isinstance(b, GraspKind):
+        return (a.kind, a.face) == (b.kind, b.face)
     near = float(np.linalg.norm(a.T_item_tip[:3, 3] - b.T_item_tip[:3, 3])) < SAME_GRASP
     return a.face == b.face and a.kind == b.kind and near

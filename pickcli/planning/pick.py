@@ -12,7 +12,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
@@ -52,14 +52,15 @@ def plan_pick(
     item: str,
     start: Start,
     seed: int = 0,
-    exclude: Sequence[Grasp] = (),
+    exclude: Sequence[Grasp | GraspKind] = (),
     neighbours: Neighbours = Neighbours.AVOID,
     into: str = TOTE,
 ) -> Plan:
     """Plan one pick, uncertified (``verification.verify`` adds the certificate).
 
     scene: poses as perceived; their noise bounds inflate the shapes. item: instance id or item name.
-    exclude: grasps that failed before. into: where the item is brought, the tote or a bin, onto its floor.
+    exclude: grasps that failed before, or kinds of them.
+    into: where the item is brought, the tote or a bin, onto its floor.
     Raises UnknownNameError for a bin or item that is not there, NoPlanError with every reason when no
     candidate leads to a whole motion.
     """

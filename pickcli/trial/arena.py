@@ -8,7 +8,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
+from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
@@ -97,7 +97,7 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
         q: Array,
         pivot: PivotState,
         seed: int,
-        exclude: Sequence[Grasp],
+        exclude: Sequence[Grasp | GraspKind],
     ) -> Plan:
         return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude, into=into)
 

@@ -12,8 +12,7 @@ from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError
 from pickcli.trial.order import Target
 
-MOST_IN_THE_WAY = 3  # items of which all must go before a target can be picked
-N_BINS = 6  # that are tried for one item
+MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked
 
 WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
 
@@ -53,4 +52,4 @@ def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> I
     waiting = {target.bin for target in still_open}
     others = [name for name in scene.cell.pod.bins if name != bin_name]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
-    yield from others[:N_BINS]
+    yield from others

@@ -13,6 +13,7 @@ from typing import TypeAlias
 from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.errors import InputError
 from pickcli.geometry import inverse
+from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.trial.clearing import destinations, in_the_way
 from pickcli.trial.final import final_state
 from pickcli.trial.order import Order, OrderKind
@@ -20,7 +21,16 @@ from pickcli.trial.player import Player, TrialSettings
 from pickcli.trial.ports import Crew
 from pickcli.trial.result import Attempt, Outcome, TargetResult, TrialResult
 from pickcli.trial.score import Score, item_bonuses, score
-from pickcli.trial.strategy import TIME_LIMIT, Job, jobs_of, may_move_others, next_job
+from pickcli.trial.strategy import (
+    TIME_LIMIT,
+    Experience,
+    Job,
+    Move,
+    best_option,
+    jobs_of,
+    may_move_others,
+    options,
+)
 
 Progress: TypeAlias = Callable[[int, int, str], None]  # targets done, targets in all, what happens now
 
@@ -50,7 +60,11 @@ def require_pick(order: Order, where: str = "the order") -> Order:
 
 
 class _Trial:
-    """The state of a trial: open jobs and what happened so far."""
+    """The state of a trial: open jobs and what happened so far.
+
+    homes: the bin in which each item was seen at the start, by id
+    in_vain: grasps that failed, by the id of their item
+    """
 
     def __init__(self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress) -> None:
         self.order, self.crew, self.settings, self.progress = order, crew, settings, progress
@@ -58,77 +72,140 @@ class _Trial:
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
         self.jobs = jobs_of(order, cell, self.bonus)
-        self.open = list(self.jobs)
-        self.blocked: list[Job] = []  # no plan, whatever was tried: something may be in the way
+        self.open = {job.index: job for job in self.jobs}
         limit = TIME_LIMIT[order.year] if settings.time_limit is None else settings.time_limit
         self.player = Player(crew, settings, limit, self._say)
+        self.experience = Experience()
+        self.homes: dict[str, str] = {}
+        self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.attempts: list[tuple[Job, Attempt]] = []
 
     def play(self) -> None:
-        """Attempt after attempt, the most promising first; then what must be made accessible."""
-        while self.open or self.blocked:
-            if self.open:
-                self._pick(next_job(self.open))
-            else:
-                self._clear(next_job(self.blocked))
+        """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
+        self.homes = {placed.id: placed.location for placed in self.player.scene().items}
+        while self.player.clock.has_time_for(self.player.clock.charge):
+            may_clear = may_move_others(self.order.year)
+            best = best_option(options(self.open.values(), self.experience, may_clear))
+            if best is None:
+                break
+            (self._pick if best.move is Move.PICK else self._clear)(best.job)
         self.progress(len(self.jobs), len(self.jobs), "done")
 
     def _pick(self, job: Job) -> None:
+        """One attempt at a target; what comes of it decides whether its job stays open."""
+        if job.refusals:
+            self.player.look()  # the scene has not changed, but what is seen of it is not the same twice
+        job = job.tried()
         attempt = self._attempt(job)
-        self.attempts.append((job, attempt))
-        self.open.remove(job)
-        seconds = attempt.plan.trajectory.duration if attempt.plan else None
-        tried = job.failed(attempt.plan.grasp if attempt.plan else None, seconds)
+        self._note(job, attempt)
         if attempt.outcome in (Outcome.IN_TOTE, Outcome.MISSING, Outcome.NO_TIME):
-            return
-        if tried.is_retriable:
-            self.open.append(tried)
-        elif attempt.outcome is Outcome.NO_PLAN and tried.is_clearable and may_move_others(self.order.year):
-            self.blocked.append(tried)
+            self.open.pop(job.index, None)
+        elif attempt.execution is None:
+            self.open[job.index] = job.refused()
+        else:
+            self.open[job.index] = self.open[job.index].failed()
 
     def _attempt(self, job: Job) -> Attempt:
-        player = self.player
-        attempt = Attempt(job.target, "", job.attempts + 1, player.clock.now, Outcome.NO_TIME)
-        if not player.clock.has_time_for(player.clock.charge):
-            return replace(attempt, reason=f"the {player.clock.limit:.0f} s of the trial are over")
-        scene = player.scene()
-        placed = _choose_copy(scene, job)
+        scene = self.player.scene()
+        attempt = Attempt(job.target, "", job.attempts, self.player.clock.now, Outcome.MISSING)
+        placed = self._choose_copy(scene, job)
         if placed is None:
-            what = f"no {job.target.item} is left in {job.target.bin}"
-            return replace(attempt, outcome=Outcome.MISSING, reason=what)
-        return player.attempt(replace(attempt, item=placed.id), scene, job.failed_grasps)
+            return replace(attempt, reason=f"no {job.target.item} of {job.target.bin} is seen any more")
+        return self._moved(replace(attempt, item=placed.id, out_of=placed.location), scene)
+
+    def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """An attempt with a grasp of another kind than those that failed; another place is second best."""
+        in_vain = self.in_vain.get(attempt.item, ())
+        kinds = tuple(dict.fromkeys(GraspKind(grasp.kind, grasp.face) for grasp in in_vain))
+        if kinds:
+            found = self.player.attempt(attempt, scene, (*in_vain, *kinds))
+            if found.plan is not None or not self.player.clock.has_time_for(self.player.clock.charge):
+                return found
+        return self.player.attempt(attempt, scene, in_vain)
+
+    def _note(self, job: Job, attempt: Attempt) -> None:
+        """Keep an attempt, and learn from it."""
+        self.attempts.append((job, attempt))
+        self.open[job.index] = job
+        if attempt.plan is None:
+            return
+        if attempt.outcome not in (Outcome.IN_TOTE, Outcome.MOVED) and attempt.plan.grasp is not None:
+            self.in_vain[attempt.item] = (*self.in_vain.get(attempt.item, ()), attempt.plan.grasp)
+        if attempt.execution is None:
+            return
+        if attempt.into == TOTE:
+            self.experience.note(job.target, attempt.outcome is Outcome.IN_TOTE)
+            self.open[job.index] = job.tried(attempt.plan.trajectory.duration)
+        # Whatever it came to, where it reached into and where it went something may lie otherwise now.
+        touched = {attempt.out_of, attempt.into, attempt.seen_in}
+        for index, other in self.open.items():
+            if other.target.bin in touched:
+                self.open[index] = other.renewed()
 
     def _clear(self, job: Job) -> None:
-        """Move one item aside that is in the way of a target, and open the target's job again."""
-        self.blocked.remove(job)
-        scene, target = self.player.scene(), job.target
-        placed = _choose_copy(scene, job)
+        """Move one item aside that is in the way of a target."""
+        scene = self.player.look() if job.clearings else self.player.scene()
+        self.open[job.index] = replace(job, clearings=job.clearings + 1)
+        placed = self._choose_copy(scene, job)
         if placed is None:
             return
-        wanted = Attempt(target, placed.id, job.attempts + 1, self.player.clock.now, Outcome.NO_PLAN)
+        wanted = Attempt(
+            job.target,
+            placed.id,
+            job.attempts,
+            self.player.clock.now,
+            Outcome.NO_PLAN,
+            out_of=placed.location,
+        )
         self.player.say(wanted, "looking for what is in the way")
-        for name in in_the_way(lambda without: self.player.plan(without, wanted), scene, target.bin):
+        exclude = self.in_vain.get(placed.id, ())
+        queue = list(
+            in_the_way(lambda without: self.player.plan(without, wanted, exclude), scene, placed.location)
+        )
+        asked = set[str]()
+        while queue and self.player.clock.has_time_for(self.player.clock.charge):
+            name = queue.pop(0)
+            asked.add(name)
             aside = self._moved_aside(replace(wanted, item=name), scene)
-            self.attempts.append((job, aside))
-            if aside.outcome is Outcome.MOVED:
-                self.open.append(job.cleared_once())
-            if aside.plan is not None:  # the scene has changed
+            if aside is None:
+                continue
+            self._note(self.open[job.index], aside)
+            if aside.execution is not None:  # the scene has changed
+                self.open[job.index] = replace(self.open[job.index], cleared=job.cleared + 1)
                 return
+            # What cannot be moved either may itself lie under something that can.
+            queue += [n for n in aside.in_the_way if n not in asked and n != placed.id and n not in queue]
 
-    def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
+    def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt | None:
         """An attempt to bring an item into another bin, whichever takes it first."""
-        player, last = self.player, attempt
-        targets = [job.target for job in (*self.open, *self.blocked)]
-        for into in destinations(scene, attempt.target.bin, targets):
+        player, last = self.player, None
+        targets = [job.target for job in self.open.values()]
+        for into in destinations(scene, attempt.out_of, targets):
             if not player.clock.has_time_for(player.clock.charge):
                 break
-            last = player.attempt(replace(attempt, into=into, t_start=player.clock.now), scene)
-            if last.plan is not None:
+            last = self._moved(replace(attempt, into=into, t_start=player.clock.now), scene)
+            if last.execution is not None or _is_blocked(last, scene):
                 break
         return last
 
+    def _choose_copy(self, scene: Scene, job: Job) -> PlacedItem | None:
+        """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
+
+        A copy counts for the bin in which it was at the start, wherever it has got to.
+        """
+        T_pod_world = inverse(scene.T_world_pod)
+        copies = [
+            placed
+            for placed in scene.items
+            if placed.item.name == job.target.item
+            and self.homes.get(placed.id) == job.target.bin
+            and placed.location in scene.cell.pod.bins
+        ]
+        copies.sort(key=lambda i: (float((T_pod_world @ i.T_world_item)[0, 3]), i.id))
+        return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
+
     def _say(self, attempt: Attempt, doing: str) -> None:
-        n_done = len(self.jobs) - len(self.open) - len(self.blocked)
+        n_done = len(self.jobs) - len(self.open)
         what = attempt.target.item if attempt.into == TOTE else f"{attempt.item} aside"
         left = f"{self.player.clock.left:.0f} s left on the trial's clock"
         self.progress(n_done, len(self.jobs), f"{attempt.target.bin} {what}: {doing}, {left}")
@@ -157,9 +234,8 @@ class _Trial:
         return TargetResult(job.target, last.outcome, last.reason, points, own)
 
 
-def _choose_copy(scene: Scene, job: Job) -> PlacedItem | None:
-    """Of several copies in the bin the one nearest to its mouth; on a retry the next one."""
-    T_pod_world = inverse(scene.T_world_pod)
-    copies = [i for i in scene.in_location(job.target.bin) if i.item.name == job.target.item]
-    copies.sort(key=lambda i: (float((T_pod_world @ i.T_world_item)[0, 3]), i.id))
-    return copies[job.attempts % len(copies)] if copies else None
+def _is_blocked(attempt: Attempt, scene: Scene) -> bool:
+    """Whether items where it lies, and none where it was to go, are in the way: no other place would help."""
+    here, there = ({i.id for i in scene.in_location(name)} for name in (attempt.out_of, attempt.into))
+    blamed = set(attempt.in_the_way)
+    return bool(blamed & here) and not blamed & there

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.errors import NoPlanError
-from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.seeds import derived_seed
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality
@@ -70,30 +70,32 @@ class Player:
         """One more planning call on the clock."""
         self.clock = self.clock.planned()
 
-    def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp] = ()) -> Plan:
+    def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> Plan:
         """One call of the planner, charged to the clock. Raises NoPlanError."""
         self.charge()
         arena = self.crew.arena
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
         seed = derived_seed("plan", self.settings.seed, *names)
-        where = (attempt.target.bin, attempt.item, attempt.into)
+        where = (attempt.out_of, attempt.item, attempt.into)
         return self.crew.plan(scene, *where, arena.q, arena.pivot, seed, exclude)
 
-    def attempt(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp] = ()) -> Attempt:
+    def attempt(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """Play one attempt to its end, whatever that is."""
         self.say(attempt, "planning")
         planned = self.planned(attempt, scene, exclude)
         return planned if planned.plan is None else self.carried_out(planned, scene)
 
-    def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp] = ()) -> Attempt:
+    def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """The attempt with its plan, or with the reason why there is none."""
         began = time.perf_counter()
         try:
             plan = self.plan(scene, attempt, exclude)
         except NoPlanError as error:
             statistics = {"planning_ms": _ms_since(began)}
-            reason = error.summary()
-            return replace(attempt, outcome=Outcome.NO_PLAN, reason=reason, statistics=statistics)
+            return replace(
+                attempt, outcome=Outcome.NO_PLAN, reason=error.summary(), in_the_way=error.in_the_way,
+                statistics=statistics,
+            )  # fmt: skip
         return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
 
     def carried_out(self, attempt: Attempt, scene: Scene) -> Attempt:
@@ -157,7 +159,7 @@ class Player:
             return replace(attempt, outcome=Outcome.IN_TOTE if attempt.into == TOTE else Outcome.MOVED)
         where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
         cause = execution.stopped or "it was let go"
-        if execution.has_item is False and attempt.seen_in == attempt.target.bin:
+        if execution.has_item is False and attempt.seen_in == attempt.out_of:
             reason = f"{cause}; no vacuum after the retreat, {where}"
             return replace(attempt, outcome=Outcome.NOT_PICKED, reason=reason)
         return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")

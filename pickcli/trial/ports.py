@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
+from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.trial.score import Drop
 
@@ -93,7 +93,7 @@ class PlanPick(Protocol):
         q: Array,
         pivot: PivotState,
         seed: int,
-        exclude: Sequence[Grasp],
+        exclude: Sequence[Grasp | GraspKind],
     ) -> Plan: ...
 
 

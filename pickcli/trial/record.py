@@ -108,6 +108,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
     return {
         "bin": attempt.target.bin,
         "item": attempt.item or attempt.target.item,
+        "out_of": attempt.out_of,
         "into": attempt.into,
         "number": attempt.number,
         "outcome": str(attempt.outcome),

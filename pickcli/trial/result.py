@@ -44,7 +44,7 @@ class RecoveryStep:
 class Attempt:
     """One try at one target, or at moving aside what is in its way.
 
-    item: id of what is to be moved; into: where to, a bin for what is moved aside
+    item: id of what is to be moved; out_of, into: from where and where to, a bin for what is moved aside
     number: 1 for the first try at this target
     t_start: s on the clock of the trial
     outcome: what the robot believes
@@ -60,11 +60,13 @@ class Attempt:
     outcome: Outcome
     reason: str = ""
     into: str = TOTE
+    out_of: str = ""
     plan: Plan | None = None
     execution: Execution | None = None
     recovery: tuple[RecoveryStep, ...] = ()
     seen_in: str = ""
     truly_in: str = ""
+    in_the_way: tuple[str, ...] = ()  # ids that the failed plan blames, the most blamed first
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property
