@@ -6,7 +6,7 @@ from collections import Counter
 from itertools import combinations
 
 import pytest
-from fake_crew import scene_of
+from fake_crew import FakeCrew, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 from order_builders import pick_order
@@ -15,6 +15,7 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.trial.clearing import MOST_IN_THE_WAY, destinations, in_the_way
+from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
 
 NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
@@ -77,3 +78,16 @@ def test_the_emptiest_bin_comes_first_and_one_with_targets_last(scene: Scene) ->
     assert bins[0] == "bin_D" and len(bins) == 11
     few = list(destinations(scene, "bin_A", [Target(f"bin_{c}", "x") for c in "CDEFGHIJKL"]))
     assert few[0] == "bin_B"  # it holds something, but no target waits there
+
+
+def test_what_lies_on_a_blocker_is_moved_before_it(scene: Scene) -> None:
+    """Two layers over the target: the failed plan of the lower one names the upper one."""
+    lower, upper = "jane_eyre_dvd", "dove_beauty_bar"
+    fake = FakeCrew(scene, blocked={"crayola_24_ct": lower, lower: upper})
+    result = run_trial(ORDER, fake.crew())
+    assert [plan.query for plan in fake.executed] == [
+        f"pick {upper} into bin_C",
+        f"pick {lower} into bin_D",
+        "pick crayola_24_ct",
+    ]
+    assert result.items_in_tote == 1
