@@ -7,9 +7,23 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field, model_validator
 
-from pickcli.cell.validate import FileModel, NotNegative, Number, Positive, Vector
+from pickcli.cell.validate import (
+    Angle,
+    Angles,
+    FileModel,
+    Force,
+    Number,
+    Seconds,
+    Size,
+    Text,
+    Thickness,
+    Vector,
+)
 
-Name = Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+MAX_OBSTACLES = 2000
+MAX_PAIRS = 2000
+MAX_CONFIGURATIONS = 1000
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -17,7 +31,7 @@ class PoseModel(FileModel):
     """A pose: position and fixed-axis roll, pitch, yaw."""
 
     xyz: Vector = Field(description="a position [x, y, z] in m")
-    rpy: Vector = Field(description="angles [roll, pitch, yaw] in rad")
+    rpy: Angles = Field(description="angles [roll, pitch, yaw] in rad")
 
 
 class BoundsModel(FileModel):
@@ -36,10 +50,10 @@ class BoundsModel(FileModel):
 class RobotModel(FileModel):
     """Which URDF, where it stands, which joints are planned."""
 
-    urdf: str = Field(min_length=1, description="the URDF's path, from this file's folder")
+    urdf: str = Field(min_length=1, max_length=200, description="the URDF's path, from this file's folder")
     T_world_base: PoseModel = Field(description="where the root link stands")
     joints: Annotated[tuple[Name, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
-    motor_forces: dict[Name, Positive] = Field(description="N or Nm by joint, for simulation")
+    motor_forces: dict[Name, Force] = Field(description="N or Nm by joint, for simulation")
 
 
 class JointLimitModel(FileModel):
@@ -58,8 +72,8 @@ class JointLimitModel(FileModel):
 class PivotPositionsModel(FileModel):
     """The two positions of the cup's actuator."""
 
-    straight: Number = Field(description="rad, cup along the flange's +z")
-    down: Number = Field(description="rad, cup along the flange's +x")
+    straight: Angle = Field(description="rad, cup along the flange's +z")
+    down: Angle = Field(description="rad, cup along the flange's +x")
 
 
 class ToolModel(FileModel):
@@ -70,30 +84,30 @@ class ToolModel(FileModel):
     cup_link: Name = Field(description="the link that pivots")
     pivot_joint: Name = Field(description="the joint that turns the cup")
     pivot_positions: PivotPositionsModel = Field(description="straight and down, rad")
-    cup_length: Positive = Field(description="m, pivot to the tip of the uncompressed cup")
-    cup_radius: Positive = Field(description="m")
-    cup_stroke: Positive = Field(description="m, how far the bellows compress")
-    cup_stiffness: Positive = Field(
+    cup_length: Thickness = Field(description="m, pivot to the tip of the uncompressed cup")
+    cup_radius: Thickness = Field(description="m")
+    cup_stroke: Thickness = Field(description="m, how far the bellows compress")
+    cup_stiffness: Force = Field(
         1000.0, description="N/m of the relaxed bellows along the cup's axis; for simulation"
     )
     cup_tilt: float = Field(ge=0.0, le=0.35, description="rad, how far from square on a face the lip seals")
-    max_pull: Positive = Field(description="N")
-    max_shear: Positive = Field(description="N")
-    max_moment: Positive = Field(description="Nm of bending about the cup")
-    max_twist: Positive | None = Field(
+    max_pull: Force = Field(description="N")
+    max_shear: Force = Field(description="N")
+    max_moment: Force = Field(description="Nm of bending about the cup")
+    max_twist: Force | None = Field(
         None, description="Nm about the cup's axis; two thirds of max_shear times cup_radius unless stated"
     )
-    contact_speed: Positive = Field(description="m/s, fastest final approach")
+    contact_speed: Annotated[float, Field(gt=0, le=2)] = Field(description="m/s, fastest final approach")
 
 
 class RowModel(FileModel):
     """One row of bins; heights over the floor of the hall at the front of the row."""
 
     bins: Annotated[tuple[Name, ...], Len(3, 3)] = Field(description="three bin names, left to right")
-    lip_top: Positive = Field(description="m, top of the bottom lip")
-    hanging_lip: Positive = Field(description="m, lower edge of the lip of the board above")
-    floor_front: Positive = Field(description="m, floor just behind the lip")
-    ceiling_front: Positive = Field(description="m, ceiling just behind the hanging lip")
+    lip_top: Size = Field(description="m, top of the bottom lip")
+    hanging_lip: Size = Field(description="m, lower edge of the lip of the board above")
+    floor_front: Size = Field(description="m, floor just behind the lip")
+    ceiling_front: Size = Field(description="m, ceiling just behind the hanging lip")
 
     @model_validator(mode="after")
     def _ordered(self) -> RowModel:
@@ -121,21 +135,21 @@ class PodModel(FileModel):
     displacement: DisplacementModel = Field(
         DisplacementModel(), description="how far it may stand from there"
     )
-    width: Positive = Field(description="m, outside, along y")
-    depth: Positive = Field(description="m, outside, along x")
-    height: Positive = Field(description="m, outside")
-    back_wall: Positive = Field(description="m, x of the back wall's face")
-    side_wall: Positive = Field(description="m, |y| of the side walls' insides")
-    post: Positive = Field(description="m, |y| of the front posts' inner edges")
-    post_depth: Positive = Field(description="m along x")
-    divider: Positive = Field(description="m, |y| of the dividers' faces towards the middle")
-    divider_thickness: Positive = Field(description="m")
-    divider_from: NotNegative = Field(description="m, x where the dividers begin")
-    lip_depth: Positive = Field(description="m along x, front face to the lip's back")
-    hanging_lip_depth: Positive = Field(description="m along x, front face to the hanging lip's back")
-    board_thickness: Positive = Field(description="m")
+    width: Size = Field(description="m, outside, along y")
+    depth: Size = Field(description="m, outside, along x")
+    height: Size = Field(description="m, outside")
+    back_wall: Size = Field(description="m, x of the back wall's face")
+    side_wall: Size = Field(description="m, |y| of the side walls' insides")
+    post: Size = Field(description="m, |y| of the front posts' inner edges")
+    post_depth: Thickness = Field(description="m along x")
+    divider: Size = Field(description="m, |y| of the dividers' faces towards the middle")
+    divider_thickness: Thickness = Field(description="m")
+    divider_from: Annotated[float, Field(ge=0, le=10)] = Field(description="m, x where the dividers begin")
+    lip_depth: Thickness = Field(description="m along x, front face to the lip's back")
+    hanging_lip_depth: Thickness = Field(description="m along x, front face to the hanging lip's back")
+    board_thickness: Thickness = Field(description="m")
     floor_slope: Annotated[float, Field(gt=0, lt=0.7)] = Field(description="rad, how steeply the floor drops")
-    floor_drop: Positive = Field(description="m, from just behind the lip to the flat part")
+    floor_drop: Thickness = Field(description="m, from just behind the lip to the flat part")
     rows: Annotated[tuple[RowModel, ...], Len(1, 32)] = Field(description="the rows, from the top")
 
 
@@ -143,7 +157,7 @@ class ToteModel(FileModel):
     """The tote, world frame."""
 
     inner: BoundsModel = Field(description="the clear inside, inner floor to rim")
-    wall_thickness: Positive = Field(description="m")
+    wall_thickness: Thickness = Field(description="m")
     flange: BoundsModel = Field(description="the outer edge of the rim")
 
 
@@ -157,8 +171,8 @@ class DeviceModel(FileModel):
     """A switched device."""
 
     kind: Literal["pump", "valve", "sensor", "pivot"] = Field(description="pump, valve, sensor or pivot")
-    lead: NotNegative = Field(description="s from the command to its full effect")
-    actions: Annotated[tuple[str, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
+    lead: Seconds = Field(description="s from the command to its full effect")
+    actions: Annotated[tuple[Text, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
 
 
 class AllowedPairModel(FileModel):
@@ -166,7 +180,9 @@ class AllowedPairModel(FileModel):
 
     a: Name = Field(description="a link's name")
     b: Name = Field(description="a link's or an obstacle's name")
-    reason: Annotated[str, Field(min_length=10)] = Field(description="why they may touch, in a sentence")
+    reason: Annotated[str, Field(min_length=10, max_length=1000)] = Field(
+        description="why they may touch, in a sentence"
+    )
 
 
 class ConfigurationModel(FileModel):
@@ -177,7 +193,9 @@ class ConfigurationModel(FileModel):
         description="home, bin, camera, tote, drop, midway or yardstick"
     )
     pivot: Literal["straight", "down"] = Field(description="straight or down")
-    q: tuple[Number, ...] = Field(description="one number per planned joint, in their order")
+    q: Annotated[tuple[Number, ...], Len(0, 32)] = Field(
+        description="one number per planned joint, in their order"
+    )
 
 
 class CellModel(FileModel):
@@ -189,11 +207,17 @@ class CellModel(FileModel):
     robot: RobotModel = Field(description="the robot")
     joint_limits: dict[Name, JointLimitModel] = Field(description="limits by planned joint")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(description="a factor in (0, 1]")
-    clearance: NotNegative = Field(description="m")
+    clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     tool: ToolModel = Field(description="the tool")
     pod: PodModel = Field(description="the shelf")
     tote: ToteModel = Field(description="the tote")
-    obstacles: tuple[ObstacleModel, ...] = Field(description="boxes that stand still")
+    obstacles: Annotated[tuple[ObstacleModel, ...], Len(0, MAX_OBSTACLES)] = Field(
+        description="boxes that stand still"
+    )
     devices: dict[Name, DeviceModel] = Field(description="devices by name")
-    allowed_pairs: tuple[AllowedPairModel, ...] = Field(description="pairs that may touch")
-    configurations: tuple[ConfigurationModel, ...] = Field(description="named configurations")
+    allowed_pairs: Annotated[tuple[AllowedPairModel, ...], Len(0, MAX_PAIRS)] = Field(
+        description="pairs that may touch"
+    )
+    configurations: Annotated[tuple[ConfigurationModel, ...], Len(0, MAX_CONFIGURATIONS)] = Field(
+        description="named configurations"
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from itertools import pairwise
 
@@ -12,6 +12,10 @@ from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.urdf import UrdfChain
 from pickcli.cell.yaml_reader import Key, Source
 
+# The most of any joint that is built: m/s or rad/s, and their derivatives.
+LINEAR = {"max_velocity": 20.0, "max_acceleration": 500.0, "max_jerk": 1e5}
+ANGULAR = {"max_velocity": 60.0, "max_acceleration": 2000.0, "max_jerk": 1e6}
+
 
 def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> None:
     """Raise one InputError with every disagreement inside the cell file and with its URDF."""
@@ -19,6 +23,7 @@ def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> Non
     _check_limits(source, model, chain)
     _check_tool(source, model, chain)
     _check_pod(source, model)
+    _check_tote(source, model)
     _check_pairs(source, model, chain)
     _check_configurations(source, model, chain)
     source.check()
@@ -27,8 +32,8 @@ def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> Non
 def _refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) -> None:
     """Note a name that does not exist."""
     if name not in known:
-        close = get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+        close = [] if source.is_full else get_close_matches(name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known[:12])}"
         source.add(key, f"no {kind} is named {name!r}; {hint}")
 
 
@@ -64,6 +69,7 @@ def _check_joints(source: Source, model: CellModel, chain: UrdfChain) -> None:
 
 def _check_limits(source: Source, model: CellModel, chain: UrdfChain) -> None:
     joints = _moving(model, chain)
+    _check_magnitudes(source, model, joints)
     for name in model.robot.joints:
         if name not in model.joint_limits:
             source.add(
@@ -84,6 +90,19 @@ def _check_limits(source: Source, model: CellModel, chain: UrdfChain) -> None:
                 f"expected positions inside the URDF's {joint.lower:g} to {joint.upper:g}, "
                 f"got {low:g} to {high:g}; correct them",
             )
+
+
+def _check_magnitudes(source: Source, model: CellModel, joints: Mapping[str, Joint]) -> None:
+    """Limits that no joint has were written in another unit."""
+    for name, limit in model.joint_limits.items():
+        is_linear = name in joints and joints[name].type is JointType.PRISMATIC
+        most, unit = (LINEAR, "m, not mm") if is_linear else (ANGULAR, "rad, not degrees")
+        for figure, value in most.items():
+            if getattr(limit, figure) > value:
+                source.add(
+                    ("joint_limits", name, figure),
+                    f"expected at most {value:g}, got {getattr(limit, figure):g}; limits are in {unit}",
+                )
 
 
 def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
@@ -130,6 +149,20 @@ def _check_pod(source: Source, model: CellModel) -> None:
             )
     keys: list[Key] = [("pod", "rows", i, "bins", j) for i in range(len(pod.rows)) for j in range(3)]
     _unique(source, keys, [name for row in pod.rows for name in row.bins])
+
+
+def _check_tote(source: Source, model: CellModel) -> None:
+    """The flange runs around the rim, outside of the walls."""
+    tote = model.tote
+    for axis, name in enumerate("xy"):
+        low = tote.inner.lower[axis] - tote.wall_thickness
+        high = tote.inner.upper[axis] + tote.wall_thickness
+        if not tote.flange.lower[axis] <= low < high <= tote.flange.upper[axis]:
+            source.add(
+                ("tote", "inner"),
+                f"puts the walls at {name} from {low:g} to {high:g}, expected inside the flange's "
+                f"{tote.flange.lower[axis]:g} to {tote.flange.upper[axis]:g}; correct one of the two",
+            )
 
 
 def _ascending(source: Source, *places: tuple[str, float]) -> None:

@@ -11,21 +11,22 @@ from pydantic import Field, model_validator
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.validate import FileModel, NotNegative, Positive, validate
+from pickcli.cell.validate import FileModel, validate
 from pickcli.cell.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-ItemName = Annotated[str, Field(min_length=1, pattern=r"^[a-z0-9_]+$")]
+ItemSize = Annotated[float, Field(gt=0, le=2)]  # m: what a shelf and one arm have to do with
+ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
 
 
 class ItemModel(FileModel):
     """One item. Exactly one of box, cylinder and sphere."""
 
-    box: Annotated[tuple[Positive, ...], Len(3, 3)] | None = Field(None, description="extents [x, y, z] in m")
-    cylinder: Annotated[tuple[Positive, ...], Len(2, 2)] | None = Field(
+    box: Annotated[tuple[ItemSize, ...], Len(3, 3)] | None = Field(None, description="extents [x, y, z] in m")
+    cylinder: Annotated[tuple[ItemSize, ...], Len(2, 2)] | None = Field(
         None, description="[radius, length] in m"
     )
-    sphere: Annotated[tuple[Positive, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
+    sphere: Annotated[tuple[ItemSize, ...], Len(1, 1)] | None = Field(None, description="[radius] in m")
     mass: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] = Field(description="a mass in kg")
     mass_error: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
         0.1, description="bound of the mass's error as a share of it, 0 to 1"
@@ -37,7 +38,7 @@ class ItemModel(FileModel):
     )
     seal_source: Annotated[str, Field(min_length=3)] = Field(description="where the seals come from")
     why_not: str = Field("", description="the reason where no face seals")
-    seal_inset: NotNegative = Field(description="m")
+    seal_inset: Annotated[float, Field(ge=0, le=0.5)] = Field(description="m")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="a factor in (0, 1]")
     folded: str = Field("", description="how cloth or a bag was folded")
     source: Annotated[str, Field(min_length=3)] = Field(description="where the figures come from")

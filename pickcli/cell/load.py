@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from pickcli.cell.station import Obstacles
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import UrdfChain, read_urdf
 from pickcli.cell.validate import validate
-from pickcli.cell.yaml_reader import read_yaml
+from pickcli.cell.yaml_reader import Source, read_yaml
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 
@@ -36,7 +37,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
     path = cell_file(name_or_path)
     source = read_yaml(path)
     model = validate(source, CellModel)
-    chain = read_urdf(path.parent / model.robot.urdf)
+    chain = read_urdf(_inside(source, path.parent, model.robot.urdf))
     check_consistency(source, model, chain)
     cell = Cell(
         name=model.name,
@@ -70,9 +71,21 @@ def cell_file(name_or_path: str | Path) -> Path:
     """The cell.yaml that a name, a folder or a path means. Raises UnknownNameError."""
     path = Path(name_or_path)
     for candidate in (data_path() / "cells" / path / "cell.yaml", path / "cell.yaml", path):
-        if candidate.is_file():
-            return candidate
+        with suppress(OSError):  # e.g. a name that is too long for a file
+            if candidate.is_file():
+                return candidate
     raise UnknownNameError("cell", str(name_or_path), cell_names())
+
+
+def _inside(source: Source, folder: Path, name: str) -> Path:
+    """The path of a file that a cell names. Raises InputError where it leads out of the cell's folder."""
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        source.add(
+            ("robot", "urdf"), f"expected a path inside the cell's folder, got {name!r}; copy it there"
+        )
+        source.check()
+    return path
 
 
 def _robot(folder: Path, model: CellModel, chain: UrdfChain) -> Robot:

@@ -60,9 +60,11 @@ def overlap_depth(a: Solid, b: Solid, tolerance: float = TOUCH) -> float:
     """
     if np.linalg.norm(b.center - a.center) >= a.radius + b.radius:
         return 0.0
-    depth = min(_shadow_overlap(a, b, n) for n in _directions(a, b))
-    if depth <= tolerance:
-        return 0.0
+    depth = np.inf
+    for n in _directions(a, b):
+        depth = min(depth, _shadow_overlap(a, b, n))
+        if depth <= tolerance:
+            return 0.0
     both_boxes = a.shape.kind is ShapeKind.BOX and b.shape.kind is ShapeKind.BOX
     if not both_boxes and _are_apart(a.shrunk(tolerance / 2), b.shrunk(tolerance / 2)):
         return 0.0
@@ -89,8 +91,8 @@ def _shadow_overlap(a: Solid, b: Solid, n: Array) -> float:
 def _directions(a: Solid, b: Solid) -> list[Array]:
     """Unit directions that may part the two, each with its opposite."""
     axes_a, axes_b = list(a.T[:3, :3].T), list(b.T[:3, :3].T)
-    candidates = [*axes_a, *axes_b, *(np.cross(u, v) for u in axes_a for v in axes_b)]
-    candidates.append(b.center - a.center)
+    candidates = [b.center - a.center, *axes_a, *axes_b]
+    candidates += [np.cross(u, v) for u in axes_a for v in axes_b]
     for one, other in ((a, b), (b, a)):
         if one.shape.kind is not ShapeKind.BOX:
             candidates.append(_from_axis(one, other))

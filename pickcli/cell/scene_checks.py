@@ -14,6 +14,7 @@ from pickcli.cell.scene_schema import SceneModel
 from pickcli.cell.yaml_reader import Source
 from pickcli.geometry import inverse
 
+SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
 MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
 
 
@@ -27,7 +28,7 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
         seen.add(item.id)
         if (item.name, item.year) not in cell.items:
             known = [name for name, year in cell.items if year == item.year]
-            close = get_close_matches(item.name, known, n=1)
+            close = [] if source.is_full else get_close_matches(item.name, known, n=1)
             hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
             source.add(("items", i, "name"), f"unknown item {item.name!r} of {item.year}; {hint}")
         if item.location not in locations:
@@ -53,6 +54,41 @@ def check_places(source: Source, scene: Scene) -> None:
                 f"{placed.id} is {astray:.2f} m away from {placed.location}; poses are those of the item's "
                 "middle in the world frame (docs/formats/scene.md)",
             )
+            continue
+        R = (scene.T_world_pod @ bin_.T_pod_bin)[:3, :3].T @ placed.T_world_item[:3, :3]
+        under = bin_.floor_back - (p[2] - placed.item.shape.reach(R)[2])
+        if under > SUNK + scene.noise.bound(placed.item):
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}; correct "
+                "its pose",
+            )
+
+
+def check_standing(source: Source, scene: Scene) -> None:
+    """No item stands in shelf, tote or obstacles deeper than its pose is uncertain."""
+    names, solids = [], []
+    cell = scene.cell
+    for T, bodies in (
+        (scene.T_world_pod, cell.pod.bodies),
+        (np.eye(4), (*cell.tote.bodies, *cell.obstacles.bodies)),
+    ):
+        names += [body.name for body in bodies]
+        solids += [Solid(body.shape, T @ body.T_parent_shape) for body in bodies]
+    centers, radii = np.array([s.center for s in solids]), np.array([s.radius for s in solids])
+    for i, placed in enumerate(scene.items):
+        item = Solid(placed.item.shape, placed.T_world_item)
+        tolerance = SUNK + scene.noise.bound(placed.item)
+        near = np.flatnonzero(np.linalg.norm(centers - item.center, axis=1) < radii + item.radius)
+        depths = {k: overlap_depth(item, solids[k], tolerance) for k in near.tolist()}
+        if depths and (depth := max(depths.values())) > 0.0:
+            name = names[max(depths, key=lambda k: depths[k])]
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}; correct its pose",
+            )
+        if source.is_full:
+            return
 
 
 def check_overlaps(source: Source, scene: Scene) -> None:
@@ -67,3 +103,5 @@ def check_overlaps(source: Source, scene: Scene) -> None:
                 f"{scene.items[i].id} and {scene.items[j].id} overlap by {1000 * depth:.1f} mm; "
                 "correct one of the poses",
             )
+        if source.is_full:
+            return

@@ -18,7 +18,7 @@ from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
-from pickcli.cell.scene_checks import check_names, check_overlaps, check_places
+from pickcli.cell.scene_checks import check_names, check_overlaps, check_places, check_standing
 from pickcli.cell.scene_schema import PoseModel, SceneModel
 from pickcli.cell.validate import validate
 from pickcli.cell.yaml_reader import Source, read_yaml
@@ -53,6 +53,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         seed=model.seed,
     )
     check_places(source, scene)
+    check_standing(source, scene)
     check_overlaps(source, scene)
     source.check()
     return scene

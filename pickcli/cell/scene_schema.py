@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field
 
-from pickcli.cell.validate import FileModel, NotNegative, Number, Vector
+from pickcli.cell.validate import FileModel, Text, Vector
 
-Quaternion = Annotated[tuple[Number, ...], Len(4, 4)]
+Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
+MAX_ITEMS = 300
 
 
 class PoseModel(FileModel):
@@ -22,24 +23,26 @@ class PoseModel(FileModel):
 class CellReference(FileModel):
     """The cell that the scene belongs to."""
 
-    name: str = Field(min_length=1, description="the cell's name")
+    name: Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")] = Field(
+        description="the cell's name (one under data/cells; of another cell say where it is with --cell)"
+    )
     fingerprint: str = Field(pattern=r"^[0-9a-f]{64}$", description="the cell's fingerprint, 64 hex digits")
 
 
 class NoiseModel(FileModel):
     """Bounds of the error of the item poses."""
 
-    position: NotNegative = Field(description="m")
+    position: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     angle: Annotated[float, Field(ge=0, le=3.2, allow_inf_nan=False)] = Field(description="rad")
 
 
 class PlacedItemModel(PoseModel):
     """One instance of an item."""
 
-    id: str = Field(min_length=1, description="a name of its own in this scene")
-    name: str = Field(min_length=1, description="an item's name")
+    id: Text = Field(description="a name of its own in this scene")
+    name: Text = Field(description="an item's name")
     year: int = Field(description="2015 or 2016")
-    location: str = Field(min_length=1, description="a bin's name, or 'tote'")
+    location: Text = Field(description="a bin's name, or 'tote'")
 
 
 class SceneModel(FileModel):
@@ -50,5 +53,5 @@ class SceneModel(FileModel):
     cell: CellReference = Field(description="the cell's name and fingerprint")
     T_world_pod: PoseModel = Field(description="where the pod stands now")
     noise: NoiseModel = Field(description="bounds of the error of the item poses")
-    seed: int = Field(ge=0, description="the seed it was made with")
-    items: tuple[PlacedItemModel, ...] = Field(description="the items")
+    seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
+    items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")

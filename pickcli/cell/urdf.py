@@ -16,6 +16,12 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.xml_reader import Element, read_xml
 from pickcli.geometry import Array, pose
 
+# Beyond these a figure was written in another unit.
+MAX_SIZE = 10.0  # m, of a link, and from a joint to the next
+MAX_MASS = 1e4  # kg
+MAX_TURN = 12.6  # rad, of a joint either way: two turns
+MAX_TRAVEL = 100.0  # m, of a rail
+
 
 @dataclass(frozen=True, eq=False)
 class UrdfChain:
@@ -65,6 +71,8 @@ def _link(element: Element) -> Link:
         mass = mass_element.number("value")
         if mass <= 0.0:
             raise mass_element.error(f"expected a mass over 0 kg, got {mass:g}")
+        if mass > MAX_MASS:
+            raise mass_element.error(f"expected a mass of at most {MAX_MASS:g} kg, got {mass:g}")
     bodies = [_body(c, f"{element.text('name')}_{i}") for i, c in enumerate(element.all("collision"))]
     return Link(element.text("name"), tuple(bodies), mass)
 
@@ -88,6 +96,11 @@ def _shape(geometry: Element) -> Shape:
         raise element.error("expected box, cylinder or sphere; enclose the part in those")
     if min(size) <= 0.0:
         raise element.error(f"expected sizes over 0 m, got {' '.join(map(str, size))}")
+    if max(size) > MAX_SIZE:
+        listed = " ".join(map(str, size))
+        raise element.error(
+            f"expected sizes of at most {MAX_SIZE:g} m, got {listed}; lengths are in m, not mm"
+        )
     return Shape(ShapeKind(element.tag), size)
 
 
@@ -98,6 +111,10 @@ def _origin(element: Element) -> Array:
         return np.eye(4)
     xyz = origin.numbers("xyz", 3) if "xyz" in origin.attributes else (0.0, 0.0, 0.0)
     rpy = origin.numbers("rpy", 3) if "rpy" in origin.attributes else (0.0, 0.0, 0.0)
+    if max(map(abs, xyz)) > MAX_SIZE:
+        raise origin.error(f"expected xyz within {MAX_SIZE:g} m, got {xyz}; lengths are in m, not mm")
+    if max(map(abs, rpy)) > MAX_TURN:
+        raise origin.error(f"expected rpy within {MAX_TURN:g} rad, got {rpy}; angles are in rad, not degrees")
     return pose(xyz, rpy=rpy)
 
 
@@ -142,6 +159,9 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
     lower, upper = limit.number("lower"), limit.number("upper")
     if lower >= upper:
         raise limit.error(f"expected lower under upper, got {lower:g} and {upper:g}")
+    most, unit = (MAX_TRAVEL, "m, not mm") if kind is JointType.PRISMATIC else (MAX_TURN, "rad, not degrees")
+    if max(-lower, upper) > most:
+        raise limit.error(f"expected within {most:g} of 0, got {lower:g} and {upper:g}; limits are in {unit}")
     return lower, upper
 
 

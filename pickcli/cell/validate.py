@@ -4,19 +4,31 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 from typing import Annotated, Any, TypeVar, get_args
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pickcli.cell.yaml_reader import Key, Source
+from pickcli.cell.yaml_reader import MOST_TOLD, Key, Source
 
 Model = TypeVar("Model", bound="FileModel")
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Vector = Annotated[tuple[Number, ...], Len(3, 3)]
+
+# What a figure may be at most. The bounds are far from any cell that is built; what is beyond them was
+# written in another unit.
+Coordinate = Annotated[float, Field(ge=-100, le=100)]  # m
+Angle = Annotated[float, Field(ge=-6.3, le=6.3)]  # rad
+Size = Annotated[float, Field(gt=0, le=10)]  # m, of what stands in a cell
+Thickness = Annotated[float, Field(gt=0, le=0.5)]  # m, of boards, posts, cups
+Seconds = Annotated[float, Field(ge=0, le=30)]
+Force = Annotated[float, Field(gt=0, le=1e6)]  # N, or Nm
+Vector = Annotated[tuple[Coordinate, ...], Len(3, 3)]
+Angles = Annotated[tuple[Angle, ...], Len(3, 3)]
+Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]  # for people
 
 
 class FileModel(BaseModel):
@@ -31,8 +43,10 @@ def validate(source: Source, model: type[Model]) -> Model:
         # By way of JSON: there a list may become a tuple while everything else stays strict.
         return model.model_validate_json(json.dumps(source.data))
     except ValidationError as error:
-        for detail in error.errors(include_url=False):
+        details = error.errors(include_url=False)
+        for detail in details[:MOST_TOLD]:
             note(source, model, detail)
+        source.n_untold += len(details[MOST_TOLD:])
         source.check()
         raise
 
@@ -56,7 +70,23 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     if kind == "value_error":
         return str(detail["ctx"]["error"])
     expected = detail["msg"].removeprefix("Input should ").removeprefix("be ").removeprefix("have ")
-    return f"expected {_meaning(model, key)}: {expected}, got {_short(given)}; correct it"
+    meaning = _meaning(model, key)
+    advice = _unit(meaning) if kind in ("less_than_equal", "greater_than_equal") else "correct it"
+    return f"expected {meaning}: {expected}, got {_short(given)}; {advice}"
+
+
+def _unit(meaning: str) -> str:
+    """What to do about a figure that is far too large: it was meant in another unit."""
+    found = re.search(r"\b(m|rad|s|kg)\b(?! ?\()", meaning)
+    return "correct it" if found is None else _UNITS[found.group()]
+
+
+_UNITS = {
+    "m": "lengths are in m, not mm",
+    "rad": "angles are in rad, not degrees",
+    "s": "times are in s, not ms",
+    "kg": "masses are in kg, not g",
+}
 
 
 def _short(value: Any) -> str:
@@ -65,7 +95,9 @@ def _short(value: Any) -> str:
 
 
 def _meaning(model: type[BaseModel], key: Key) -> str:
-    """The field's own description, if it has one."""
+    """The field's own description, if it has one; for a number in a list that of the list."""
+    while key and isinstance(key[-1], int):
+        key = key[:-1]
     field = _fields(model, key[:-1]).get(str(key[-1])) if key else None
     return field.description if field is not None and field.description else "a value"
 

@@ -21,6 +21,7 @@ from pickcli.errors import InputError
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32
+MOST_TOLD = 20  # mistakes in one message
 
 Key: TypeAlias = tuple[str | int, ...]  # where a value stands: names of mappings, indices of lists
 
@@ -56,6 +57,12 @@ class Source:
     key_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
     value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    n_untold: int = 0  # mistakes that were found but will not be told one by one
+
+    @property
+    def is_full(self) -> bool:
+        """Whether as many mistakes are noted as will be told: no hint is worth its time any more."""
+        return len(self.problems) > MOST_TOLD
 
     def add(self, key: Key, text: str) -> None:
         """Note a mistake at ``key``, or at the nearest parent that stands in the file."""
@@ -69,7 +76,9 @@ class Source:
         """Raise one InputError with all mistakes noted so far, in the order of the file."""
         if self.problems:
             ordered = sorted(set(self.problems), key=lambda p: (p.line, p.column, p.text))
-            raise InputError("\n".join(f"{self.path}:{p.line}:{p.column}: {p.text}" for p in ordered))
+            lines = [f"{self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
+            more = len(ordered) + self.n_untold - len(lines)
+            raise InputError("\n".join(lines + [f"{self.path}: and {more} more"] * (more > 0)))
 
 
 def name_of(key: Key) -> str:
@@ -81,7 +90,7 @@ def name_of(key: Key) -> str:
 def read_yaml(path: Path) -> Source:
     """Values and marks of a YAML file. Raises InputError with every mistake found and its place."""
     source = Source(path)
-    text = read_text(path, MAX_BYTES)
+    text = _SURROGATES.sub(_character, read_text(path, MAX_BYTES))
     events = _Events(source, text)
     try:
         source.data = events.document()
@@ -95,6 +104,15 @@ def read_yaml(path: Path) -> Source:
         raise InputError(f"{path}: not YAML: {error}") from None
     source.check()
     return source
+
+
+# JSON writes what lies beyond 16 bits as two escapes, which YAML does not know.
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def _character(match: re.Match[str]) -> str:
+    high, low = int(match[2], 16), int(match[3], 16)
+    return match[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
 
 class _Events:

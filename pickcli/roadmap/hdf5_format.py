@@ -28,6 +28,7 @@ INDEX = "<i8"
 SEAL = "row_sha256"  # the last field of every table
 SHA_LENGTH = 64  # characters, hexadecimal
 MAX_TEXT = 4096  # bytes
+MAX_ATTRIBUTE = 8 * 2**20  # bytes; a cell of two thousand obstacles takes less than one of them
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,9 @@ import numpy as np
 
 from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import DamagedError, InputError
-from pickcli.roadmap.hdf5_format import MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
+from pickcli.roadmap.hdf5_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
 
 MAX_FILE = 512 * 2**20  # bytes
-MAX_ATTRIBUTE = 60 * 2**10  # bytes
 MAX_NAMES = 64
 
 # What h5py and our own checks raise on bytes that are not what was written.

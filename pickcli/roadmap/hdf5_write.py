@@ -16,8 +16,10 @@ import h5py
 import numpy as np
 
 from pickcli.cell.atomic import write_bytes
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.roadmap.hdf5_format import (
+    MAX_ATTRIBUTE,
     SEAL,
     TEXT,
     AnyArray,
@@ -51,6 +53,11 @@ def to_bytes(kind: Format, content: Content) -> bytes:
         "tables_sha256": json.dumps({name: table_digest(table) for name, table in tables.items()}),
     }
     attributes["content_sha256"] = content_digest(attributes)
+    for name, text in attributes.items():  # what cannot be read is not written
+        if len(text.encode()) > MAX_ATTRIBUTE:
+            raise InputError(
+                f"{name} takes over {MAX_ATTRIBUTE >> 20} MB; make names and descriptions shorter"
+            )
     return _image(attributes, tables | pieces)
 
 

@@ -49,6 +49,7 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
     """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
     if not contents:
         return ()
+    _refuse_too_much(scene, bin_name, contents)
     reason = Reason("no room", bin_name, "for all of them at once")
     for attempt in range(N_ATTEMPTS):
         layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
@@ -63,6 +64,19 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
         f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
         "take another seed or put fewer items into this bin"
     )
+
+
+def _refuse_too_much(scene: Scene, bin_name: str, contents: Sequence[Contents]) -> None:
+    """Raise InputError, before any search, for more than the bin has room for if all were liquid."""
+    cell_bin = scene.cell.pod.bins[bin_name]
+    width, height = cell_bin.y_range[1] - cell_bin.y_range[0], cell_bin.ceiling_back - cell_bin.floor_back
+    room = 1e3 * cell_bin.depth * width * height
+    volume = 1e3 * sum(entry.item.shape.volume for entry in contents)
+    if volume > room:
+        raise InputError(
+            f"{bin_name}: its {len(contents)} items take {volume:.0f} litres, the bin has {room:.0f}; put "
+            "fewer items into this bin"
+        )
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

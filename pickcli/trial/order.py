@@ -9,20 +9,26 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from reprlib import Repr
 from typing import Any
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.trial.strict_json import Document, parse_json, read_json
+from pickcli.trial.strict_json import Document, Place, parse_json, read_json
+
+_SHORT = Repr()  # of values of any size
+_SHORT.maxstring = _SHORT.maxother = 40
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 _KEYS = ("bin_contents", "tote_contents", "work_order")
 _MOST_PROBLEMS = 8  # how many are named in one message
+MAX_CONTENTS = 100  # items in one bin or in the tote
+MAX_TARGETS = 500
 
 
 class OrderKind(StrEnum):
@@ -95,9 +101,9 @@ def _order(document: Document, items: Collection[str], bins: tuple[str, ...]) ->
     reader = _Reader(document, items, bins)
     order = reader.order()
     if reader.problems:
-        shown = reader.problems[:_MOST_PROBLEMS]
-        if more := len(reader.problems) - len(shown):
-            shown.append(f"{document.where}: and {more} more")
+        shown = list(reader.problems)
+        if reader.n_untold:
+            shown.append(f"{document.where}: and {reader.n_untold} more")
         raise InputError("\n".join(shown))
     return order
 
@@ -108,6 +114,7 @@ class _Reader:
     def __init__(self, document: Document, items: Collection[str], bins: tuple[str, ...]) -> None:
         self.document, self.items, self.bins = document, items, bins
         self.problems: list[str] = []
+        self.n_untold = 0
 
     def order(self) -> Order:
         """The order; to be used only when there are no problems."""
@@ -118,24 +125,25 @@ class _Reader:
         work_order = self._work_order(bin_contents) if "work_order" in root else ()
         year = 2016 if "tote_contents" in root else 2015
         if root and len(root) == 1 and "bin_contents" in root:
-            self._problem(
-                self.document.at(), "neither 'work_order' nor 'tote_contents'; an order has at least one"
-            )
+            self._problem((), lambda: "neither 'work_order' nor 'tote_contents'; an order has at least one")
         without_work_order = OrderKind.STOW if tote else OrderKind.OUTPUT
         kind = OrderKind.PICK if "work_order" in root else without_work_order
         return Order(kind, year, bin_contents, tote, work_order)
 
     def _work_order(self, bin_contents: dict[str, tuple[str, ...]]) -> tuple[Target, ...]:
-        targets = []
-        for i in range(len(self._list(("work_order",)))):
+        targets: list[Target] = []
+        copies = {name: Counter(contents) for name, contents in bin_contents.items()}
+        ordered: Counter[Target] = Counter()
+        for i in range(len(self._list(("work_order",), MAX_TARGETS))):
             place = ("work_order", i)
             entry = self._object(place, ("bin", "item"), required=("bin", "item"))
             known = [self._name((*place, key), key, names) for key, names in self._target_names(entry)]
             if len(known) == 2 and known[0] and known[1]:
                 targets.append(Target(known[0], known[1]))
-                self._check_target(targets, bin_contents, (*place, "item"))
+                ordered[targets[-1]] += 1
+                self._check_target(targets[-1], ordered[targets[-1]], copies, (*place, "item"))
         if not targets and not self.problems:
-            self._problem(self.document.at("work_order"), "the work order is empty; name a target")
+            self._problem(("work_order",), lambda: "the work order is empty; name a target")
         return tuple(targets)
 
     def _target_names(self, entry: dict[str, Any]) -> list[tuple[str, Collection[str]]]:
@@ -143,63 +151,68 @@ class _Reader:
         return [(key, names) for key, names in known if key in entry]
 
     def _check_target(
-        self, targets: list[Target], contents: dict[str, tuple[str, ...]], place: tuple[str | int, ...]
-    ) -> None:
-        """The newest target must lie in its bin, in as many copies as are ordered by now."""
-        target = targets[-1]
-        n_there = Counter(contents.get(target.bin, ()))[target.item]
-        n_ordered = Counter(targets)[target]
+        self, target: Target, n_ordered: int, copies: dict[str, Counter[str]], place: Place
+    ) -> None:  # fmt: skip
+        """A target must lie in its bin, in as many copies as are ordered by now."""
+        n_there = copies[target.bin][target.item] if target.bin in copies else 0
         if n_there == 0:
-            holders = [b for b, names in contents.items() if target.item in names]
+            holders = [b for b, names in copies.items() if target.item in names]
             hint = f"it is in {' and '.join(holders)}" if holders else "it is in no bin"
             what = f"{target.item!r} is ordered from {target.bin} but is not there ({hint})"
-            self._problem(self.document.at(*place), f"{what}; correct the bin or the contents")
+            self._problem(place, lambda: f"{what}; correct the bin or the contents")
         elif n_ordered > n_there:
             what = f"{target.item!r} is ordered {n_ordered} times from {target.bin}, which holds {n_there}"
-            self._problem(self.document.at(*place), f"{what}; delete one target or add a copy")
+            self._problem(place, lambda: f"{what}; delete one target or add a copy")
 
     def _names(self, *place: str | int) -> tuple[str, ...]:
-        found = [self._name((*place, i), "item", self.items) for i in range(len(self._list(place)))]
+        n = len(self._list(place, MAX_CONTENTS))
+        found = [self._name((*place, i), "item", self.items) for i in range(n)]
         return tuple(name for name in found if name)
 
-    def _name(self, place: tuple[str | int, ...], kind: str, known: Collection[str]) -> str:
+    def _name(self, place: Place, kind: str, known: Collection[str]) -> str:
         """The known name at a place, "" after noting a problem."""
         value = self._value(place)
         if not isinstance(value, str):
             self._expected(place, f"the name of a known {kind}", value)
         elif value not in known:
-            what = f"unknown {kind} {value[:60]!r}"
-            self._problem(self.document.at(*place), f"{what}; {_suggestion(value, known)}")
+            self._problem(place, lambda: f"unknown {kind} {value[:60]!r}; {_suggestion(value, known)}")
         else:
             return value
         return ""
 
-    def _object(
-        self, place: tuple[str | int, ...], known: tuple[str, ...], required: tuple[str, ...]
-    ) -> dict[str, Any]:
+    def _object(self, place: Place, known: tuple[str, ...], required: tuple[str, ...]) -> dict[str, Any]:
         value = self._value(place)
         if not isinstance(value, dict):
             self._expected(place, "an object {...}", value)
             return {}
         unknown = [key for key in value if key not in known]
         for key in unknown:
-            hint = _suggestion(key, [k for k in known if k not in value] or known)
-            self._problem(self.document.at_key(*place, key), f"unknown key {key[:60]!r}; {hint}")
+            self._unknown_key(place, key, [k for k in known if k not in value] or known)
         for key in required:
             # A misspelt key has already been named, with its correction.
-            if key not in value and not any(_closest(u, [key]) for u in unknown):
+            if key not in value and not any(_closest(u, [key]) for u in unknown[:_MOST_PROBLEMS]):
                 advice = f'add it ("{key}": [] if empty)' if place == ("bin_contents",) else "add it"
-                self._problem(self.document.at(*place), f"the key {key!r} is missing; {advice}")
+                what = f"the key {key!r} is missing; {advice}"
+                self._problem(place, lambda what=what: what)  # type: ignore[misc]
         return value
 
-    def _list(self, place: tuple[str | int, ...]) -> list[Any]:
+    def _unknown_key(self, place: Place, key: str, known: Collection[str]) -> None:
+        self._problem(
+            (*place, key), lambda: f"unknown key {key[:60]!r}; {_suggestion(key, known)}", is_key=True
+        )
+
+    def _list(self, place: Place, most: int) -> list[Any]:
         value = self._value(place)
         if isinstance(value, list):
-            return value
+            if len(value) > most:
+                self._problem(
+                    place, lambda: f"{len(value)} entries, at most {most} are taken; leave some out"
+                )
+            return value[:most]
         self._expected(place, "a list [...]", value)
         return []
 
-    def _value(self, place: tuple[str | int, ...]) -> Any:
+    def _value(self, place: Place) -> Any:
         value = self.document.value
         for key in place:
             if isinstance(value, dict) and key not in value:
@@ -207,12 +220,17 @@ class _Reader:
             value = value[key]
         return value
 
-    def _expected(self, place: tuple[str | int, ...], what: str, got: object) -> None:
+    def _expected(self, place: Place, what: str, got: object) -> None:
         name = str(place[-1]) if place and isinstance(place[-1], str) else "here"
-        self._problem(self.document.at(*place), f"{name}: expected {what}, got {repr(got)[:40]}")
+        self._problem(place, lambda: f"{name}: expected {what}, got {_SHORT.repr(got)}")
 
-    def _problem(self, where: str, what: str) -> None:
-        self.problems.append(f"{where}: {what}")
+    def _problem(self, place: Place, what: Callable[[], str], is_key: bool = False) -> None:
+        """Note a mistake; beyond the first few only their number, for places and hints take time."""
+        if len(self.problems) >= _MOST_PROBLEMS:
+            self.n_untold += 1
+            return
+        at = self.document.at_key if is_key else self.document.at
+        self.problems.append(f"{at(*place)}: {what()}")
 
 
 def _closest(name: str, known: Collection[str]) -> str | None:

@@ -33,6 +33,37 @@ MISTAKES = {
     "negative size": ("cup_radius: 0.015", "cup_radius: -0.015", "tool.cup_radius: expected"),
     "switch for a number": ("max_moment: 0.6", "max_moment: true", "tool.max_moment: expected"),
     "trap of YAML 1.1": ("max_pull: 42.0", "max_pull: 0:42", "tool.max_pull: expected a number or text"),
+    "a pod in mm": (
+        "  width: 0.8795",
+        "  width: 879.5",
+        "pod.width: expected m, outside, along y: less than or equal",
+    ),
+    "lengths in mm": ("cup_length: 0.03 ", "cup_length: 30 ", "got 30; lengths are in m, not mm"),
+    "leads in ms": ("lead: 2.0,", "lead: 2000,", "got 2000; times are in s, not ms"),
+    "angles in degrees": ("down: 1.5707963267948966}", "down: 90}", "got 90; angles are in rad, not degrees"),
+    "positions beyond the hall": (
+        "xyz: [-1.758, 0, 0]",
+        "xyz: [-1758, 0, 0]",
+        "got -1758; lengths are in m, not mm",
+    ),
+    "speeds in degrees": (
+        "max_velocity: 6.8,",
+        "max_velocity: 390,",
+        "joint_limits.joint_t.max_velocity: expected at most 60, got 390; limits are in rad, not degrees",
+    ),
+    "speeds in mm": ("max_velocity: 1.0,", "max_velocity: 1000,", "got 1000; limits are in m, not mm"),
+    "numbers that nothing has": ("max_moment: 0.6", "max_moment: 1e308", "tool.max_moment: expected"),
+    "a tote turned": (
+        "inner: {lower: [-1.315, -0.796, 0.580], upper: [-0.776, -0.437, 0.781]}",
+        "inner: {lower: [-0.796, -1.315, 0.580], upper: [-0.437, -0.776, 0.781]}",
+        "tote.inner: puts the walls at x from -0.799 to -0.434, expected inside the flange's -1.354 to",
+    ),
+    "a URDF elsewhere": (
+        "urdf: robot.urdf",
+        "urdf: ../cell/../../robot.urdf",
+        "robot.urdf: expected a path inside the cell's folder",
+    ),
+    "an absolute URDF": ("urdf: robot.urdf", "urdf: /etc/passwd", "robot.urdf: expected a path inside"),
     "no acceleration limit": (
         "max_velocity: 1.0, has_acceleration_limits: true, max_acceleration: 2.0, ",
         "max_velocity: 1.0, has_acceleration_limits: true, ",

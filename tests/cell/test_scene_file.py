@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -122,6 +123,14 @@ def _set(*path: Any, value: Any) -> Callable[[dict[str, Any]], None]:
 
 
 MISTAKES = {
+    "noise in mm": (_set("noise", "position", value=2.0), "got 2.0; lengths are in m, not mm"),
+    "a pod far away": (_set("T_world_pod", "position", value=[1e308, 0, 0]), "got 1e+308; lengths are in m"),
+    "a cell by its path": (
+        _set("cell", "name", value="../../elsewhere"),
+        "cell.name: expected the cell's name",
+    ),
+    "a cell of a long name": (_set("cell", "name", value="x" * 300), "cell.name: expected the cell's name"),
+    "control characters": (_set("items", 0, "id", value="\x1b[2J"), "items[0].id: expected"),
     "unknown item": (
         _set("items", 2, "name", value="crayola_24"),
         "items[2].name: unknown item 'crayola_24' of 2016; did you mean 'crayola_24_ct'?",
@@ -229,3 +238,37 @@ def test_a_truncated_file_is_refused(tmp_path_factory: pytest.TempPathFactory, c
     path.write_text(text[: int(cut * len(text))])
     with pytest.raises(InputError, match=r"cut\.json:\d+"):
         read_scene(path, CELL)
+
+
+def test_an_item_sunk_into_its_floor_is_told_as_such(cell: Cell, written: Path, refused: Refused) -> None:
+    scene = make_scene(cell)
+    first = scene.items[0]
+    write_scene(scene.moved(replace(first, T_world_item=pose((0, 0, -0.03)) @ first.T_world_item)), written)
+    message = refused(lambda: read_scene(written))
+    assert f"items[0].position: {first.id} reaches 30.0 mm under the floor of bin_A" in message
+
+
+def test_an_item_in_the_shelf_is_told_as_such(cell: Cell, written: Path, refused: Refused) -> None:
+    scene = make_scene(cell)
+    first = scene.items[0]
+    write_scene(scene.moved(replace(first, T_world_item=pose((0, -0.12, 0)) @ first.T_world_item)), written)
+    message = refused(lambda: read_scene(written))
+    assert f"items[0].position: {first.id} stands " in message and "mm deep in " in message
+
+
+def test_mistakes_beyond_the_first_twenty_are_counted(cell: Cell, written: Path, refused: Refused) -> None:
+    """And cost nothing: thousands of items in one place once took minutes."""
+    item = json.loads(written.read_text())["items"][0]
+    edit(written, lambda content: content.update(items=[{**item, "id": str(i)} for i in range(300)]))
+    began = process_time()
+    lines = refused(lambda: read_scene(written)).splitlines()
+    assert len(lines) == 21 and "more" in lines[-1]
+    assert process_time() - began < 5.0
+    edit(written, lambda content: content.update(items=[{**item, "id": str(i)} for i in range(301)]))
+    assert "at most 300" in refused(lambda: read_scene(written))
+
+
+def test_characters_beyond_16_bits_are_read_as_json_writes_them(written: Path) -> None:
+    edit(written, lambda content: content["items"][0].update(id="\U0001f4e6 one"))
+    assert "\\ud83d\\udce6" in written.read_text()
+    assert read_scene(written).items[0].id == "\U0001f4e6 one"

@@ -36,6 +36,22 @@ GOOD = """<robot name="two">
 THIRD = '<joint name="third" type="fixed"><parent link="{}"/><child link="{}"/></joint>\n</robot>'
 
 MISTAKES = {
+    "limits in degrees": (
+        'lower="-1" upper="1"',
+        'lower="-180" upper="180"',
+        11,
+        "limits are in rad, not degrees",
+    ),
+    "limits in mm": ('upper="0.5"', 'upper="500"', 16, "limits are in m, not mm"),
+    "sizes in mm": ('<box size="1 2 3"/>', '<box size="100 200 300"/>', 5, "lengths are in m, not mm"),
+    "sizes that nothing has": (
+        '<box size="1 2 3"/>',
+        '<box size="1 2 1e308"/>',
+        5,
+        "lengths are in m, not mm",
+    ),
+    "limits that meet": ('lower="-1" upper="1"', 'lower="1" upper="1"', 11, "lower under upper, got 1 and 1"),
+    "mass in no unit": ('value="2"', 'value="1e5"', 4, "at most 10000 kg"),
     "not XML": ('<link name="base"/>', '<link name="base">', 18, "not XML"),
     "entity bomb": ('<robot name="two">', '<!DOCTYPE r [<!ENTITY a "b">]><robot name="two">', 1, "DOCTYPE"),
     "another root element": ('<robot name="two">', '<robots name="two">', 1, None),

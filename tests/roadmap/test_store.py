@@ -24,6 +24,7 @@ from pickcli.roadmap.store import (
     describe,
     read_database,
     read_roadmap,
+    surveyed,
     write_database,
     write_roadmap,
 )
@@ -235,3 +236,15 @@ def _cell(fingerprint: str, names: tuple[str, ...] = JOINTS, size: float = 1.0) 
     limits = SimpleNamespace(lower=-box, upper=box, velocity=box, acceleration=box)
     robot = SimpleNamespace(joint_names=names, limits=limits)
     return cast(Cell, SimpleNamespace(fingerprint=fingerprint, robot=robot))
+
+
+def test_a_description_of_any_cell_can_be_read_again(tmp_path: Path) -> None:
+    """What is written of a cell with two thousand obstacles is read; what is not read is not written."""
+    target = tmp_path / "roadmap.h5"
+    parts = {f"obstacle {i:05d}": [["box", [0.1, 0.2, 0.3]], np.eye(4).tolist()] for i in range(2000)}
+    write_roadmap(target, roadmap(), FINGERPRINT, MADE | {"parts": parts})
+    assert describe(target)["made"]["parts"] == parts
+    assert surveyed(target).damage == ()
+    with pytest.raises(InputError, match="made takes over 8 MB"):
+        write_roadmap(tmp_path / "more.h5", roadmap(), FINGERPRINT, MADE | {"parts": "x" * (9 << 20)})
+    assert not (tmp_path / "more.h5").exists()

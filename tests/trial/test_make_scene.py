@@ -83,3 +83,8 @@ def test_a_whole_pod_stands_inside_and_mostly_on_the_floor(order_name: str) -> N
         assert all(low[0] >= 0.0 and high[0] <= cell_bin.depth + 1e-3 for low, high in spans)
         if len(here) <= 3:
             assert all(low[2] < cell_bin.floor_front for low, _ in spans), f"{name}: something lies on others"
+
+
+def test_more_than_a_bin_has_room_for_is_refused_at_once() -> None:
+    with pytest.raises(InputError, match=r"bin_A: its 40 items take \d+ litres, the bin has \d+"):
+        made({"bin_A": ["kleenex_tissue_box"] * 40})

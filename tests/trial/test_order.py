@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import pytest
@@ -177,3 +178,21 @@ def test_control_characters_cannot_reach_the_terminal() -> None:
     message = refusal(pick_data(bin_B=["\x1b[31mred\ud800"]))
     assert message.isprintable() or "\x1b" not in message
     message.encode("utf-8")
+
+
+def test_orders_have_bounds() -> None:
+    """Thousands of copies, targets or mistakes cost neither minutes nor memory."""
+    copies = {bin_name: [ITEMS[0]] * (101 if bin_name == "bin_A" else 0) for bin_name in BINS}
+    assert ": 101 entries, at most 100" in refusal({"bin_contents": copies, "tote_contents": [ITEMS[0]]})
+    target = {"bin": "bin_A", "item": ITEMS[0]}
+    few = copies | {"bin_A": [ITEMS[0]] * 100}
+    asked = refusal({"bin_contents": few, "tote_contents": [], "work_order": [target] * 7000})
+    assert "7000 entries, at most 500" in asked
+    began = process_time()
+    unknown = {
+        "bin_contents": {f"b{i}": [] for i in range(30_000)},
+        "tote_contents": [f"i{i}" for i in range(30_000)],
+    }
+    lines = refusal(unknown).splitlines()
+    assert len(lines) == 9 and "and " in lines[-1]
+    assert process_time() - began < 5.0
