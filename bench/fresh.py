@@ -26,7 +26,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bench.played import OVER_PLAN, Played, balls, read_played
+from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
@@ -34,6 +34,7 @@ from pickcli.cell.robot import Tool
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.scene_file import read_scene
 from pickcli.errors import NoPlanError
+from pickcli.geometry import Array
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
@@ -57,9 +58,15 @@ class Job:
     reality: Path | None
 
     @property
-    def is_done(self) -> bool:
-        """Whether everything is there; what is judged is written last."""
-        return (self.folder / "judged.json").exists()
+    def is_played(self) -> bool:
+        """Whether the trial was played to its end: its pictures are written last."""
+        return (self.folder / "after.png").exists()
+
+    @property
+    def judged(self) -> Path:
+        """Where the figures are kept, by what they are judged with."""
+        sources = [Path(__file__).with_name(name).read_bytes() for name in ("fresh.py", "played.py")]
+        return self.folder / f"judged_{hashlib.sha256(b''.join(sources)).hexdigest()[:12]}.json"
 
 
 def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER) -> list[Job]:
@@ -73,9 +80,14 @@ def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = F
 
 
 def play(job: Job) -> str:
-    """Play one trial unless it is there already; what went wrong with the program itself, or ""."""
-    if job.is_done:
-        return ""
+    """Play and judge one trial, as far as it is not; what went wrong with the program itself, or ""."""
+    failed = "" if job.is_played else _run(job)
+    if not failed and not job.judged.exists():
+        job.judged.write_text(json.dumps(judged(job.folder, _planner()), indent=2) + "\n")
+    return failed
+
+
+def _run(job: Job) -> str:
     job.folder.parent.mkdir(parents=True, exist_ok=True)
     order = job.folder.with_suffix(".json")
     write_output(order, make_order(OrderKind.PICK, job.year, job.seed))
@@ -86,7 +98,6 @@ def play(job: Job) -> str:
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode not in ENDED:
         return f"order {job.seed}: exit code {done.returncode}: {done.stderr.strip()[-500:]}"
-    (job.folder / "judged.json").write_text(json.dumps(judged(job.folder, _planner()), indent=2) + "\n")
     return ""
 
 
@@ -114,7 +125,7 @@ def judged(folder: Path, warm: Planner) -> dict[str, Any]:
         "limit_violations": record["limit_violations"],
         "neighbours_moved": played.neighbours_moved,
         "drops": record["drops"],
-        "load_ratios": played.load_ratios,
+        "loads": played.loads,
         "certified": played.n_certified,
         "rejected": played.n_rejected,
         "missed": missed,
@@ -175,14 +186,14 @@ def play_all(wanted: Sequence[Job], processes: int) -> list[dict[str, Any]]:
             failed += [error] if error else []
     if failed:
         raise RuntimeError("\n".join(failed))
-    return [json.loads((job.folder / "judged.json").read_text()) for job in wanted]
+    return [json.loads(job.judged.read_text()) for job in wanted]
 
 
 def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """What the trials have in common."""
     delivered = [trial["items_in_tote"] for trial in trials]
     missed = [target["why_not"] for trial in trials for target in trial["missed"]]
-    ratios = np.array([ratio for trial in trials for ratio in trial["load_ratios"]])
+    planned, measured = np.array([load for t in trials for load in t["loads"]]).reshape(-1, 2).T
     rejected, certified = (sum(trial[key] for trial in trials) for key in ("rejected", "certified"))
     deliverable = sum(delivered) + missed.count("")
     return {
@@ -198,9 +209,10 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "missed_deliverable": missed.count(""),
         "missed_cannot_be_held": missed.count("cannot be held"),
         "missed_no_plan_alone": missed.count("no plan alone"),
-        "holds": len(ratios),
-        "holds_over_plan_share": float(np.mean(ratios > OVER_PLAN)) if len(ratios) else None,
-        "load_ratio_worst": float(ratios.max()) if len(ratios) else None,
+        "holds": len(planned),
+        "holds_over_plan_share": _share(measured > OVER_PLAN * planned),
+        "holds_over_by_share": _share(measured > planned + OVER_BY),
+        "load_worst": float(measured.max(initial=0.0)),
         "drops": sum(trial["drops"] for trial in trials),
         "plans": certified + rejected,
         "rejected_share": rejected / (certified + rejected) if certified + rejected else 0.0,
@@ -209,6 +221,11 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "event_distance_mm_max": max(trial["event_distance_mm"] for trial in trials),
         **{name: _spread(trials, name) for name in ("planning_ms", "planning_failed_ms", "verification_ms")},
     }
+
+
+def _share(holds: Array) -> float | None:
+    """Of how many it is so; None of none at all."""
+    return float(np.mean(holds)) if len(holds) else None
 
 
 def _values(trials: Sequence[dict[str, Any]], name: str) -> list[float]:
@@ -243,6 +260,7 @@ def rows(figures: dict[str, Any]) -> Iterator[tuple[str, str, float, bool]]:
         f"neighbours carried, toppled or dropped in {n} trials": (0, figures["neighbours_moved"]),
         f"trials of {n} aborted": (0, figures["aborted"]),
         "holds with over 1.1 times the planned load, %": (2, _percent(figures["holds_over_plan_share"])),
+        "the same, by over 0.1 of what the cup bears, %": (2, _percent(figures["holds_over_by_share"])),
         "drops per 100 trials": (3, 100.0 * figures["drops"] / n),
         "plans that the verifier rejected, %": (0.2, _percent(figures["rejected_share"])),
         "events: distance from where they were due, mm": (2, figures["event_distance_mm_max"]),
@@ -264,7 +282,7 @@ def show(figures: dict[str, Any], console: Console) -> None:
         table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
     console.print(table)
     for key in ("items_in_tote_mean", "items_in_tote_least", "score_share", "missed_cannot_be_held",
-                "missed_no_plan_alone", "missed_deliverable", "holds", "load_ratio_worst", "clock_s_mean",
+                "missed_no_plan_alone", "missed_deliverable", "holds", "load_worst", "clock_s_mean",
                 "delivery_s_mean", "planning_ms", "verification_ms"):  # fmt: skip
         console.print(f"{key}: {figures[key]}", highlight=False)
 

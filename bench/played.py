@@ -21,6 +21,7 @@ from pickcli.geometry import Array, from_quaternion
 CONTACT_FORCE = 0.5  # N and
 CONTACT_DEPTH = 1e-4  # m: an unplanned contact under both is a graze
 OVER_PLAN = 1.1  # times the planned load on the cup
+OVER_BY = 0.1  # of what the cup bears: a load that is planned at next to nothing may well be twice that
 
 # From where a neighbour that nobody meant to move counts as moved.
 CARRIED = 0.05  # m
@@ -59,7 +60,7 @@ class Played:
         for attempt in self.record["attempts"]:
             if attempt["execution"] is not None:
                 yield attempt["execution"]
-            yield from attempt["recovery"]
+            yield from (step["execution"] for step in attempt["recovery"] if step["execution"] is not None)
 
     @cached_property
     def contacts(self) -> list[Mapping[str, Any]]:
@@ -68,20 +69,20 @@ class Played:
         return [c for c in found if c["force"] > CONTACT_FORCE or c["depth"] > CONTACT_DEPTH]
 
     @cached_property
-    def load_ratios(self) -> list[float]:
-        """Of every hold, the simulated load on the cup over the planned one."""
+    def loads(self) -> list[tuple[float, float]]:
+        """Of every hold, the planned and the simulated load on the cup, as shares of what it bears."""
         found = []
         for attempt in self.record["attempts"]:
             run, plan = attempt["execution"], attempt["plan"]
             planned = plan["grasp"].get("load_ratio") if plan and plan["grasp"] else None
             if run is not None and planned and run["max_load"] > 0.0:
-                found.append(run["max_load"] / planned)
+                found.append((planned, run["max_load"]))
         return found
 
     @cached_property
     def neighbours_moved(self) -> dict[str, str]:
-        """What happened, by id, to items that no attempt was made at."""
-        meant = {attempt["item"] for attempt in self.record["attempts"]}
+        """What happened, by id, to items that no carried out attempt was made at."""
+        meant = {attempt["item"] for attempt in self.record["attempts"] if attempt["execution"] is not None}
         told = {name: self._moved(name) for name in self.before if name not in meant}
         return {name: what for name, what in told.items() if what}
 

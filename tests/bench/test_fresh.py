@@ -18,7 +18,7 @@ CELL = load_cell("apc2016_delft")
 def trial(**changes: Any) -> dict[str, Any]:
     default = {
         "items_in_tote": 10, "score": 120, "max_score": 180, "contacts": [], "limit_violations": 0,
-        "neighbours_moved": {}, "aborted": "", "missed": [], "load_ratios": [1.0], "drops": 0,
+        "neighbours_moved": {}, "aborted": "", "missed": [], "loads": [(0.5, 0.5)], "drops": 0,
         "certified": 12, "rejected": 0, "clock_s": 100.0, "delivery_s": [6.0], "event_distance_mm": 1.0,
         "planning_ms": [50.0], "planning_failed_ms": [], "verification_ms": [200.0],
     }  # fmt: skip
@@ -41,7 +41,7 @@ def test_a_clean_trial_keeps_every_promise() -> None:
         ({"neighbours_moved": {"book": "fell 40 mm"}}, "neighbours"),
         ({"aborted": "no way out"}, "aborted"),
         ({"missed": [{"why_not": ""}]}, "delivered"),
-        ({"load_ratios": [1.2]}, "planned load"),
+        ({"loads": [(0.5, 0.58)]}, "planned load"),
         ({"drops": 1}, "drops"),
         ({"rejected": 1}, "rejected"),
         ({"event_distance_mm": 3.0}, "events"),
@@ -60,8 +60,16 @@ def test_targets_that_nothing_could_deliver_are_left_out_and_counted() -> None:
 
 
 def test_shares_without_a_hold_are_missing_and_not_zero() -> None:
-    assert fresh.summary([trial(load_ratios=[])])["holds_over_plan_share"] is None
-    assert missed_rows(trial(load_ratios=[])) == ["holds with over 1.1 times the planned load, %"]
+    assert fresh.summary([trial(loads=[])])["holds_over_plan_share"] is None
+    assert [row[:9] for row in missed_rows(trial(loads=[]))] == ["holds wit", "the same,"]
+
+
+def test_loads_over_the_plan_count_by_their_share_and_by_how_much() -> None:
+    """A cup that is loaded next to not at all may well be loaded twice as much as planned."""
+    figures = fresh.summary([trial(loads=[(0.02, 0.05), (0.4, 0.43), (0.4, 0.6), (0.8, 0.81)])])
+    assert figures["holds_over_plan_share"] == pytest.approx(0.5)
+    assert figures["holds_over_by_share"] == pytest.approx(0.25)
+    assert figures["load_worst"] == pytest.approx(0.81)
 
 
 @pytest.mark.parametrize(("name", "holds"), [
@@ -91,8 +99,9 @@ def test_play_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(fresh.subprocess, "run", fails)
     assert fresh.play(job) == "order 7: exit code 3: apc: error: no room"
-    assert not job.is_done and {"run-trial", "--overwrite"} <= set(called[0])
+    assert not job.is_played and {"run-trial", "--overwrite"} <= set(called[0])
     job.folder.mkdir()
-    (job.folder / "judged.json").write_text(json.dumps(trial()))
-    assert job.is_done and fresh.play(job) == ""
+    (job.folder / "after.png").touch()
+    job.judged.write_text(json.dumps(trial()))
+    assert job.is_played and fresh.play(job) == ""
     assert len(called) == 1

@@ -26,6 +26,10 @@ def attempt(item: str = "target", **changes: Any) -> dict[str, Any]:
     return {**default, **changes}
 
 
+def step(execution: dict[str, Any] | None) -> dict[str, Any]:
+    return {"what": "out", "reason": "", "execution": execution}
+
+
 def planned(load_ratio: float | None, certificate: object = "yes") -> dict[str, Any]:
     grasp = {"kind": "top"} if load_ratio is None else {"kind": "top", "load_ratio": load_ratio}
     segments = [["transit", 0.0, 1.0], ["place", 3.0, 4.5], ["depart", 4.5, 5.0]]
@@ -47,7 +51,7 @@ def played(*attempts: dict[str, Any], now: Stood | None = BOOK, is_round: bool =
 def test_contacts_count_from_a_force_or_a_depth(force: float, depth: float, counts: bool) -> None:
     touched = run(collisions=[{"a": "lance", "b": "book", "force": force, "depth": depth}])
     assert bool(played(attempt(execution=touched)).contacts) == counts
-    assert bool(played(attempt(recovery=[touched])).contacts) == counts
+    assert bool(played(attempt(recovery=[step(touched)])).contacts) == counts
 
 
 def test_neighbours_that_stay_or_are_nudged_are_not_named() -> None:
@@ -73,8 +77,12 @@ def test_neighbours_that_moved_are_named_with_what_happened(now: Stood | None, t
     assert played(attempt(), now=now).neighbours_moved == {"book": told}
 
 
-def test_what_an_attempt_was_made_at_is_no_neighbour() -> None:
-    assert played(attempt("book"), now=replace(BOOK, location="tote")).neighbours_moved == {}
+def test_what_a_carried_out_attempt_was_made_at_is_no_neighbour() -> None:
+    gone = replace(BOOK, location="tote")
+    assert played(attempt("book", execution=run()), now=gone).neighbours_moved == {}
+    assert played(attempt("book", outcome="no plan"), now=gone).neighbours_moved == {
+        "book": "from bin_A to tote"
+    }
 
 
 def test_a_ball_may_turn_but_not_roll_away() -> None:
@@ -86,14 +94,14 @@ def test_a_ball_may_turn_but_not_roll_away() -> None:
     }
 
 
-def test_load_ratios_compare_every_hold_with_its_plan() -> None:
+def test_loads_are_those_of_every_hold_and_its_plan() -> None:
     shown = played(
         attempt(plan=planned(0.5), execution=run(max_load=0.6)),
         attempt(plan=planned(0.5), execution=run()),  # nothing was held
         attempt(plan=planned(None), execution=run(max_load=0.6)),  # a plan that states no load
         attempt(plan=planned(0.5, certificate=None), outcome="rejected"),
     )
-    assert shown.load_ratios == [pytest.approx(1.2)]
+    assert shown.loads == [(0.5, 0.6)]
     assert (shown.n_certified, shown.n_rejected) == (3, 1)
 
 
@@ -103,7 +111,10 @@ def test_delivery_ends_with_the_release() -> None:
 
 def test_event_distances_are_those_of_recoveries_too() -> None:
     fired = run(events=[{"distance": 0.001}])
-    assert played(attempt(execution=fired, recovery=[fired])).event_distances == [0.001, 0.001]
+    assert played(attempt(execution=fired, recovery=[step(fired), step(None)])).event_distances == [
+        0.001,
+        0.001,
+    ]
 
 
 def test_read_played_reads_what_a_trial_wrote(tmp_path: Path) -> None:
