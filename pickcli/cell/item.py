@@ -33,6 +33,8 @@ class Item:
     speed_scale: float  # 1.0, or 0.5 for Delft's slow items
     folded: str  # "" or how cloth and bags were folded to get the stated size
     source: str  # where the figures come from
+    # By face, least and greatest coordinate in m along axes of the item frame: the part of it that seals.
+    areas: Mapping[str, Mapping[str, tuple[float, float]]] = field(default_factory=dict, hash=False)
     mass_error: float = 0.1  # bound of the stated mass's error, as a share of it
 
     @property
@@ -44,6 +46,12 @@ class Item:
     def suction(self) -> bool:
         """Whether a cup can hold it at all."""
         return any(share > 0.0 for share in self.seals.values())
+
+    def area(self, face: str) -> Array:
+        """Corners (2, 3) in the item frame between which a face seals; infinite along axes not limited."""
+        stated = self.areas.get(face, {})
+        ends = [stated.get(axis, (-np.inf, np.inf)) for axis in "xyz"]
+        return np.array(ends, dtype=np.float64).T
 
     @property
     def inertia(self) -> Array:

@@ -11,10 +11,11 @@ from pydantic import Field, model_validator
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.validate import FileModel, validate
+from pickcli.cell.validate import FileModel, Number, validate
 from pickcli.cell.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+Interval = Annotated[tuple[Number, ...], Len(2, 2)]
 ItemSize = Annotated[float, Field(gt=0, le=2)]  # m: what a shelf and one arm have to do with
 ItemName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[a-z0-9_]+$")]
 
@@ -36,6 +37,10 @@ class ItemModel(FileModel):
     seals: dict[str, Share] = Field(
         default_factory=dict, description="shares of full vacuum of the faces that seal otherwise"
     )
+    areas: dict[str, dict[Literal["x", "y", "z"], Interval]] = Field(
+        default_factory=dict,
+        description="by face, [least, greatest] in m along axes of the item frame: the part that seals",
+    )
     seal_source: Annotated[str, Field(min_length=3)] = Field(description="where the seals come from")
     why_not: str = Field("", description="the reason where no face seals")
     seal_inset: Annotated[float, Field(ge=0, le=0.5)] = Field(description="m")
@@ -53,11 +58,25 @@ class ItemModel(FileModel):
     def _faces(self) -> ItemModel:
         if self._has_one_shape:
             known = self.shape.face_names
-            for name in self.seals:
+            for name in (*self.seals, *self.areas):
                 if name not in known:
-                    raise ValueError(f"expected faces of its shape in seals ({', '.join(known)}), got {name}")
+                    raise ValueError(f"expected faces of its shape ({', '.join(known)}), got {name}")
             if any(share > 0.0 for share in self.shares.values()) == bool(self.why_not):
                 raise ValueError("expected why_not where no face seals, and only there; add or remove it")
+        return self
+
+    @model_validator(mode="after")
+    def _areas(self) -> ItemModel:
+        for name, area in self.areas.items():
+            if self._has_one_shape and self.shares.get(name) == 0.0:
+                raise ValueError(
+                    f"expected areas of faces that seal, got {name}; remove it or state its seal"
+                )
+            for axis, (least, greatest) in area.items():
+                if least >= greatest:
+                    raise ValueError(
+                        f"expected [least, greatest] for {axis} of {name}, got {[least, greatest]}"
+                    )
         return self
 
     @property
@@ -112,6 +131,7 @@ def _item(name: str, year: int, model: ItemModel) -> Item:
         bonus=model.bonus,
         seals=model.shares,
         seal_source=model.seal_source,
+        areas={face: {axis: (a, b) for axis, (a, b) in area.items()} for face, area in model.areas.items()},
         why_not=model.why_not,
         seal_inset=model.seal_inset,
         speed_scale=model.speed_scale,

@@ -94,7 +94,7 @@ def _item_content(placed: PlacedItem) -> list[Any]:
         item.shape.kind.value,
         numbers(item.shape.size),
         numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
-        [[face, *numbers([share])] for face, share in sorted(item.seals.items())],
+        [[face, *numbers([share]), numbers(item.area(face))] for face, share in sorted(item.seals.items())],
         _coarse(placed.T_world_item),
     ]
 

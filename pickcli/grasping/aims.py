@@ -31,8 +31,8 @@ def aims(face: Face, item: Item, T_bin_item: Array, search: Search) -> list[Arra
 def _at_curved(face: Face, radius: float, T_bin_item: Array, search: Search) -> list[Array]:
     """Straight at the mouth, up and to the sides, and turned from there by the angles of the fan."""
     is_mantle = face.name == "mantle"
-    room = float(face.region.bounds[2, 1]) if is_mantle else 0.0
-    heights = np.linspace(-room, room, search.grid) if search.grid > 1 and room > 0.0 else np.zeros(1)
+    low, high = face.region.bounds[2] if is_mantle else np.zeros(2)
+    heights = np.linspace(low, high, search.grid) if search.grid > 1 and high > low else [(low + high) / 2]
     found: dict[tuple[float, ...], Array] = {}
     for toward, a, b in product(WAYS_IN, search.fan, search.fan):
         outward = T_bin_item[:3, :3].T @ _turned_off(toward, a, b)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,11 +30,11 @@ def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
 def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     """All faces of an item on which the whole cup fits, whether they seal or not."""
     inset = tool.cup_radius + item.seal_inset
-    if item.shape.kind is ShapeKind.BOX:
-        return _box_faces(item, inset)
-    if item.shape.kind is ShapeKind.CYLINDER:
-        return _cylinder_faces(item, inset, tool.cup_stroke)
-    return _sphere_faces(item, tool)
+    if item.shape.kind is ShapeKind.SPHERE:
+        return _sphere_faces(item, tool)
+    is_box = item.shape.kind is ShapeKind.BOX
+    found = _box_faces(item, inset) if is_box else _cylinder_faces(item, inset, tool.cup_stroke)
+    return tuple(face for face in found if face is not None)
 
 
 def sagitta(radius: float, cup_radius: float) -> float:
@@ -50,46 +51,46 @@ def into(outward: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _flat(name: str, centre: Array, outward: Array, half: tuple[float, float]) -> Face:
-    """A rectangle of tip positions around ``centre``, axes as given by ``into``."""
+def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> Face | None:
+    """What lies ``inset`` inside of a rectangle with corners (3,), flat along ``outward``, if anything."""
+    centre, R = (low + high) / 2, into(outward)
+    room = np.abs(R[:, :2].T) @ (high - low) / 2 - inset  # along the tool's x and y axes
+    if float(room.min()) < 0.0:
+        return None
     bounds = np.zeros((6, 2))
-    bounds[0], bounds[1] = (-half[0], half[0]), (-half[1], half[1])
-    return Face(name, TaskSpaceRegion(pose(centre, R=into(outward)), np.eye(4), bounds))
+    bounds[:2] = np.stack([-room, room], axis=1)
+    return Face(name, TaskSpaceRegion(pose(centre, R=R), np.eye(4), bounds))
 
 
-def _box_faces(item: Item, inset: float) -> tuple[Face, ...]:
+def _box_faces(item: Item, inset: float) -> Iterator[Face | None]:
     half = item.shape.extents / 2
-    found = []
-    for axis in range(3):
-        for sign in (1.0, -1.0):
-            outward = np.zeros(3)
-            outward[axis] = sign
-            R = into(outward)
-            # extents of the face along the tool's x and y axes
-            room = [float(abs(R[:, k]) @ half) - inset for k in (0, 1)]
-            if min(room) < 0.0:
-                continue
-            name = ("+" if sign > 0 else "-") + "xyz"[axis]
-            found.append(_flat(name, outward * half, outward, (room[0], room[1])))
-    return tuple(found)
+    for name in item.shape.face_names:
+        outward = _outward(name)
+        low, high = item.area(name)
+        low, high = np.maximum(low, -half), np.minimum(high, half)
+        on_it = outward != 0.0
+        low, high = np.where(on_it, outward * half, low), np.where(on_it, outward * half, high)
+        yield _flat(name, outward, low, high, inset)
 
 
-def _cylinder_faces(item: Item, inset: float, stroke: float) -> tuple[Face, ...]:
+def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | None]:
     radius, length = item.shape.size
-    found = []
-    room = (radius - inset) / np.sqrt(2.0)  # the square inside the disc of allowed cup centres
-    if room >= 0.0:
-        for sign in (1.0, -1.0):
-            outward = np.array([0.0, 0.0, sign])
-            found.append(_flat("+z" if sign > 0 else "-z", outward * length / 2, outward, (room, room)))
-    along = length / 2 - inset
+    # The square inside the disc of allowed cup centres, and the inset around it again.
+    half = np.full(2, max(0.0, radius - inset) / np.sqrt(2.0) + inset)
+    for name in ("+z", "-z"):
+        outward = _outward(name)
+        low, high = item.area(name)
+        low, high = np.append(np.maximum(low[:2], -half), 0.0), np.append(np.minimum(high[:2], half), 0.0)
+        low[2] = high[2] = outward[2] * length / 2
+        yield _flat(name, outward, low, high, inset) if radius >= inset else None
+    ends = item.area("mantle")[:, 2]
+    low_z, high_z = max(-length / 2, ends[0]) + inset, min(length / 2, ends[1]) - inset
     # On the mantle the bellows must take up the bulge.
-    if along >= 0.0 and radius > inset and sagitta(radius, inset) <= 0.75 * stroke:
+    if high_z >= low_z and radius > inset and sagitta(radius, inset) <= 0.75 * stroke:
         bounds = np.zeros((6, 2))
-        bounds[2], bounds[5] = (-along, along), (-np.pi, np.pi)
+        bounds[2], bounds[5] = (low_z, high_z), (-np.pi, np.pi)
         T_region_tool = pose([radius, 0.0, 0.0], R=into(np.array([1.0, 0.0, 0.0])))
-        found.append(Face("mantle", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)))
-    return tuple(found)
+        yield Face("mantle", TaskSpaceRegion(np.eye(4), T_region_tool, bounds))
 
 
 def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
@@ -118,8 +119,10 @@ def tilted(T_item_tip: Array, angle: float) -> Array:
 
 def flat_normal(face: str) -> Array | None:
     """Unit normal (3,) of a flat face in the item frame, outwards; None for a curved one."""
-    if face in ("mantle", "sphere"):
-        return None
+    return None if face in ("mantle", "sphere") else _outward(face)
+
+
+def _outward(face: str) -> Array:
     return np.asarray(np.eye(3)["xyz".index(face[1])] * (1.0 if face[0] == "+" else -1.0))
 
 

@@ -66,7 +66,10 @@ def _share_at(item: Item, grasp: Grasp) -> float:
 
 
 def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
-    """Of the face nearest to a point (3,): name, height of the point over it, normal, room to its edge, m."""
+    """Of the face nearest to a point (3,): name, height of the point over it, normal, room to its edge, m.
+
+    The edge is that of the part that seals.
+    """
     shape, half = item.shape, item.shape.extents / 2
     if shape.kind is ShapeKind.SPHERE:
         r = float(np.linalg.norm(p))
@@ -74,15 +77,27 @@ def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
     if shape.kind is ShapeKind.BOX:
         axis = int(np.argmax(np.abs(p) - half))
         normal = np.sign(p[axis]) * np.eye(3)[axis]
-        room = float(np.delete(half - np.abs(p), axis).min())
-        return _sign(p[axis]) + "xyz"[axis], float(abs(p[axis]) - half[axis]), normal, room
+        name = _sign(p[axis]) + "xyz"[axis]
+        room = min(float(np.delete(half - np.abs(p), axis).min()), _to_the_end(item, name, p))
+        return name, float(abs(p[axis]) - half[axis]), normal, room
     radius, length = shape.size
     r = float(np.hypot(p[0], p[1]))
     if abs(p[2]) - length / 2 > r - radius:  # an end
         normal = np.array([0.0, 0.0, np.sign(p[2])])
-        return _sign(p[2]) + "z", float(abs(p[2]) - length / 2), normal, radius - r
+        name = _sign(p[2]) + "z"
+        room = min(radius - r, _to_the_end(item, name, p))
+        return name, float(abs(p[2]) - length / 2), normal, room
     normal = np.array([p[0], p[1], 0.0]) / max(r, 1e-9)
-    return "mantle", r - radius, normal, float(length / 2 - abs(p[2]))
+    return "mantle", r - radius, normal, min(float(length / 2 - abs(p[2])), _to_the_end(item, "mantle", p))
+
+
+def _to_the_end(item: Item, face: str, p: Array) -> float:
+    """How far inside the part of a face that seals a point (3,) lies, m; infinite where all of it does."""
+    rooms = [
+        min(float(p["xyz".index(axis)]) - least, greatest - float(p["xyz".index(axis)]))
+        for axis, (least, greatest) in item.areas.get(face, {}).items()
+    ]
+    return min(rooms, default=np.inf)
 
 
 def _sign(value: float) -> str:

@@ -79,3 +79,37 @@ def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
     a, b = sampled(name, T, USUAL, 7), sampled(name, T, USUAL, 7)
     assert [g.score for g in a] == [g.score for g in b]
     assert all((g.T_item_tip == h.T_item_tip).all() for g, h in zip(a, b, strict=True))
+
+
+@pytest.mark.parametrize("search", [USUAL, WIDE])
+@pytest.mark.parametrize("name", ["woods_extension_cord", "clorox_utility_brush", "up_glucose_bottle"])
+def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: Search) -> None:
+    """In an upright and a lying pose; the rim is checked point by point."""
+    item = CELL.item(name, 2016)
+    angles = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+    rim = TOOL.cup_radius * np.stack([np.cos(angles), np.sin(angles), np.zeros(32)], axis=1)
+    seen = set()
+    for T in (FLAT, ON_EDGE, pose([0.2, 0.0, 0.05], rpy=[0.0, np.pi / 2, 0.0])):
+        for grasp in sampled(name, T, search):
+            assert item.seals[grasp.face] > 0.0
+            low, high = item.area(grasp.face)
+            points = grasp.T_item_tip[:3, 3] + rim @ grasp.T_item_tip[:3, :3].T
+            tilted = TOOL.cup_radius * (1.0 - np.cos(TOOL.cup_tilt)) + 1e-9
+            assert ((points >= low - tilted) & (points <= high + tilted)).all()
+            seen.add(grasp.face)
+    assert seen
+
+
+def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
+    upright = pose([0.25, 0.0, 0.03])
+    item = CELL.item("platinum_pets_dog_bowl", 2016)
+    found = sample_grasps(item.name, item, upright, TOOL, BIN, np.random.default_rng(0), WIDE)
+    assert found.grasps == ()
+    assert [reason.what for reason in found.rejected] == ["no face within reach"]
+    lid_down = pose([0.25, 0.0, 0.03], rpy=[np.pi, 0.0, 0.0])
+    assert {g.face for g in sampled(item.name, lid_down, USUAL)} == {"-z"}
+
+
+def test_the_best_grasp_of_a_box_is_next_to_its_centre_of_mass() -> None:
+    best = next(g for g in sampled("staples_index_cards", FLAT, WIDE) if g.face == "+z")
+    assert np.linalg.norm(best.T_item_tip[:2, 3]) < 0.005

@@ -41,12 +41,12 @@ def grasps_of(planner: Planner, scene: Scene, name: str) -> list[InBin]:
 
 def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: Planner) -> None:
     liner = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0)
-    gloves = on_floor(cell, "womens_knit_gloves", 0.25, 0.0, up=0.0355)
-    scene = scene_of(cell, liner, gloves)
-    query = query_of(planner, scene, "womens_knit_gloves")
+    book = on_floor(cell, "laugh_out_loud_joke_book", 0.25, 0.0, up=0.0355)
+    scene = scene_of(cell, liner, book)
+    query = query_of(planner, scene, "laugh_out_loud_joke_book")
     assert "peva_shower_curtain_liner" in query.met("+z")
     assert "peva_shower_curtain_liner" not in query.met("-z")
-    assert grasps_of(planner, scene, "womens_knit_gloves")
+    assert grasps_of(planner, scene, "laugh_out_loud_joke_book")
 
 
 def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(cell: Cell, planner: Planner) -> None:
@@ -79,7 +79,7 @@ def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, 
         assert np.linalg.norm(b - a) < planner.settings.approach_offset / 2
 
 
-@pytest.mark.parametrize("name", ["womens_knit_gloves", "i_am_a_bunny_book"])
+@pytest.mark.parametrize("name", ["laugh_out_loud_joke_book", "i_am_a_bunny_book"])
 def test_under_a_large_item_nothing_is_held_and_it_is_named(cell: Cell, planner: Planner, name: str) -> None:
     flat = on_floor(cell, name, 0.25, 0.0)
     up = float(cell.item(name).shape.extents[2]) + 0.001

@@ -89,7 +89,9 @@ def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
     cell: Cell, planner: Planner, scene_with: SceneWith, home: Start
 ) -> None:
     """The same carry with a fraction of the limits, measured by the verifier's own load."""
-    scene, share = scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0)), 0.25
+    share, (box,) = 0.25, (scene := scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0))).items
+    airtight = dict.fromkeys(box.item.seals, 1.0)
+    scene = scene.moved(replace(box, item=replace(box.item, seals=airtight)))
     careful = Planner(cell, settings=replace(planner.settings, load_ratio=share))
     fast = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home)
     plan = plan_pick(careful, scene, "bin_B", "kleenex_tissue_box", home)
