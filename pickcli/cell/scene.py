@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from pickcli.cell.displacement import UNMOVED, Displacement
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
+from pickcli.cell.shapes import Body
 from pickcli.geometry import Array, inverse
 
 TOTE = "tote"  # the location of delivered items; the other locations are bin names
@@ -38,13 +41,20 @@ class PoseNoise:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Cell + where the pod really stands + items and their poses. What the arm holds is no part of it."""
+    """Cell + where the pod stands now + items and their poses. What the arm holds is no part of it."""
 
     cell: Cell
     T_world_pod: Array  # (4, 4) as it stands now
     items: tuple[PlacedItem, ...]
     noise: PoseNoise  # of the item poses in this scene
     seed: int = 0
+    pod_error: Displacement = UNMOVED  # how far the pod may stand from T_world_pod
+
+    @cached_property
+    def pod_bodies(self) -> tuple[Body, ...]:
+        """The pod's bodies in its frame, each grown to wherever the error of its pose may put it."""
+        bodies = self.cell.pod.bodies
+        return tuple(map(self.pod_error.swept, bodies)) if self.pod_error != UNMOVED else tuple(bodies)
 
     @property
     def T_nominal_pod(self) -> Array:

@@ -6,6 +6,7 @@ told with line and column.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import astuple
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.atomic import write_text
+from pickcli.cell.displacement import Displacement
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
@@ -51,6 +53,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         ),
         noise=PoseNoise(model.noise.position, model.noise.angle),
         seed=model.seed,
+        pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
     )
     check_places(source, scene)
     check_standing(source, scene)
@@ -70,13 +73,14 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
 def scene_hash(scene: Scene) -> str:
     """SHA-256 (hex) of what the validity of a motion in this scene depends on.
 
-    The cell, what its cup bears, where the pod stands, the noise bounds, and every item's figures and pose;
-    not the seed and not the order of the items. Survives writing and reading.
+    The cell, what its cup bears, where the pod stands, the bounds of both errors, and every item's figures
+    and pose; not the seed and not the order of the items. Survives writing and reading.
     """
     return digest(
         {
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
+            "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
             "cup limits": numbers(astuple(scene.cell.robot.tool.cup_limits)),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
             "items": sorted(_item_content(placed) for placed in scene.items),
@@ -122,6 +126,7 @@ def _to_text(scene: Scene) -> str:
         "version": 1,
         "cell": {"name": scene.cell.name, "fingerprint": scene.cell.fingerprint},
         "T_world_pod": _pose_values(scene.T_world_pod),
+        "pod_error": dataclasses.asdict(scene.pod_error),
         "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
         "seed": scene.seed,
     }

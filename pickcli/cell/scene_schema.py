@@ -36,6 +36,14 @@ class NoiseModel(FileModel):
     angle: Annotated[float, Field(ge=0, le=3.2, allow_inf_nan=False)] = Field(description="rad")
 
 
+class PodErrorModel(FileModel):
+    """Bounds of the error of the pod's pose on the floor, each either way."""
+
+    x: NotNegative = Field(default=0.0, description="m")
+    y: NotNegative = Field(default=0.0, description="m")
+    yaw: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] = Field(default=0.0, description="rad")
+
+
 class PlacedItemModel(PoseModel):
     """One instance of an item."""
 
@@ -52,6 +60,9 @@ class SceneModel(FileModel):
     version: Literal[1] = Field(description="1, the only version there is")
     cell: CellReference = Field(description="the cell's name and fingerprint")
     T_world_pod: PoseModel = Field(description="where the pod stands now")
+    pod_error: PodErrorModel = Field(
+        default=PodErrorModel(), description="bounds of the error of the pod's pose"
+    )
     noise: NoiseModel = Field(description="bounds of the error of the item poses")
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
     items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")

@@ -92,7 +92,7 @@ def build_world(model: CollisionModel, scene: Scene) -> World:
 
 def _pod(scene: Scene) -> Iterator[_Solid]:
     group_of = {body: group for group, bodies in scene.cell.pod.groups.items() for body in bodies}
-    for body in scene.cell.pod.bodies:
+    for body in scene.pod_bodies:
         yield _body("pod", group_of.get(body.name, body.name), scene.T_world_pod, body)
 
 

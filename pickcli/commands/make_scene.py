@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,14 +14,19 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
+from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
+
+if TYPE_CHECKING:
+    from pickcli.cell.displacement import Displacement
 
 
 @click.command("make-scene")
 @click.argument("order_path", metavar="ORDER", type=click.Path(path_type=Path))
 @output_option("scene")
 @click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
+@pod_shift_option(NONE)
 @cell_option
 @seed_option
 @json_option
@@ -29,6 +35,7 @@ def command(
     output: Path,
     overwrite: bool,
     picture: Path | None,
+    pod_shift: Displacement | str | None,
     cell_name: str,
     seed: int,
     as_json: bool,
@@ -48,6 +55,7 @@ def command(
 
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)
+    T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
     refuse_output(output, overwrite, order_path, cell_name)
     if picture is not None:
         refuse_output(picture, overwrite, order_path, cell_name)
@@ -55,7 +63,7 @@ def command(
     from pickcli.trial.make_scene import make_scene
 
     with progress("settling") as report:
-        scene = make_scene(order.bin_contents, cell, seed, order.year, report)
+        scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     write_scene(scene, output, overwrite)
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png

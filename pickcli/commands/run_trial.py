@@ -12,11 +12,13 @@ import click
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.options import cell_option, json_option, overwrite_option, reality_option, seed_option
 from pickcli.commands.planner import artifact_options, load_planner
+from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
+    from pickcli.cell.displacement import Displacement
     from pickcli.cell.scene import PoseNoise
     from pickcli.trial.result import TrialResult
 
@@ -48,6 +50,7 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 @overwrite_option
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
+@pod_shift_option("random, unless --reality says otherwise")
 @reality_option
 @cell_option
 @artifact_options
@@ -55,8 +58,9 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 @seed_option
 @json_option
 def command(
-    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise, reality_path: Path | None,
-    cell_name: str, roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
+    order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise,
+    pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
+    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -78,6 +82,7 @@ def command(
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
     order = require_pick(read_order(order_path, cell), str(order_path))
+    T_world_pod = pod_pose(pod_shift or (RANDOM if reality.pod_shift else NONE), cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
 
@@ -86,7 +91,7 @@ def command(
 
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
     with progress("placing the items") as report:
-        scene = make_scene(order.bin_contents, cell, seed, order.year, report)
+        scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     arena = SimulatedArena(scene, reality, seed)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()

@@ -7,10 +7,12 @@ hold. Targets of the order are not treated differently from the rest.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, Reason
+from pickcli.geometry import Array
 from pickcli.seeds import derived_seed
 from pickcli.simulation.settle import settle
 from pickcli.trial.layout import Contents, lay_out
@@ -26,15 +28,17 @@ def make_scene(
     seed: int,
     year: int = 2016,
     on_progress: Progress | None = None,
+    T_world_pod: Array | None = None,
 ) -> Scene:
     """Place all bin items of an order in their bins, at rest and without overlap.
 
     bin_contents: item names by bin
     year: which figures an item of two years has
     on_progress: called with (bins done, bins in all, name of the bin)
+    T_world_pod: (4, 4) where the pod stands, its place if None
     Raises InputError naming the bin whose items do not fit, and why; UnknownNameError.
     """
-    empty = Scene(cell, cell.T_world_pod, (), PoseNoise(), seed)
+    empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
     ids: dict[str, int] = {}
     items: list[PlacedItem] = []
     for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
@@ -42,7 +46,7 @@ def make_scene(
             on_progress(done, len(bin_contents), bin_name)
         contents = [Contents(_instance_id(name, ids), cell.item(name, year)) for name in names]
         items.extend(fill_bin(empty, bin_name, contents, seed))
-    return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise(), seed)
+    return replace(empty, items=tuple(items))
 
 
 def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> tuple[PlacedItem, ...]:

@@ -58,7 +58,8 @@ class Player:
         """Look at pod and tote, which takes time, and keep what is perceived."""
         self.wait(min(self.settings.reality.look_time, self.clock.left))
         self.n_looks += 1
-        self._seen = perceive(self.crew.arena.now(), self.settings.noise, self.settings.seed, self.n_looks)
+        how = self.settings
+        self._seen = perceive(self.crew.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
         return self._seen
 
     def wait(self, duration: float) -> None:

@@ -18,6 +18,8 @@ import numpy as np
 
 import pickcli
 from pickcli.cell.atomic import write_text
+from pickcli.cell.displacement import yaw_of
+from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.motion.plan import Plan
 from pickcli.trial.ports import Execution
@@ -53,6 +55,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
             "position_mm": _rounded(1e3 * result.noise.position),
             "angle_deg": _rounded(np.degrees(result.noise.angle)),
         },
+        "pod_shift": _pod_shift(result.before),
         "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
         "final_places": {item.id: item.end for item in result.final.items},
@@ -90,6 +93,12 @@ def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
         "scene_hash": scene_hash(result.before),
         "versions": versions,
     }
+
+
+def _pod_shift(scene: Scene) -> dict[str, float]:
+    """Where the pod truly stands, from its place."""
+    x, y = (_rounded(1e3 * v) for v in scene.T_nominal_pod[:2, 3])
+    return {"x_mm": x, "y_mm": y, "yaw_deg": _rounded(np.degrees(yaw_of(scene.T_nominal_pod)))}
 
 
 def _target(target: TargetResult) -> dict[str, Any]:

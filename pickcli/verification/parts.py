@@ -49,9 +49,9 @@ class Fixture:
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
-    """Pod where it really stands, tote, obstacles, and items grown by what their poses may be off."""
+    """Pod, tote, obstacles and items; pod and items grown by what their poses may be off."""
     cell = scene.cell
-    found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in cell.pod.bodies]
+    found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
     found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
     for placed in scene.items:
         shape = placed.item.shape.inflated(scene.noise.bound(placed.item))

@@ -1,0 +1,54 @@
+"""--pod-shift of the commands that make a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite, radians
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from pickcli.cell.displacement import Displacement
+    from pickcli.cell.model import Cell
+    from pickcli.geometry import Array
+
+F = TypeVar("F", bound=Callable[..., Any])
+RANDOM, NONE = "random", "none"
+
+
+def pod_shift_option(default: str) -> Callable[[F], F]:
+    """--pod-shift X,Y,YAW|random|none. default: as the help tells it."""
+    return click.option(
+        "--pod-shift", metavar="X,Y,YAW|random|none", callback=parse_pod_shift,
+        help="How far the pod stands from its place: mm, mm and degrees, or at random within what the cell "
+        f"allows for.  [default: {default}]",
+    )  # fmt: skip
+
+
+def parse_pod_shift(
+    ctx: click.Context | None, param: click.Parameter | None, value: str | None
+) -> Displacement | str | None:
+    """A displacement in m and rad, "random", "none", or None where nothing was said. Raises BadParameter."""
+    from pickcli.cell.displacement import Displacement
+
+    if value is None or value in (RANDOM, NONE):
+        return value
+    try:
+        x, y, yaw = (float(part) for part in value.split(","))
+    except ValueError:
+        x = y = yaw = float("nan")
+    if not (isfinite(x) and isfinite(y) and isfinite(yaw)):
+        what = f"{value!r}: expected three numbers in mm, mm and degrees, e.g. 20,-10,1.5, or random, or none"
+        raise click.BadParameter(what, ctx, param)
+    return Displacement(x / 1000.0, y / 1000.0, radians(yaw))
+
+
+def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
+    """Where the pod stands, (4, 4) in the world. Raises InputError for a shift beyond the cell's bounds."""
+    from pickcli.cell.displacement import UNMOVED
+    from pickcli.trial.pod_shift import random_shift, shifted_pod
+
+    if isinstance(shift, str):
+        shift = random_shift(cell, seed) if shift == RANDOM else UNMOVED
+    return shifted_pod(cell, shift)

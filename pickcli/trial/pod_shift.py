@@ -1,0 +1,44 @@
+"""Where the pod stands in a trial: the organisers shifted it before each (KTH, section I)."""
+
+from __future__ import annotations
+
+from math import degrees
+
+import numpy as np
+
+from pickcli.cell.displacement import Displacement, displaced
+from pickcli.cell.model import Cell
+from pickcli.errors import InputError
+from pickcli.geometry import Array
+from pickcli.seeds import derived_rng
+
+
+def random_displacement(bounds: Displacement, rng: np.random.Generator) -> Displacement:
+    """A displacement, uniform within bounds."""
+    x, y, yaw = (float(v) for v in rng.uniform(-1.0, 1.0, 3) * [bounds.x, bounds.y, bounds.yaw])
+    return Displacement(x, y, yaw)
+
+
+def random_shift(cell: Cell, seed: int) -> Displacement:
+    """Where a seed puts the pod, within what its cell allows for."""
+    return random_displacement(cell.pod.displacement, derived_rng("pod shift", seed))
+
+
+def shifted_pod(cell: Cell, shift: Displacement) -> Array:
+    """Pose (4, 4) in the world of the pod that is moved by a shift.
+
+    Raises:
+        InputError: The shift is beyond what the cell allows for.
+    """
+    bounds = cell.pod.displacement
+    T_world_pod = displaced(cell.T_world_pod, shift.x, shift.y, shift.yaw)
+    if not bounds.allows(displaced(np.eye(4), shift.x, shift.y, shift.yaw)):
+        raise InputError(
+            f"--pod-shift: {_told(shift)} is beyond what the cell {cell.name} allows for, which is "
+            f"{_told(bounds)} either way"
+        )
+    return T_world_pod
+
+
+def _told(d: Displacement) -> str:
+    return f"{1e3 * d.x:g} mm, {1e3 * d.y:g} mm and {degrees(d.yaw):g} degrees"
