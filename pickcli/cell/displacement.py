@@ -62,6 +62,10 @@ class Displacement:
         off = (abs(x) - self.x, abs(y) - self.y, abs(z), roll_pitch, abs(yaw_of(T_nominal_pod)) - self.yaw)
         return bool(max(off) <= _TOLERANCE)
 
+    def bound(self, radius: float) -> float:
+        """How far, in m, a point at that distance from the pod's z axis can be moved."""
+        return float(np.hypot(self.x, self.y)) + self.yaw * radius
+
     def swept(self, body: Body) -> Body:
         """The smallest box along the body's own axes that holds it wherever the pod stands.
 

@@ -66,7 +66,9 @@ def check_places(source: Source, scene: Scene) -> None:
 
 
 def check_standing(source: Source, scene: Scene) -> None:
-    """No item stands in shelf, tote or obstacles deeper than its pose is uncertain."""
+    """No item stands in shelf, tote or obstacles deeper than its pose, and the pod's, is uncertain."""
+    corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
+    pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
     names, solids = [], []
     cell = scene.cell
     for T, bodies in (
@@ -78,7 +80,7 @@ def check_standing(source: Source, scene: Scene) -> None:
     centers, radii = np.array([s.center for s in solids]), np.array([s.radius for s in solids])
     for i, placed in enumerate(scene.items):
         item = Solid(placed.item.shape, placed.T_world_item)
-        tolerance = SUNK + scene.noise.bound(placed.item)
+        tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
         near = np.flatnonzero(np.linalg.norm(centers - item.center, axis=1) < radii + item.radius)
         depths = {k: overlap_depth(item, solids[k], tolerance) for k in near.tolist()}
         if depths and (depth := max(depths.values())) > 0.0:

@@ -39,9 +39,9 @@ class NoiseModel(FileModel):
 class PodErrorModel(FileModel):
     """Bounds of the error of the pod's pose on the floor, each either way."""
 
-    x: NotNegative = Field(default=0.0, description="m")
-    y: NotNegative = Field(default=0.0, description="m")
-    yaw: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] = Field(default=0.0, description="rad")
+    x: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
+    y: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
+    yaw: Annotated[float, Field(ge=0, le=0.2)] = Field(default=0.0, description="rad")
 
 
 class PlacedItemModel(PoseModel):
