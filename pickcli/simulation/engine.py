@@ -308,23 +308,18 @@ class Engine:
         for index, value in positions.items():
             p.resetJointState(self._ids[name], index, value, physicsClientId=self._client)
 
-    def joint_positions(self, name: str, indices: Sequence[int]) -> Array:
-        """Positions (k,) of joints by index."""
+    def joint_states(self, name: str, indices: Sequence[int]) -> tuple[Array, Array]:
+        """Positions (k,) of joints by index, and what their motors exerted (k,) in the last step."""
         states = p.getJointStates(self._ids[name], indices, physicsClientId=self._client)
-        return np.array([state[0] for state in states])
+        return np.array([state[0] for state in states]), np.array([state[3] for state in states])
 
-    def drive(
-        self, name: str, indices: Sequence[int], q: Array, gains: tuple[float, float], forces: Array
-    ) -> None:
-        """Position control of joints: targets at rest, (position, velocity) gain, force limits."""
-        n = len(indices)
+    def drive(self, name: str, indices: Sequence[int], velocities: Array, forces: Array) -> None:
+        """Run the motors of joints at velocities (k,), as far as forces (k,) suffice."""
         p.setJointMotorControlArray(
             self._ids[name],
             indices,
-            p.POSITION_CONTROL,
-            targetPositions=q.tolist(),
-            positionGains=[gains[0]] * n,
-            velocityGains=[gains[1]] * n,
+            p.VELOCITY_CONTROL,
+            targetVelocities=velocities.tolist(),
             forces=forces.tolist(),
             physicsClientId=self._client,
         )

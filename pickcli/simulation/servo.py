@@ -1,29 +1,89 @@
-"""How the robot's joints follow their commands: a servo with a realistic lag, and the swing of the pivot."""
+"""How the robot's joints follow their commands, and the swing of the pivot.
+
+A joint's position loop asks for the velocity (command - position) / lag; its motor reaches that within a time
+step as far as the torque suffices. So a joint follows as a first-order lag, and below its limits nothing sags
+at rest. What makes a real arm leave its path is that the joints do not lag alike:
+
+- every joint has a lag of its own, up to ``spread`` off the common one;
+- the lag grows with the share of the motor's torque that is in use, up to ``load_lag`` of it at full torque:
+  an arm that is loaded follows later;
+- the torque is finite (``motor_forces`` of the cell), and so is the drive's speed.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.geometry import Array
+from pickcli.seeds import derived_rng
+
+LOAD_TIME = 0.25  # s over which the load on a motor is averaged
+UNLIMITED = 1e9  # N or Nm
+
 
 @dataclass(frozen=True)
 class Servo:
-    """A position loop that follows its command late by ``lag`` and holds against gravity.
+    """How well the joints follow.
 
-    In pybullet's motor a joint's next velocity is ``v + kd (v_target - v) + kp (q_target - q) / dt``. With
-    kd = 1, no velocity target and kp = dt / lag that is a first-order lag, whatever the load (below the
-    force limit) and the time step. All joints are late alike, so the tool stays on its path and trails by
-    lag times speed, as on an industrial arm. A softer kd would sag under gravity: 10 mm at the tool for the
-    gains that trail 2 mm.
+    Attributes:
+        lag: s; 2 ms are 2 mm behind at a tool speed of 1 m/s.
+        spread: How far a joint's own lag is off, at most, as a share.
+        load_lag: Share by which the lag grows at full motor torque.
+        speed: Ceiling of a drive's speed, as a share of the joint's velocity limit.
+        has_finite_torque: Whether motors end at the cell's ``motor_forces``.
     """
 
-    lag: float = 2e-3  # s: 2 mm behind at a tool speed of 1 m/s
+    lag: float = 2e-3
+    spread: float = 0.2
+    load_lag: float = 1.0
+    speed: float = 1.05  # the SIA20 is rated at 1.03 of the cell's velocity limits
+    has_finite_torque: bool = True
 
-    def gains(self, time_step: float) -> tuple[float, float]:
-        """(position gain, velocity gain) for the engine's motors at a time step in s."""
-        return time_step / max(self.lag, time_step), 1.0
+    def own_lags(self, joint_names: tuple[str, ...]) -> Array:
+        """Unloaded lag (n,) of each joint in s, the same for a joint of that name in every world."""
+        off = [float(derived_rng("servo", name).uniform(-1.0, 1.0)) for name in joint_names]
+        return self.lag * (1.0 + self.spread * np.array(off))
 
 
+IDEAL = Servo(spread=0.0, load_lag=0.0, speed=np.inf, has_finite_torque=False)
 LAGGING = Servo(lag=20e-3)  # a worn or overloaded arm, ten times as late
+
+
+class Drives:
+    """The position loops of one robot's planned joints.
+
+    Args:
+        servo: How well they follow.
+        joint_names: Of the planned joints.
+        limits: Of their motion.
+        forces: (n,) Largest motor force of each, N or Nm.
+        time_step: s.
+    """
+
+    def __init__(
+        self, servo: Servo, joint_names: tuple[str, ...], limits: Limits, forces: Array, time_step: float
+    ) -> None:
+        self._servo, self._time_step = servo, time_step
+        self._lags = servo.own_lags(joint_names)
+        self._ceiling = servo.speed * limits.velocity
+        self.forces = forces if servo.has_finite_torque else np.full(len(forces), UNLIMITED)
+        self._use = np.zeros(len(forces))  # share of the force in use, averaged
+
+    def velocities(self, command: Array, q: Array, torques: Array) -> Array:
+        """Velocities (n,) for the motors in the next step.
+
+        Args:
+            command: (n,) Where the joints should be at the end of the step.
+            q: (n,) Where they are.
+            torques: (n,) What the motors exerted in the last step, N or Nm.
+        """
+        self._use += self._time_step / LOAD_TIME * (np.abs(torques) / self.forces - self._use)
+        lags = self._lags * (1.0 + self._servo.load_lag * self._use)
+        wanted = (command - q) / np.maximum(lags, self._time_step)
+        return np.clip(wanted, -self._ceiling, self._ceiling)
 
 
 @dataclass

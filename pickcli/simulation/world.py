@@ -25,7 +25,7 @@ from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.servo import Servo, Swing
+from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
 from pickcli.simulation.suction import Suction
 from pickcli.simulation.vacuum import Vacuum
 
@@ -64,7 +64,7 @@ class World:
         self.scene, self.time_step = scene, time_step
         self.reality, self.seed = reality, seed
         self._n_steps = 0
-        self.servo = servo or Servo()
+        self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
         self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
         self.robot = scene.cell.robot
@@ -103,10 +103,11 @@ class World:
         self.engine.load_robot(ROBOT, urdf_with_solid_cup(self.robot), self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         self._indices = [indices[name] for name in (*self.robot.joint_names, tool.pivot_joint)]
-        forces = self.robot.motor_forces
-        names = self.robot.joint_names
-        pivot_force = forces.get(tool.pivot_joint, PIVOT_FORCE)
-        self._forces = np.array([*(forces[name] for name in names), pivot_force])
+        names, forces = self.robot.joint_names, self.robot.motor_forces
+        self._pivot_force = forces.get(tool.pivot_joint, PIVOT_FORCE)
+        self._drives = Drives(
+            self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
+        )
         angle = tool.pivot_positions[pivot]
         device = next(d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT)
         turn = abs(tool.pivot_positions[PivotState.DOWN] - tool.pivot_positions[PivotState.STRAIGHT])
@@ -115,6 +116,7 @@ class World:
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
         self._command = np.array(q, dtype=float)
         self._measured = start
+        self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
@@ -163,21 +165,26 @@ class World:
         """Let one time step pass: servo, suction, physics, contacts."""
         self.suction.before_step(self.tip)
         self._let_held_through()
-        self.engine.drive(
-            ROBOT,
-            self._indices,
-            np.append(self._command, self._swing.advance(self.time_step)),
-            self.servo.gains(self.time_step),
-            self._forces,
-        )
+        self._drive()
         self.engine.step()
         self._n_steps += 1
-        self._measured = self.engine.joint_positions(ROBOT, self._indices)
+        self._measured, self._torques = self.engine.joint_states(ROBOT, self._indices)
         self._tip = None
         if self._n_steps % REST_STEPS == 0:
             self._put_to_sleep()
         self._look_at_contacts()
         self.suction.after_step(self.t)
+
+    def _drive(self) -> None:
+        """Set the motors for the next step: the planned joints by their loops, the pivot by its own."""
+        pivot = self._swing.advance(self.time_step) - self._measured[-1]
+        velocities = self._drives.velocities(self._command, self.q, self.torques)
+        self.engine.drive(
+            ROBOT,
+            self._indices,
+            np.append(velocities, pivot / max(self.servo.lag, self.time_step)),
+            np.append(self._drives.forces, self._pivot_force),
+        )
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
         """Stand still at the last command for a time in s."""
@@ -231,6 +238,11 @@ class World:
     def q(self) -> Array:
         """Measured configuration (n,)."""
         return self._measured[:-1]
+
+    @property
+    def torques(self) -> Array:
+        """What the motors of the planned joints exerted in the last step (n,), N or Nm."""
+        return self._torques[:-1]
 
     @property
     def pivot(self) -> PivotState:

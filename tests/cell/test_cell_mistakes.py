@@ -94,7 +94,7 @@ MISTAKES = {
         "joints: [rail, joint_l, joint_s,",
         "robot.joints: expected the URDF's moving joints but the pivot",
     ),
-    "no force": ("rail: 5000, ", "", "robot.motor_forces.rail: expected a force"),
+    "no force": ("rail: 1000, ", "", "robot.motor_forces.rail: expected a force"),
     "unknown link": (
         "cup_link: cup\n",
         "cup_link: cap\n",

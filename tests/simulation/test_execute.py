@@ -15,7 +15,7 @@ from pickcli.errors import StaleError
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.execute import StartError, execute
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.simulation.servo import LAGGING, Servo
+from pickcli.simulation.servo import IDEAL, LAGGING, Servo
 from pickcli.simulation.stream import Pace, full_speed, paused, slowed
 from pickcli.simulation.world import World
 
@@ -58,7 +58,7 @@ def test_events_fire_once_in_order_and_where_they_belong(
 
 
 def test_a_whole_pick_is_clean_and_releases_the_item(cell: Cell, build_ready: BuildReady) -> None:
-    world = build_ready()
+    world = build_ready(servo=IDEAL)
     record = execute(rail_pick(cell), world)
     assert record.is_clean, record.trouble
     assert record.has_item is True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pedestal import BuildWorld
@@ -10,9 +12,10 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.simulation.places import OUTSIDE
-from pickcli.simulation.servo import LAGGING, Servo
+from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.world import World
 
 
@@ -51,18 +54,70 @@ def test_the_simulated_tip_is_where_the_kinematics_say(cell: Cell, pivot: PivotS
     assert np.allclose(world.tip, Arm(cell.robot).tip(q, pivot), atol=1e-6)
 
 
-@pytest.mark.parametrize("servo", [Servo(), LAGGING])
-def test_the_servo_trails_by_its_lag(cell: Cell, servo: Servo) -> None:
+def lag_behind(cell: Cell, servo: Servo, joint: int, speed: float = 0.3) -> tuple[float, World]:
+    """How far a joint trails, in s, once it has moved at a constant speed for a while."""
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     world = World(scene, cell.configurations["home"].q, servo=servo)
-    speed, q = 0.5, world.q.copy()
-    for _ in range(500):
-        q = q + speed * world.time_step * (np.arange(8) == 0)
+    q = world.q.copy()
+    for k in range(1000):
+        q = q + speed * min(1.0, k / 300) * world.time_step * (np.arange(8) == joint)
         world.command(q)
         world.step()
     # The set point is that of the step's end, so the lag is one step shorter.
-    assert q[0] - world.q[0] == pytest.approx(speed * (servo.lag - world.time_step), rel=0.02)
-    assert np.abs((q - world.q)[1:]).max() < 1e-6
+    return float(q[joint] - world.q[joint]) / speed + world.time_step, world
+
+
+@pytest.mark.parametrize("lag", [2e-3, 20e-3])
+def test_an_ideal_servo_trails_by_its_lag(cell: Cell, lag: float) -> None:
+    behind, world = lag_behind(cell, replace(IDEAL, lag=lag), 0)
+    assert behind == pytest.approx(lag, rel=0.02)
+    assert np.abs(np.delete(world.q - cell.configurations["home"].q, 0)).max() < 1e-6
+
+
+@pytest.mark.parametrize("joint", [0, 2, 4])
+def test_each_joint_trails_by_its_own_lag_and_by_its_load(cell: Cell, joint: int) -> None:
+    servo = Servo()
+    behind, world = lag_behind(cell, servo, joint)
+    own = servo.own_lags(cell.robot.joint_names)
+    load = abs(world.torques[joint]) / cell.robot.motor_forces[cell.robot.joint_names[joint]]
+    assert behind == pytest.approx(own[joint] * (1.0 + load), rel=0.1)
+    assert np.all(np.abs(own / servo.lag - 1.0) <= servo.spread)
+    assert np.ptp(own) > 0.5 * servo.spread * servo.lag
+
+
+def accelerated(cell: Cell, acceleration: float, joint: int) -> tuple[float, Array]:
+    """Farthest that a joint trails while its command accelerates for 0.2 s; largest torques over the
+    forces."""
+    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    world = World(scene, cell.configurations["home"].q)
+    forces = np.array([cell.robot.motor_forces[name] for name in cell.robot.joint_names])
+    home, start, worst, shares = world.q.copy(), world.t, 0.0, np.zeros(8)
+    while world.t - start < 0.2:
+        q = home + 0.5 * acceleration * (world.t - start) ** 2 * (np.arange(8) == joint)
+        world.command(q)
+        world.step()
+        worst = max(worst, float(q[joint] - world.q[joint]))
+        shares = np.maximum(shares, np.abs(world.torques) / forces)
+    return worst, shares
+
+
+def test_torque_is_finite_and_four_times_the_acceleration_is_not_followed(cell: Cell) -> None:
+    limit = cell.robot.limits.acceleration[0]
+    followed, shares = accelerated(cell, limit, 0)
+    assert followed < 3e-3 and shares.max() < 0.9
+    lost, shares = accelerated(cell, 4 * limit, 0)
+    assert lost > 10e-3 and shares[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_drive_has_a_ceiling_of_speed(cell: Cell) -> None:
+    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    world = World(scene, cell.configurations["home"].q)
+    world.command(world.q + 0.5 * (np.arange(8) == 7))
+    before, fastest = world.q.copy(), np.zeros(8)
+    for _ in range(300):
+        world.step()
+        fastest, before = np.maximum(fastest, np.abs(world.q - before) / world.time_step), world.q.copy()
+    assert np.all(fastest <= 1.06 * cell.robot.limits.velocity)
 
 
 def test_the_pivot_turns_within_its_lead(build_world: BuildWorld) -> None:
