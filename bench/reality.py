@@ -4,7 +4,8 @@
 
 Every row plays the same orders with one switch set from its default to its ideal level (docs/reality.md), the
 last row with all of them. Trials are kept as those of bench.fresh are. A few orders tell the large influences
-only: one item is 15 points of 180, and trials differ by two or three of them for reasons of their own.
+only: one item is 15 points of 180, and trials differ by two or three of them for reasons of their own. What
+the tool cannot hold follows from the orders and data/items alone.
 """
 
 from __future__ import annotations
@@ -19,8 +20,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench.fresh import FOLDER, jobs, play_all, summary
+from bench.fresh import FOLDER, is_holdable, jobs, play_all, summary
+from pickcli.cell.load import load_cell
 from pickcli.simulation.reality import DEFAULT, IDEAL, Reality
+from pickcli.trial.make_order import YEARS, make_order
+from pickcli.trial.order import OrderKind
+from pickcli.trial.score import item_bonuses, target_points
 
 TOGETHER = ("pose_outlier", "pod")  # beginnings of the names of levels that are switched as one
 
@@ -55,6 +60,20 @@ def measure(seeds: Sequence[int], only: Sequence[str], processes: int) -> dict[s
     return found
 
 
+def holdable_share(year: int, n_orders: int = 1000) -> float:
+    """Share of the points of fresh orders that are on targets which the cup can hold."""
+    cell = load_cell("apc2016_delft")
+    best = held = 0
+    for seed in range(n_orders):
+        order = make_order(OrderKind.PICK, year, seed)
+        bonus = item_bonuses(cell, order)
+        for target in order.work_order:
+            points = target_points(order, target.bin, target.item, bonus)
+            best += points
+            held += points * is_holdable(cell.item(target.item, year), cell.robot.tool)
+    return held / best
+
+
 def main() -> None:
     """Play, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -75,6 +94,9 @@ def main() -> None:
         table.add_row(name, f"{f['items_in_tote_mean']:.2f}", f"{100 * f['score_share']:.1f}", f"{gain:+.1f}",
                       str(f["drops"]), str(f["with_contact"]))  # fmt: skip
     Console(width=110).print(table)
+    figures["holdable_share"] = {str(year): holdable_share(year) for year in YEARS}
+    for year, share in figures["holdable_share"].items():
+        print(f"{year}: {100 * share:.1f} % of the points are on targets that the cup can hold (1000 orders)")
     given.json.write_text(json.dumps(figures, indent=2) + "\n")
     print(f"{given.orders} orders from seed {given.seed}; wrote {given.json}")
 
