@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pickcli.cell.device import DeviceKind
@@ -18,8 +19,9 @@ from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
+from pickcli.trial.disturbance import Fate, disturbances
 from pickcli.trial.ports import Crew, Execution
-from pickcli.trial.score import Drop
+from pickcli.trial.score import Drop, Rules
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
     from pickcli.planning.context import Planner
 
 HOME = "home"
+LONGEST_FALL = 0.7  # s: from the top row to the floor of the hall
+FALL_STEP = 0.02  # s
+FALLING = 0.2  # m/s
 LET_GO = 0.5  # s after which a closed valve has let go of anything
 
 
@@ -40,6 +45,7 @@ class SimulatedArena:
     def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
         home = scene.cell.configurations[HOME]
         self._world = World(scene, home.q, home.pivot, reality=reality, seed=seed)
+        self._recorded = scene  # the truth when something was recorded last
 
     @property
     def q(self) -> Array:
@@ -73,13 +79,34 @@ class SimulatedArena:
     def execute(self, plan: Plan) -> Execution:
         """Carry out a certified plan to its end or to a stop."""
         try:
-            return _recorded(execute(plan, self._world))
+            run = _recorded(execute(plan, self._world))
         except StartError as error:  # nothing has moved: the way out starts from where the robot is
             return Execution(0.0, stopped=str(error))
+        return self._with_disturbances(run, "" if plan.grasp is None else plan.grasp.item)
 
     def release(self) -> Execution:
         """Close the valve where the robot stands and wait until the item is let go."""
-        return _let_go(self._world, LET_GO)
+        return self._with_disturbances(_let_go(self._world, LET_GO), "")
+
+    def _with_disturbances(self, run: Execution, target: str) -> Execution:
+        """The record with what else has moved since the one before; of the target, only a fall of its own."""
+        let_go = {drop.item for drop in run.drops}
+        waited = self._let_fall(let_go)
+        now = self.now()
+        found = disturbances(self._recorded, now, let_go, Rules.drop_limit)
+        self._recorded = now
+        kept = tuple(d for d in found if d.item != target or d.fate is Fate.FELL)
+        return replace(run, disturbed=kept, duration=run.duration + waited)
+
+    def _let_fall(self, let_go: set[str]) -> float:
+        """Wait, for a while, until nothing falls any more that was not let go. Returns how long, s."""
+        world, began = self._world, self._world.t
+        others = [placed.id for placed in world.scene.items if placed.id not in let_go]
+        while world.t - began < LONGEST_FALL and any(
+            world.engine.speed(item)[0] > FALLING for item in others if item != world.held
+        ):
+            world.wait(FALL_STEP)
+        return world.t - began
 
     def picture(self) -> NDArray[np.uint8]:
         """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""

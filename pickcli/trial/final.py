@@ -7,11 +7,17 @@ from pickcli.geometry import inverse
 from pickcli.simulation.places import OUTSIDE, bounds
 from pickcli.trial.order import Order
 from pickcli.trial.output import claim
-from pickcli.trial.score import HELD, Drop, FinalItem, FinalState
+from pickcli.trial.score import HELD, Damage, Drop, FinalItem, FinalState
 
 
 def final_state(
-    order: Order, before: Scene, after: Scene, belief: Scene, held: str | None, drops: tuple[Drop, ...]
+    order: Order,
+    before: Scene,
+    after: Scene,
+    belief: Scene,
+    held: str | None,
+    drops: tuple[Drop, ...],
+    damages: tuple[tuple[str, Damage], ...] = (),
 ) -> FinalState:
     """Where every item of ``before`` is in ``after`` (true scenes), and what ``belief`` makes us claim."""
     now = {placed.id: placed for placed in after.items}
@@ -21,7 +27,7 @@ def final_state(
         end = HELD if placed.id == held else OUTSIDE if there is None else there.location
         out = 0.0 if there is None else protrusion(after, there)
         items.append(FinalItem(placed.id, placed.item.name, placed.location, end, out))
-    return FinalState(tuple(items), claim(order, belief.items), drops)
+    return FinalState(tuple(items), claim(order, belief.items), drops, damages)
 
 
 def protrusion(scene: Scene, placed: PlacedItem) -> float:

@@ -15,12 +15,14 @@ from pickcli.errors import InputError
 from pickcli.geometry import inverse
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.trial.clearing import destinations, in_the_way
+from pickcli.trial.damage import damages
+from pickcli.trial.disturbance import Fate
 from pickcli.trial.final import final_state
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.player import Player, TrialSettings
 from pickcli.trial.ports import Crew
 from pickcli.trial.result import Attempt, Outcome, TargetResult, TrialResult
-from pickcli.trial.score import Score, item_bonuses, score
+from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.strategy import (
     TIME_LIMIT,
     Experience,
@@ -215,8 +217,12 @@ class _Trial:
         arena, player = self.crew.arena, self.player
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
-        drops = tuple(d for attempt in attempts for e in attempt.executions for d in e.drops)
-        final = final_state(self.order, self.before, after, player.scene(), arena.held, drops)
+        executions = [e for attempt in attempts for e in attempt.executions]
+        fallen = (Drop(d.item, d.fell) for e in executions for d in e.disturbed if d.fate is Fate.FELL)
+        drops = (*(d for e in executions for d in e.drops), *fallen)
+        is_judged = self.settings.reality.damage_limits
+        hit = damages(self.before, (c for e in executions for c in e.collisions)) if is_judged else ()
+        final = final_state(self.order, self.before, after, player.scene(), arena.held, drops, hit)
         points = score(self.order, final, self.bonus)
         return TrialResult(
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,

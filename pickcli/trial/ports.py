@@ -14,6 +14,7 @@ from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.score import Drop
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Execution:
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
     max_load: worst share of the cup's limits while something was held
+    disturbed: items that moved since the record before, though nobody meant them to
     path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
     """
 
@@ -48,6 +50,7 @@ class Execution:
     max_load: float = 0.0
     stop_cause: StopCause | None = None
     path_time: float | None = None
+    disturbed: tuple[Disturbance, ...] = ()
 
 
 class Arena(Protocol):

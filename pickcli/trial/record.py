@@ -22,6 +22,7 @@ from pickcli.cell.displacement import yaw_of
 from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.motion.plan import Plan
+from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.ports import Execution
 from pickcli.trial.result import Attempt, RecoveryStep, TargetResult, TrialResult
 
@@ -48,6 +49,8 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "collisions": result.n_collisions,
         "limit_violations": result.n_limit_violations,
         "drops": len(result.drops),
+        "disturbed": len({d.item for d in result.disturbed}),
+        "damages": [[what, str(damage)] for what, damage in result.final.damages],
         "simulated_s": _rounded(result.simulated),
         "clock_s": _rounded(result.clock),
         "aborted": result.aborted,
@@ -164,10 +167,23 @@ def _execution(execution: Execution) -> dict[str, Any]:
         "collisions": [dataclasses.asdict(collision) for collision in execution.collisions],
         "limit_violations": list(execution.limit_violations),
         "drops": [dataclasses.asdict(drop) for drop in execution.drops],
+        "disturbed": [_disturbance(d) for d in execution.disturbed],
         "events": [dict(event) for event in execution.events],
         "missed_events": list(execution.missed),
         "max_lag": _rounded(execution.max_lag),
         "max_load": _rounded(execution.max_load),
+    }
+
+
+def _disturbance(d: Disturbance) -> dict[str, Any]:
+    return {
+        "item": d.item,
+        "fate": str(d.fate),
+        "moved": _rounded(d.moved),
+        "turned": _rounded(d.turned),
+        "fell": _rounded(d.fell),
+        "out_of": d.out_of,
+        "into": d.into,
     }
 
 

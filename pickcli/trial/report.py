@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pickcli.trial.disturbance import Disturbance, Fate
 from pickcli.trial.result import TargetResult, TrialResult
 
 
@@ -56,6 +57,15 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     lines += [
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
+    lines += [_told(d) for d in result.disturbed if d.fate is not Fate.PUSHED]
     if result.aborted:
         lines.append(result.aborted)
     return tuple(lines)
+
+
+def _told(d: Disturbance) -> str:
+    """A neighbour that was more than pushed aside."""
+    where = d.out_of if d.into == d.out_of else f"{d.out_of}, now {d.into}"
+    fell = f", {d.fell:.2f} m down" if d.fell > 0.01 else ""
+    how_far = f"{1e3 * d.moved:.0f} mm and {math.degrees(d.turned):.0f} degrees"
+    return f"{d.item} in {where}: {d.fate}, {how_far}{fell}"

@@ -8,6 +8,7 @@ from enum import StrEnum
 from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.motion.plan import Plan
 from pickcli.simulation.reality import Reality
+from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import Order, Target
 from pickcli.trial.ports import Execution
 from pickcli.trial.score import FinalState, Score
@@ -131,6 +132,11 @@ class TrialResult:
     def drops(self) -> tuple[str, ...]:
         """Ids of items that the cup lost."""
         return tuple(d.item for e in self.executions for d in e.drops if not d.is_release)
+
+    @property
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        """What moved without being meant to, in the order of time."""
+        return tuple(d for e in self.executions for d in e.disturbed)
 
     @property
     def items_in_tote(self) -> int:
