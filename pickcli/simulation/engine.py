@@ -94,7 +94,10 @@ class Engine:
         p.setPhysicsEngineParameter(
             fixedTimeStep=time_step,
             numSolverIterations=SOLVER_ITERATIONS,
+            # Each pile is solved on its own, and its contacts in the order of its bodies: how exactly must
+            # not depend on what happens elsewhere, or on the addresses that decide what is solved together.
             deterministicOverlappingPairs=1,
+            minimumSolverIslandSize=0,
             physicsClientId=self._client,
         )
         p.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
@@ -223,7 +226,12 @@ class Engine:
         return link in self._links[name]
 
     def set_collision(self, a: str, link_a: str, b: str, link_b: str, on: bool) -> None:
-        """Whether two parts collide in the physics."""
+        """Whether two parts collide in the physics.
+
+        The engine takes both parts out of its broad phase and puts them back as the newest, which decides
+        in which order and from which side their contacts are solved from then on. Whoever switches several
+        pairs keeps to one order: that of a set of names is another one in every process.
+        """
         p.setCollisionFilterPair(
             self._ids[a], self._ids[b], self._links[a][link_a], self._links[b][link_b], int(on),
             physicsClientId=self._client,
@@ -271,12 +279,12 @@ class Engine:
             -contact[8], contact[5], contact[9],
         )  # fmt: skip
 
-    def near(self, centre: Array, reach: float) -> set[str]:
+    def near(self, centre: Array, reach: float) -> frozenset[str]:
         """Names of the bodies whose bounding boxes come within ``reach`` m of a point along an axis."""
         found = p.getOverlappingObjects(
             (centre - reach).tolist(), (centre + reach).tolist(), physicsClientId=self._client
         )
-        return {self._names[body] for body, _ in found or ()}
+        return frozenset(self._names[body] for body, _ in found or ())
 
     def distance(self, a: str, link_a: str, b: str, farthest: float) -> float:
         """Signed distance between a link and a body in m; ``farthest`` if they are farther apart."""

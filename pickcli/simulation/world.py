@@ -206,11 +206,11 @@ class World:
         would throw it off."""
         cup = self.robot.tool.cup_link
         wanted = frozenset({self.held} if self.held is not None else ())
-        for name in wanted - self._uncollided:
+        for name in sorted(wanted - self._uncollided):
             self.engine.set_collision(ROBOT, cup, name, "", on=False)
         left, far = self._uncollided - wanted, self.robot.tool.cup_stroke + SOLID_DEPTH + APART
-        apart = {name for name in left if self.engine.distance(ROBOT, cup, name, far) >= far}
-        for name in apart:
+        apart = {name for name in sorted(left) if self.engine.distance(ROBOT, cup, name, far) >= far}
+        for name in sorted(apart):
             self.engine.set_collision(ROBOT, cup, name, "", on=True)
         self._uncollided = (self._uncollided | wanted) - apart
 

@@ -1,0 +1,150 @@
+"""Trials played twice from one seed: are they the same bytes?
+
+    python -m bench.repeat [--trials 10] [--seed 0] [--time-limit SECONDS]
+
+Each of the fresh orders of ``apc make-order`` is played in two processes at once, which share the machine
+with a third that keeps it busy. They differ in all that must not matter: the seed of Python's string hashes
+(the order of sets), the layout of the heap (the addresses of the engine's bodies), and pictures: one takes
+none, the other before the start and before every attempt. Compared is all of trial.json but its
+``statistics``, which hold the wall clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import os
+import random
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from bench.warm import fresh_scene, planner
+from pickcli.cell.load import load_cell
+from pickcli.planning.context import Planner
+from pickcli.trial.arena import SimulatedArena, crew_of
+from pickcli.trial.loop import run_trial
+from pickcli.trial.player import TrialSettings
+from pickcli.trial.record import record_text, trial_record
+
+FRAGMENTS, KEPT = 50_000, 15_000  # blocks of the size of the engine's own, allocated first, then left
+BLOCKS = (48, 64, 80, 96, 112, 128, 144)  # bytes
+BUSY = "while True: pass"
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a process plays: everything that must make no difference.
+
+    hash_seed: of Python's strings
+    heap_seed: of the fragments its heap begins with, None for none
+    takes_pictures: before the start, and before every attempt
+    """
+
+    hash_seed: int
+    heap_seed: int | None
+    takes_pictures: bool
+
+
+MANNERS = (Manner(1, None, False), Manner(2, 7, True))
+
+
+def play(seed: int, time_limit: float | None, takes_pictures: bool, is_bare: bool = False) -> str:
+    """The record of one trial of a fresh order as JSON text, without its statistics.
+
+    is_bare: whether the planner goes without the cell's precomputed files
+    """
+    warm = Planner(load_cell("apc2016_delft")) if is_bare else planner()
+    order, scene = fresh_scene(warm.cell, seed)
+    arena = SimulatedArena(scene, seed=seed)
+
+    def look(done: int, total: int, what: str) -> None:
+        if takes_pictures:
+            arena.picture()
+
+    look(0, 0, "")
+    result = run_trial(order, crew_of(warm, arena), TrialSettings(seed, time_limit=time_limit), look)
+    record = trial_record(result, order.kind, 0.0)
+    del record["statistics"]
+    return record_text(record)
+
+
+def fragment_heap(seed: int) -> None:
+    """Let what is allocated from here on get addresses in another order than in a fresh process."""
+    libc, rng = ctypes.CDLL(None), random.Random(seed)
+    libc.malloc.restype, libc.malloc.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
+    libc.free.restype, libc.free.argtypes = None, [ctypes.c_void_p]
+    blocks = [libc.malloc(rng.choice(BLOCKS)) for _ in range(FRAGMENTS)]
+    rng.shuffle(blocks)
+    for block in blocks[KEPT:]:
+        libc.free(block)
+
+
+def is_repeated(
+    seed: int, time_limit: float | None, is_bare: bool = False, manners: Sequence[Manner] = MANNERS
+) -> bool:
+    """Whether a trial is the same bytes in every manner, each in a process of its own, all at once."""
+    with TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{k}.json" for k in range(len(manners))]
+        busy = subprocess.Popen([sys.executable, "-c", BUSY])
+        try:
+            players = [
+                _started(seed, time_limit, is_bare, manner, path)
+                for manner, path in zip(manners, paths, strict=True)
+            ]
+            codes = [player.wait() for player in players]
+        finally:
+            busy.kill()
+            busy.wait()
+        if any(codes):
+            raise RuntimeError(f"order {seed}: a process ended with {codes}")
+        return len({path.read_bytes() for path in paths}) == 1
+
+
+def _started(
+    seed: int, time_limit: float | None, is_bare: bool, manner: Manner, path: Path
+) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "bench.repeat", "--play", str(path), "--seed", str(seed)]
+    command += [] if time_limit is None else ["--time-limit", str(time_limit)]
+    command += [] if manner.heap_seed is None else ["--heap", str(manner.heap_seed)]
+    command += ["--bare"] if is_bare else []
+    command += ["--pictures"] if manner.takes_pictures else []
+    return subprocess.Popen(command, env={**os.environ, "PYTHONHASHSEED": str(manner.hash_seed)})
+
+
+def measure(seeds: Sequence[int], time_limit: float | None = None) -> dict[str, Any]:
+    """How many trials were the same bytes, and which were not."""
+    differing = []
+    for seed in seeds:
+        same = is_repeated(seed, time_limit)
+        print(f"order {seed}: {'same bytes' if same else 'DIFFERENT'}", flush=True)
+        differing += [] if same else [seed]
+    return {"trials": len(seeds), "same": len(seeds) - len(differing), "differing": differing}
+
+
+def main() -> None:
+    """Play, compare, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--trials", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=0, help="of the first order")
+    parser.add_argument("--time-limit", type=float, help="s on the trial's clock, to play only its beginning")
+    parser.add_argument("--play", type=Path, metavar="FILE", help="play one trial and write its record")
+    parser.add_argument("--pictures", action="store_true", help="with --play: take pictures on the way")
+    parser.add_argument("--bare", action="store_true", help="with --play: plan without the cell's files")
+    parser.add_argument("--heap", type=int, help="with --play: seed of a fragmented heap")
+    given = parser.parse_args()
+    if given.play is None:
+        figures = measure(range(given.seed, given.seed + given.trials), given.time_limit)
+        print(f"{figures['same']} of {figures['trials']} the same bytes")
+        sys.exit(bool(figures["differing"]))
+    if given.heap is not None:
+        fragment_heap(given.heap)
+    given.play.write_text(play(given.seed, given.time_limit, given.pictures, given.bare))
+
+
+if __name__ == "__main__":
+    main()
