@@ -65,6 +65,11 @@ class RejectedError(ArtifactError):
     """The independent verifier does not accept the plan."""
 
 
+def printable(text: str) -> str:
+    """The text with everything escaped that would move a terminal's cursor or cannot be encoded."""
+    return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
+
+
 @dataclass(frozen=True)
 class Reason:
     """Why one candidate failed: failure as a value.

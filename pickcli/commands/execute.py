@@ -90,14 +90,13 @@ def command(
     film = _film(video)
     world = World(scene, q, pivot, reality=reality, seed=seed)
     runs = _run(plans, world, film)
-    if film is not None and video is not None:
-        film.write(video)
     if as_json:
         emit_json(execution_summary(plans, runs, world))
     else:
         click.echo(execution_text(plans, runs, world))
-        if video is not None:
-            click.echo(f"  wrote {video}")
+    if film is not None and video is not None:  # after what was found out, which is worth more than the film
+        film.write(video)
+        click.echo(f"  wrote {video}", err=as_json)
     world.close()
     if why := trouble(runs):
         raise TrialAbortedError(why)

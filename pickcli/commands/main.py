@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import os
+import signal
 import sys
+from contextlib import suppress
 
 import click
+from click.exceptions import Exit
 
 from pickcli import __version__
-from pickcli.errors import ApcError
+from pickcli.errors import ApcError, printable
 
 # name -> what it does, in one line. The command lives in pickcli.commands.<name with underscores>
 # as an object called ``command``.
@@ -65,28 +69,80 @@ def apc() -> None:
     """
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a command as Ctrl-C does: so that it can say what is kept and how it goes on."""
+
+
 def main() -> None:
     """Entry point: maps every outcome to its exit code (docs/commands.md)."""
+    with suppress(AttributeError):  # not every stream can be told
+        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    before = signal.signal(signal.SIGTERM, _terminate)
     try:
-        code = apc.main(standalone_mode=False)
+        code = _flushed(_outcome())
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    sys.exit(code)
+
+
+def _terminate(*_: object) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # who asks twice does not want to wait
+    raise Terminated
+
+
+def _outcome() -> int:
+    """Run the command that was asked for. Returns its exit code."""
+    if "_APC_COMPLETE" in os.environ:  # a shell asks for completions
+        apc.main(prog_name="apc")
+    try:
+        with apc.make_context("apc", sys.argv[1:]) as context:
+            code = apc.invoke(context)
+    except Exit as done:  # --help, --version
+        return done.exit_code
     except click.UsageError as error:
         error.show()
-        sys.exit(2)
-    except click.Abort:
-        click.echo("interrupted", err=True)
-        sys.exit(130)
+        return 2
+    except Terminated:
+        click.echo("terminated", err=True)
+        return 143
     except KeyboardInterrupt:
         click.echo("interrupted", err=True)
-        sys.exit(130)
+        return 130
     except click.ClickException as error:
         error.show()
-        sys.exit(3)
+        return 3
     except ApcError as error:
-        click.echo(f"apc: error: {error}", err=True)
-        sys.exit(error.exit_code)
+        click.echo(f"apc: error: {printable(str(error))}", err=True)
+        return error.exit_code
+    except BrokenPipeError:  # who read us has heard enough
+        _give_up_stdout()
+        return 0
+    except OSError as error:  # a disk that is full, a name that is too long: never our bug
+        where = error.filename if error.filename is not None else "output"
+        click.echo(f"apc: error: {printable(str(where))}: {error.strerror}", err=True)
+        return 3
+    return code if isinstance(code, int) else 0
+
+
+def _flushed(code: int) -> int:
+    """The exit code, when all that was said has been written or could not be."""
+    try:
+        sys.stdout.flush()
     except BrokenPipeError:
-        sys.exit(0)
-    sys.exit(code if isinstance(code, int) else 0)
+        _give_up_stdout()
+    except OSError as error:
+        _give_up_stdout()
+        click.echo(f"apc: error: output: {error.strerror}", err=True)
+        return code or 3
+    return code
+
+
+def _give_up_stdout() -> None:
+    """Let what could not be written go, or the interpreter would try again at its end."""
+    with suppress(OSError, ValueError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
+        os.close(null)
 
 
 if __name__ == "__main__":

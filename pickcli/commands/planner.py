@@ -81,15 +81,22 @@ def _build_missing(cell: Cell) -> None:
     """Build what is missing in the cell's cache, with progress."""
     from contextlib import ExitStack
 
-    from pickcli.precompute.artifacts import ensure_artifacts
+    from pickcli.precompute.artifacts import default_paths, ensure_artifacts
+    from pickcli.precompute.journal import journals
     from pickcli.precompute.runner import available_cores, runner
 
-    with ExitStack() as bars:
-        ensure_artifacts(
-            cell,
-            lambda what: bars.enter_context(build_report(f"building the {what}")),
-            runner(min(2, available_cores())),
-        )
+    try:
+        with ExitStack() as bars:
+            ensure_artifacts(
+                cell,
+                lambda what: bars.enter_context(build_report(f"building the {what}")),
+                runner(min(2, available_cores())),
+            )
+    except KeyboardInterrupt:
+        paths = default_paths(cell)
+        for journal in (*journals(paths.roadmap), *journals(paths.trajectories)):
+            click.echo(f"what is built is kept in {journal}; the same command goes on from there", err=True)
+        raise
 
 
 def certified(plan: Plan, scene: Scene, advice: str) -> Plan:

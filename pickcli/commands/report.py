@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.errors import printable
+
 if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
 
@@ -23,7 +25,11 @@ def emit_json(value: Any) -> None:
 
 def key_lines(summary: dict[str, Any]) -> list[str]:
     """``key: value`` lines; what is long or nested goes on below its key."""
-    return [line for key, value in summary.items() for line in _below(f"{key:>{KEY_WIDTH}}", _entries(value))]
+    return [
+        line
+        for key, value in summary.items()
+        for line in _below(f"{printable(key):>{KEY_WIDTH}}", _entries(value))
+    ]
 
 
 def _below(key: str, entries: list[str]) -> list[str]:
@@ -40,10 +46,10 @@ def _entries(value: Any) -> list[str]:
     if isinstance(value, float):
         return [f"{value:.6g}"]
     if isinstance(value, dict):
-        return [line for key, v in value.items() for line in _below(key, _entries(v))] or ["none"]
+        return [line for key, v in value.items() for line in _below(printable(key), _entries(v))] or ["none"]
     if isinstance(value, list):
         return _listed([" ".join(_entries(v)) for v in value]) or ["none"]
-    return [str(value)]
+    return [printable(str(value))]
 
 
 def _listed(texts: list[str]) -> list[str]:

@@ -93,6 +93,7 @@ def command(
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     arena = SimulatedArena(scene, reality, seed)
+    click.get_current_context().call_on_close(arena.close)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
     with learning(planner, roadmap, trajectories, learn) as keep:

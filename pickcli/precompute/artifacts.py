@@ -30,10 +30,11 @@ class Artifacts:
 def default_paths(cell: Cell) -> Artifacts:
     """The cell's folder in the user's cache: $XDG_CACHE_HOME/apc/<fingerprint>, ~/.cache by default.
 
-    The folder's name is the fingerprint, so that a changed cell finds nothing stale.
+    The folder's name is the fingerprint, so that a changed cell finds nothing stale. Raises InputError where
+    this user has no home.
     """
     cache = os.environ.get("XDG_CACHE_HOME") or ""
-    base = Path(cache) if os.path.isabs(cache) else Path.home() / ".cache"
+    base = Path(cache) if os.path.isabs(cache) else _home() / ".cache"
     folder = base / "apc" / cell.fingerprint
     return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
 
@@ -78,6 +79,15 @@ def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
         return bool(found.damage) and repair(path, found, cell, means).is_same
     except (ArtifactError, InputError):
         return False
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:  # e.g. a user without an entry in a container
+        raise InputError(
+            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
+        ) from None
 
 
 def _make_folder(folder: Path) -> None:

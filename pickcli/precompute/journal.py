@@ -54,7 +54,7 @@ class Journal:
             self._write(head + body)
         except OSError as error:
             raise InputError(
-                f"{self.path}: cannot be written: {error.strerror}; make room and run the same command again"
+                f"{self.path}: cannot be written: {error.strerror}; mend that and run the same command again"
             ) from None
 
     def remove(self) -> None:

@@ -115,7 +115,7 @@ class _Worker:
         """A new worker, in a session of its own: Ctrl-C in a terminal reaches only us."""
         ours, theirs = Pipe()
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "pickcli.precompute.worker", str(theirs.fileno())],
+            [sys.executable, "-P", "-m", "pickcli.precompute.worker", str(theirs.fileno()), str(os.getpid())],
             pass_fds=[theirs.fileno()],
             stdin=subprocess.DEVNULL,
             start_new_session=True,

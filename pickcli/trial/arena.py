@@ -72,6 +72,10 @@ class SimulatedArena:
         sensor = next(device.name for device in devices if device.kind is DeviceKind.SENSOR)
         return bool(self._world.act(sensor, "read"))
 
+    def close(self) -> None:
+        """Give back what the simulation holds."""
+        self._world.close()
+
     def wait(self, duration: float) -> None:
         """Stand still for a time in s."""
         self._world.wait(duration)

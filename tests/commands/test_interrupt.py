@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from collections.abc import Iterator
@@ -13,7 +14,9 @@ import pytest
 from command_line import Made, apc
 
 import pickcli.precompute.artifacts
-import pickcli.trial.arena  # noqa: F401  imported here, so that no import is what gets interrupted
+import pickcli.trial.arena
+from pickcli.cell.model import Cell
+from pickcli.commands.main import Terminated, _terminate
 from pickcli.precompute.journal import Journal
 
 
@@ -29,19 +32,33 @@ def interrupted_after(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+def terminate() -> None:
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
 @pytest.mark.parametrize("seconds", [0.3, 1.1])
 def test_a_trial_leaves_nothing(seconds: float, made: Made, tmp_path: Path) -> None:
     with interrupted_after(seconds):
         answer = apc("run-trial", made.order, "-o", tmp_path / "out")
     assert answer.code == 130
-    assert answer.out == "" and answer.err.strip() == "interrupted"
+    *kept, last = answer.err.splitlines()
+    assert answer.out == "" and last == "interrupted"
+    assert all("the same command goes on from there" in line for line in kept)
     assert list(tmp_path.iterdir()) == []
 
 
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+ENDS = {"interrupted": (interrupt, 130), "terminated": (terminate, 143)}
+
+
+@pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("name", ["build-roadmap", "build-trajectories"])
 def test_a_build_leaves_its_journal_and_says_how_to_go_on(
-    name: str, jobs: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, jobs: int, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     append, n_left = Journal.append, 2
 
@@ -50,15 +67,15 @@ def test_a_build_leaves_its_journal_and_says_how_to_go_on(
         n_left -= 1
         append(*arguments)
         if not n_left:
-            raise KeyboardInterrupt
+            ENDS[end][0]()
 
     monkeypatch.setattr(Journal, "append", interrupted)
     answer = apc(name, "--jobs", jobs, "-o", tmp_path / "out.h5")
-    assert answer.code == 130 and answer.out == ""
+    assert answer.code == ENDS[end][1] and answer.out == ""
     (journal,) = tmp_path.iterdir()
     told = rf"\d+ of \d+ tasks are kept in {re.escape(str(journal))}; the same command goes on from there"
     assert re.search(told, answer.err)
-    assert answer.err.splitlines()[-1] == "interrupted"
+    assert answer.err.splitlines()[-1] == end
 
 
 def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
@@ -66,3 +83,29 @@ def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
         answer = apc("build-roadmap", "-o", tmp_path / "out.h5")
     assert answer.code == 130 and answer.err.strip() == "interrupted"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_first_build_of_a_trial_says_that_it_goes_on(
+    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def build(cell: Cell, *_: Any) -> None:
+        roadmap = pickcli.precompute.artifacts.default_paths(cell).roadmap
+        roadmap.parent.mkdir(parents=True)
+        roadmap.with_name(f"{roadmap.name}.0123456789ab.journal").touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+    monkeypatch.setattr(pickcli.precompute.artifacts, "ensure_artifacts", build)
+    answer = apc("run-trial", made.order, "-o", tmp_path / "out")
+    assert answer.code == 130 and "the same command goes on from there" in answer.err
+
+
+def test_whoever_terminates_twice_does_not_wait() -> None:
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        with pytest.raises(Terminated):
+            _terminate()
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -87,8 +90,8 @@ def test_one_job_needs_no_process() -> None:
     assert available_cores() >= 1
 
 
-def _children() -> set[int]:
-    text = Path(f"/proc/self/task/{os.getpid()}/children").read_text()
+def _children(parent: int = os.getpid()) -> set[int]:
+    text = Path(f"/proc/{parent}/task/{parent}/children").read_text()
     return {int(pid) for pid in text.split()}
 
 
@@ -97,3 +100,31 @@ def _is_running(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+PARENT = """
+import os, sys
+sys.path[:0] = {paths}
+from toy_recipe import MANY, Toy
+from pickcli.precompute.runner import Processes
+running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
+next(running)
+print("working", flush=True)
+list(running)
+"""
+
+
+@pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGTERM, signal.SIGABRT])
+def test_workers_end_with_their_parent_however_it_ends(sign: signal.Signals) -> None:
+    """In the middle of a task of a minute, within two seconds."""
+    source = PARENT.format(paths=[str(Path(__file__).parent)])
+    with subprocess.Popen([sys.executable, "-c", source], stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None and parent.stdout.readline() == b"working\n"
+        workers = _children(parent.pid)
+        assert len(workers) == 2
+        parent.send_signal(sign)
+        parent.wait(timeout=10)
+        deadline = time.monotonic() + 2.0
+        while alive := [pid for pid in workers if _is_running(pid)]:
+            assert time.monotonic() < deadline, alive
+            time.sleep(0.02)

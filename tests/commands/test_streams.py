@@ -1,0 +1,62 @@
+"""What stdout, names and the environment may be: full, closed, too long, without a home."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import Made, apc, refused
+
+import pickcli.precompute.artifacts
+
+APC = (sys.executable, "-m", "pickcli")
+
+
+@pytest.mark.parametrize(
+    "argv", [("--help",), ("inspect", "apc2016_delft"), ("inspect", "apc2016_delft", "--json")]
+)
+def test_a_full_disk_under_stdout_is_one_message(argv: tuple[str, ...]) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*APC, *argv], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert done.returncode == 3
+    assert done.stderr == "apc: error: output: No space left on device\n"
+
+
+def test_a_reader_that_has_heard_enough_is_no_failure() -> None:
+    ours, theirs = os.pipe()
+    os.close(ours)
+    done = subprocess.run(
+        [*APC, "inspect", "apc2016_delft"], stdout=theirs, stderr=subprocess.PIPE, text=True, timeout=60
+    )
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_names_that_are_too_long_are_named(made: Made, out: Path) -> None:
+    name = "x" * 300
+    for argv in (
+        ("inspect", name),
+        ("inspect", f"{name}.json"),
+        ("make-scene", name, "-o", out),
+        ("make-scene", f"{name}.json", "-o", out),
+        ("make-scene", made.order, "--cell", name, "-o", out),
+        ("verify", name, "--scene", made.scene),
+        ("verify", made.plan, "--scene", name),
+        ("run-trial", made.order, "--roadmap", name, "-o", out),
+    ):
+        refused(apc(*argv), 3, name[:60])
+
+
+def test_a_user_without_a_home_is_told_what_to_set(
+    made: Made, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(pickcli.precompute.artifacts.Path, "home", no_home)
+    move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
+    refused(apc(*move), 3, "set HOME or XDG_CACHE_HOME")
