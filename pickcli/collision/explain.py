@@ -42,8 +42,20 @@ class Contact:
         return f"{self.a} against {kind}{self.b}"
 
 
+def too_deep(checker: SceneChecker, q: Array) -> Reason | None:
+    """Why q is not free where it keeps clear of all but what it may touch, and goes too deep into that."""
+    if checker.touch is None or checker.touch.kernel.is_free(q, 0.0):
+        return None
+    distance, frame, _, index = checker.touch.kernel.clearance(q, 1.0)
+    solid = int(checker.touch.kept[index])
+    name, kind = checker.world.names[solid], checker.world.kinds[solid]
+    beyond = f"{-1e3 * distance:.1f} mm beyond what poses and bellows explain"
+    detail = f"{_part(checker, frame)} against {kind} {name}, {beyond}"
+    return Reason("planned contact too deep", "", detail, name if kind == "item" else "")
+
+
 def closest(checker: SceneChecker, q: Array, max_distance: float) -> Contact:
-    """The closest pair at q within ``max_distance``."""
+    """The closest pair at q within ``max_distance`` that is no planned contact."""
     distance, frame, kind, index = checker.kernel.clearance(q, max_distance)
     if frame < 0:
         return Contact(float(distance), "", "")
@@ -55,12 +67,18 @@ def closest(checker: SceneChecker, q: Array, max_distance: float) -> Contact:
 
 def configuration(checker: SceneChecker, q: Array) -> Reason:
     """Why q is not free."""
+    if checker.kernel.is_free(q, checker.margin) and (reason := too_deep(checker, q)) is not None:
+        return reason
     return _reason(checker, closest(checker, q, 1.0), checker.is_free(q), "")
 
 
 def edge(checker: SceneChecker, q0: Array, q1: Array) -> Reason:
     """Why the straight edge is not free: its deepest place among even samples and the kernel's witness."""
     result = checker.kernel.check_edge(q0, q1, checker.margin)
+    if result.free and checker.touch is not None:
+        touch = checker.touch.kernel.check_edge(q0, q1, 0.0)
+        if not touch.free and (reason := too_deep(checker, (1 - touch.t) * q0 + touch.t * q1)) is not None:
+            return reason
     fractions = np.linspace(0.0, 1.0, _SAMPLES)
     if not result.free:
         fractions = np.append(fractions, result.t)

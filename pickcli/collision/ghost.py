@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.scene import Scene
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.explain import Contact
 from pickcli.collision.floating import floating_chain
 from pickcli.collision.model import CollisionModel
@@ -29,14 +30,14 @@ class Ghost:
 
     It turns about its own centre. R_world_axes: (3, 3) the axes of the displacements. inflate: m,
     uncertainty of the item's own pose.
-    without: ids of items that are not there (the item itself among them). touching: names it may touch.
+    without: ids of items that are not there (the item itself among them). touching: what it may touch.
     beside: the item with nothing but one neighbour each that may roll along: it must never come nearer to
     those than it starts, and end well apart from them.
     """
 
     def __init__(
         self, model: CollisionModel, scene: Scene, item: Item, T_world_item: Array, R_world_axes: Array,
-        inflate: float, without: frozenset[str], touching: frozenset[str] = frozenset(),
+        inflate: float, without: frozenset[str], touching: AllowedContacts = NO_CONTACTS,
         beside: tuple[Ghost, ...] = (),
     ) -> None:  # fmt: skip
         self._beside = beside
@@ -50,21 +51,33 @@ class Ghost:
         T_last_item = pose(R=R_world_axes.T @ T_world_item[:3, :3])
         kind = KERNEL_KINDS[item.shape.kind]
         self.kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflate)
-        ignored = np.zeros(len(world.names), np.uint64)
-        ignored[world.indices(touching - without)] = np.uint64(1 << chain.n_frames)
-        world.enter(self.kernel, self._kept, ignored)
+        touching, this = touching.but(without), chain.n_frames
+        world.enter(self.kernel, self._kept, touching.ignored(world, this, this))
+        self._touch: Checker | None = None
+        if touching.is_limited:
+            self._touch = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
+            self._touch.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, 0.0)
+            touching.enter(self._touch, world, this, this)
 
     def is_free(self, d: Array) -> bool:
         """Whether the item keeps the clearance when displaced by d (6,)."""
-        return bool(self.kernel.is_free(d, self.margin))
+        is_free = bool(self.kernel.is_free(d, self.margin))
+        return is_free and (self._touch is None or bool(self._touch.is_free(d, 0.0)))
 
     def are_free(self, D: Array) -> NDArray[np.bool_]:
         """(N,) whether it does so at each of D (N, 6)."""
-        return np.asarray(self.kernel.are_free(np.ascontiguousarray(D), self.margin), dtype=bool)
+        D = np.ascontiguousarray(D)
+        are_free = np.asarray(self.kernel.are_free(D, self.margin), dtype=bool)
+        if self._touch is not None:
+            are_free &= np.asarray(self._touch.are_free(D, 0.0), dtype=bool)
+        return are_free
 
     def path_is_free(self, D: Array) -> int:
         """Index of the first straight push of the polyline D (N, 6) that is not proven free, or -1."""
-        blocked = int(self.kernel.path_is_free(np.ascontiguousarray(D), self.margin))
+        D = np.ascontiguousarray(D)
+        blocked = int(self.kernel.path_is_free(D, self.margin))
+        if blocked < 0 and self._touch is not None:
+            blocked = int(self._touch.path_is_free(D, 0.0))
         return blocked if blocked >= 0 else self._first_pursued(D)
 
     def _first_pursued(self, D: Array) -> int:

@@ -56,6 +56,11 @@ class CollisionModel:
         return len(self.frame_names)
 
     @property
+    def cup_excess(self) -> float:
+        """How far in m the cup's spheres stick out of it, at most."""
+        return self._covers[-1].excess
+
+    @property
     def held_tested_frames(self) -> NDArray[np.int32]:
         """Frames that the held item must stay clear of: all but those rigid with it or with the base."""
         return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)

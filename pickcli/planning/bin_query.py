@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from pickcli.cartesian.corridor import Corridor
+from pickcli.cell.overlap import TOUCH
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
-from pickcli.cell.supports import Supports, supports_of
+from pickcli.cell.supports import Supports, Touching, supports_of
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.ghost import Ghost
 from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.surfaces import flat_normal
+from pickcli.grasping.surfaces import flat_normal, tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.planning.context import NONE, Planner
 from pickcli.planning.settings import Neighbours
 from pickcli.planning.ways_out import WaysOut
 from pickcli.seeds import derived_seed
+
+PRESS = 0.001  # m that the bellows are pressed at least
+FAR = 1.0  # m: every part of the floor is nearer
+SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
+GHOST_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest
+TURNED = 0.5  # of how far a pose that is off in angle leads deeper over the first stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +87,69 @@ class BinQuery:
         )  # fmt: skip
 
     @cached_property
-    def touching(self) -> frozenset[str]:
-        """Everything within the clearance of the target at rest: its support, walls and neighbours."""
-        touching: frozenset[str] = frozenset()
-        at_rest = np.zeros(6)
-        while not (ghost := self.ghost(touching)).is_free(at_rest):
-            near = ghost.clearance(at_rest).b
-            if near in touching:
-                break
-            touching |= self._parts_of_floor(near)
-        return touching
+    def contradictions(self) -> tuple[Reason, ...]:
+        """What the target overlaps with, as its pose says, deeper than poses may be off."""
+        bound = {placed.id: self.scene.noise.bound(placed.item) for placed in self.scene.items}
+        found = []
+        for name, c in self.near.items():
+            explained = TOUCH + self.uncertainty + bound.get(name, 0.0)
+            if -c.gap > explained:
+                deep = f"{-1e3 * c.gap:.1f} mm inside {name}, {1e3 * explained:.1f} explained; look again"
+                blamed = name if name in bound else ""
+                found.append(Reason("poses contradict each other", "at rest", deep, blamed))
+        return tuple(found)
 
-    def _parts_of_floor(self, name: str) -> frozenset[str]:
-        """A body, or all of the floor if it is part of that: an item near the bend rests on either side."""
+    @cached_property
+    def near(self) -> Mapping[str, Touching]:
+        """Everything within the clearance of the target at rest: its support, walls and neighbours."""
+        margin = self.ghost.margin
+        near = {c.b: c for c in self.supports.near(self.target.id, margin) if c.b not in self.ignored}
         floor = frozenset(self.cell_bin.floor)
-        return floor if name in floor else frozenset({name})
+        if not floor.isdisjoint(near):  # an item near the bend rests on either side
+            every = self.supports.near(self.target.id, FAR)
+            near |= {c.b: c for c in every if c.b in floor}
+        return near
+
+    @property
+    def touching(self) -> frozenset[str]:
+        """Names of what is within the clearance of the target at rest."""
+        return frozenset(self.near)
+
+    def _given_way(self, slip: float) -> dict[str, Array]:
+        """By name, how far (3,) what is near counts as moved out of the target's way.
+
+        Two solids do not overlap: where their poses say so, by no more than both may be off, one of them is
+        elsewhere. slip: m that the target may go deeper than that on a way that follows a line only nearly
+        """
+        turned = TURNED * self.scene.noise.angle * self.planner.settings.lift_contact
+        return {name: (max(0.0, -c.gap) + slip + turned) * c.normal for name, c in self.near.items()}
+
+    def leaving(self, grasp: Grasp) -> AllowedContacts:
+        """What target and cup may touch over the first stretch of the lift, and how deep."""
+        item = self._given_way(SLIP)
+        pressed, met = self._pressed(grasp), self.met(grasp.face)
+        cup = {name: pressed if name in met else np.zeros(3) for name in item}
+        return AllowedContacts.of(item, cup)
+
+    def overtravel(self, grasp: Grasp) -> float:
+        """How far in m the cup is pressed beyond the surface, so that all of it meets the item."""
+        tool, noise = self.planner.cell.robot.tool, self.scene.noise
+        aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
+        # How far the surface under the cup may be along the tool axis from where its pose says.
+        # The side of a tilted cup that is farther away must meet it as well.
+        least = noise.position + noise.angle * aside + PRESS + self._lag(grasp)
+        return min(least, 0.75 * tool.cup_stroke)
+
+    def _lag(self, grasp: Grasp) -> float:
+        """How much later in m than its middle the far side of a tilted cup meets the face."""
+        tilt = tilt_on(grasp.face, grasp.T_item_tip)
+        return self.planner.cell.robot.tool.cup_radius * float(np.sin(tilt))
+
+    def _pressed(self, grasp: Grasp) -> Array:
+        """(3,) m in the world: how far what the cup is pressed on counts as moved out of its way."""
+        axis = self.target.T_world_item[:3, :3] @ grasp.T_item_tip[:3, 2]
+        by = self.overtravel(grasp) + self._lag(grasp) + self.planner.model.cup_excess + SLIP
+        return np.asarray(by * axis)
 
     @cached_property
     def empty(self) -> dict[PivotState, SceneChecker]:
@@ -105,9 +162,9 @@ class BinQuery:
     def met(self, face: str) -> frozenset[str]:
         """What the cup may touch at contact on a face: the target, and what a thin one lies on."""
         if face not in self._met:
-            under = {p.id for p in self.scene.items if p.id in self.touching and self._is_under(p, face)}
+            behind = {name for name in self.near if self._is_behind(name, face)}
             floor = self.touching & frozenset(self.cell_bin.floor)
-            self._met[face] = frozenset({self.target.id}) | floor | under
+            self._met[face] = frozenset({self.target.id}) | floor | behind
         return self._met[face]
 
     @cached_property
@@ -115,19 +172,20 @@ class BinQuery:
         """Those asked for so far."""
         return {}
 
-    def _is_under(self, other: PlacedItem, face: str) -> bool:
-        """Whether all of an item lies behind a flat face of the target: only through it can it be met."""
+    def _is_behind(self, name: str, face: str) -> bool:
+        """Whether all of a solid lies behind a flat face of the target: only through it can it be met."""
         outward = flat_normal(face)
         if outward is None:
             return False
-        T_target_other = inverse(self.target.T_world_item) @ other.T_world_item
-        reach = other.item.shape.reach(outward[None] @ T_target_other[:3, :3])[0]
-        height = np.abs(outward) @ self.target.item.shape.extents / 2
-        return bool(outward @ T_target_other[:3, 3] + reach <= height)
+        solids = self.supports.solids
+        k, other = solids.names.index(self.target.id), solids.names.index(name)
+        across = self.target.T_world_item[:3, :3] @ outward
+        target, width = solids.half_widths(np.array([k, other]), np.tile(across, (2, 1, 1)))[:, 0]
+        return bool(across @ (solids.T[other, :3, 3] - solids.T[k, :3, 3]) + width <= target)
 
     def meeting(self, grasp: Grasp) -> SceneChecker:
         """A checker of the empty tool where the cup may touch what it meets."""
-        met = self.met(grasp.face)
+        met = AllowedContacts.of(cup=dict.fromkeys(self.met(grasp.face), self._pressed(grasp)))
         return self.planner.checker(self.scene, grasp.pivot, without=self.ignored, touching=met)
 
     def tool(
@@ -145,23 +203,17 @@ class BinQuery:
         """Those made so far."""
         return {}
 
-    def ghost(self, touching: frozenset[str] = NONE) -> Ghost:
-        """The target by itself, displaced along the bin's axes."""
-        if touching not in self._ghosts:
-            self._ghosts[touching] = self._ghost(touching, self.ignored | {self.target.id})
-        return self._ghosts[touching]
-
     @cached_property
-    def _ghosts(self) -> dict[frozenset[str], Ghost]:
-        """Those made so far, by what they may touch."""
-        return {}
+    def ghost(self) -> Ghost:
+        """The target by itself, displaced along the bin's axes; it may touch nothing."""
+        return self._ghost(NO_CONTACTS, self.ignored | {self.target.id})
 
     @cached_property
     def ways_out(self) -> WaysOut:
         """The ways out of the bin for the target."""
         shape = self.target.item.shape.inflated(self.uncertainty)
         first, seed = self.planner.settings.lift_contact, derived_seed(self.seed, "exit", self.target.id)
-        ghosts = self._leaving, self.ghost()
+        ghosts = self._leaving_alone, self.ghost
         return WaysOut(self.cell_bin, self.T_world_bin, self.T_bin_item, shape, *ghosts, first, seed)
 
     @property
@@ -170,7 +222,7 @@ class BinQuery:
         return self.ways_out.corridors
 
     @cached_property
-    def _leaving(self) -> Ghost:
+    def _leaving_alone(self) -> Ghost:
         """The target where it may touch what it is near to, but not push what would roll along with it."""
         rolling = [
             p.id
@@ -179,11 +231,13 @@ class BinQuery:
         ]
         standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
         others = frozenset(p.id for p in self.scene.items)
-        beside = tuple(self._ghost(frozenset(standing), others - {name}) for name in rolling)
-        return self._ghost(self.touching, self.ignored | {self.target.id}, beside)
+        ground = AllowedContacts.anyhow(standing)
+        beside = tuple(self._ghost(ground, others - {name}) for name in rolling)
+        touching = AllowedContacts.of(item=self._given_way(GHOST_SLIP))
+        return self._ghost(touching, self.ignored | {self.target.id}, beside)
 
     def _ghost(
-        self, touching: frozenset[str], without: frozenset[str], beside: tuple[Ghost, ...] = ()
+        self, touching: AllowedContacts, without: frozenset[str], beside: tuple[Ghost, ...] = ()
     ) -> Ghost:
         return Ghost(
             self.planner.model, self.scene, self.target.item, self.target.T_world_item,

@@ -11,6 +11,7 @@ import numpy as np
 
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
+from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -35,9 +36,10 @@ def bin_spots(
         size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
         return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    on_floor = AllowedContacts.of(item=dict.fromkeys(cell_bin.floor, np.zeros(3)))
     ghost = Ghost(
         planner.model, scene, placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3],
-        scene.noise.bound(placed.item), frozenset({placed.id}), frozenset(cell_bin.floor),
+        scene.noise.bound(placed.item), frozenset({placed.id}), on_floor,
     )  # fmt: skip
     places = _places(cell_bin, reach, scene.noise.bound(placed.item) + HOVER)
     free = [d for d in places if ghost.is_free(d)]

@@ -9,6 +9,7 @@ from functools import lru_cache, partial
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.kinematics.arm import Arm
@@ -57,7 +58,7 @@ class Planner:
         pivot: PivotState,
         held: Held | None = None,
         without: frozenset[str] = NONE,
-        touching: frozenset[str] = NONE,
+        touching: AllowedContacts = NO_CONTACTS,
         reserve: float = 0.0,
         opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> SceneChecker:

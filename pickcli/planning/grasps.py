@@ -33,8 +33,8 @@ def feasible_grasps(
     for search, ways in ((USUAL, Ways.FEW), (WIDE, Ways.MANY)):
         candidates = _candidates(query, search, exclude, rng)
         reasons += candidates.rejected
-        if candidates.grasps and query.blockers:
-            return [], [*reasons, *query.blockers]
+        if candidates.grasps and (obstacles := (*query.blockers, *query.contradictions)):
+            return [], [*reasons, *obstacles]
         if candidates.grasps and isinstance(query.corridors, Reason):
             return [], [*reasons, query.corridors]
         feasible, against = _tried(query, candidates.grasps, ways, rng)

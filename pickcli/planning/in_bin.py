@@ -14,16 +14,14 @@ import numpy as np
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.keyposes import PickPoses
+from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.checker import Held, SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.surfaces import tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.tool_ways import tool_ways_in, tool_ways_out
 from pickcli.planning.ways_out import Ways
-
-PRESS = 0.001  # m that the bellows are pressed at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +36,7 @@ class InBin:
     freed: Line  # first stretch of the lift
     lift: Line
     retreat: tuple[Line, ...]
-    touching: frozenset[str]  # what the held item may touch during ``freed``
+    leaving: AllowedContacts  # what item and cup may touch during ``freed``
     ignored: frozenset[str]  # neighbours that are not considered (--neighbours ignore)
 
 
@@ -52,7 +50,7 @@ def plan_in_bin(
     planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
     if isinstance(query.corridors, Reason):
         return [query.corridors]
-    ways_in = tool_ways_in(query, grasp, _overtravel(query, grasp))
+    ways_in = tool_ways_in(query, grasp, query.overtravel(grasp))
     if isinstance(ways_in, Reason):
         return [ways_in.at(f"{where}, {ways_in.where}")]
     contact = ways_in[0].contact
@@ -79,18 +77,8 @@ def plan_in_bin(
         if isinstance(way_out, list):
             reasons += way_out
             continue
-        return InBin(grasp, held, *way_in, *way_out, touching=query.touching, ignored=query.ignored)
+        return InBin(grasp, held, *way_in, *way_out, leaving=query.leaving(grasp), ignored=query.ignored)
     return reasons
-
-
-def _overtravel(query: BinQuery, grasp: Grasp) -> float:
-    """How far in m the cup is pressed beyond the surface, so that all of it meets the item for certain."""
-    tool, noise = query.planner.cell.robot.tool, query.scene.noise
-    aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
-    # How far the surface under the cup may be along the tool axis from where its pose says.
-    # The side of a tilted cup that is farther away must meet it as well.
-    lag = tool.cup_radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))
-    return min(noise.position + noise.angle * aside + PRESS + lag, 0.75 * tool.cup_stroke)
 
 
 def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
@@ -143,7 +131,8 @@ def _way_out(
     planner = query.planner
     gone = query.ignored | {query.target.id}
     carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
-    leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=query.touching)
+    touching = query.leaving(grasp)
+    leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=touching)
     reasons = []
     for option in ways:
         out = _lines_out(query, grasp, contact, option, q_contact, leaving, carrying, where)

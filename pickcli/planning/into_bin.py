@@ -47,10 +47,11 @@ def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[
 def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
     """The lines of a pick from there, each backwards."""
     planner, settings, kind = there.planner, there.planner.settings, SegmentKind
-    pivot, held, floor = as_picked.grasp.pivot, as_picked.held, as_picked.touching
+    pivot, held, floor = as_picked.grasp.pivot, as_picked.held, as_picked.leaving.names
     gone = as_picked.ignored | {there.target.id}
     carrying = planner.checker(there.scene, pivot, held=held, without=gone)
-    lowering = planner.checker(there.scene, pivot, held=held, without=gone, touching=floor)
+    touching = as_picked.leaving
+    lowering = planner.checker(there.scene, pivot, held=held, without=gone, touching=touching)
     empty, meeting = there.empty[pivot], there.meeting(as_picked.grasp)
     inward = (
         *(

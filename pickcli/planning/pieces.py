@@ -60,7 +60,7 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
     empty, meeting = query.empty[pivot], query.meeting(in_bin.grasp)
     transit = planner.checker(query.scene, motion.transit_pivot)
     # The cup touches the target; once it holds it, the target still touches what it rests on.
-    touching = frozenset({query.target.id}) | in_bin.touching
+    touching = frozenset({query.target.id}) | in_bin.leaving.names
     contact_speed = SLOWER_THAN_ALLOWED * planner.cell.robot.tool.contact_speed
 
     def line(kind: SegmentKind, path: Line, speed: float) -> Piece:
@@ -80,7 +80,7 @@ def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
     pivot, target, kind = in_bin.grasp.pivot, query.target.id, SegmentKind
     gone, held = in_bin.ignored | {target}, in_bin.held
-    leaving = planner.checker(query.scene, pivot, held=held, without=gone, touching=in_bin.touching)
+    leaving = planner.checker(query.scene, pivot, held=held, without=gone, touching=in_bin.leaving)
     carrying = planner.checker(query.scene, pivot, held=held, without=gone)
     outside = planner.checker(query.scene, pivot, held=held, without=frozenset({target}))
 
@@ -89,7 +89,7 @@ def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
 
     freed = line(kind.LIFT, in_bin.freed, settings.lift_speed, leaving)
     return [
-        replace(freed, touching=in_bin.touching),
+        replace(freed, touching=in_bin.leaving.names),
         line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
         *(line(kind.RETREAT, push, settings.retreat_speed, carrying) for push in in_bin.retreat),
         Piece(kind.TRANSFER, motion.transfer.waypoints, pivot, outside, held=target, blend=COARSE_BLEND),

@@ -17,6 +17,7 @@ from pickcli.cartesian.follow import follow_line
 from pickcli.cartesian.keyposes import PREAPPROACH_DISTANCE
 from pickcli.cartesian.line import shifted
 from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, inverse
@@ -74,7 +75,11 @@ class _Rules:
     def checker(self, touching: frozenset[str] = NONE) -> SceneChecker:
         """Of the empty tool as it stands."""
         return self.planner.checker(
-            self.scene, self.start.pivot, touching=touching, reserve=self.reserve, opening=self.opening
+            self.scene,
+            self.start.pivot,
+            touching=AllowedContacts.anyhow(touching),
+            reserve=self.reserve,
+            opening=self.opening,
         )
 
     def closes(self, waypoints: Array) -> Reason | None:

@@ -14,6 +14,7 @@ from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
 
 
 @pytest.fixture(scope="session")
@@ -29,6 +30,16 @@ def model(cell: Cell) -> CollisionModel:
 @pytest.fixture(scope="session")
 def home(cell: Cell) -> Array:
     return cell.configurations["home"].q
+
+
+@pytest.fixture(scope="session")
+def arm(cell: Cell) -> Arm:
+    return Arm(cell.robot)
+
+
+@pytest.fixture(scope="session")
+def T_home_tip(arm: Arm, home: Array) -> Array:
+    return arm.tip(home, PivotState.STRAIGHT)
 
 
 @pytest.fixture(scope="session")

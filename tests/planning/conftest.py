@@ -28,13 +28,14 @@ def planner(cell: Cell) -> Planner:
 
 @pytest.fixture(scope="session")
 def scene_with(cell: Cell) -> SceneWith:
-    """scene_with(("crayola_24_ct", "bin_B", x, y), ...): items flat on the back part of the bins' floors."""
+    """scene_with(("crayola_24_ct", "bin_B", x, y), ...): items level on the bins' floors."""
 
     def make(*entries: tuple[str, str, float, float]) -> Scene:
         placed = []
         for name, bin_name, x, y in entries:
             item, cell_bin = cell.item(name), cell.pod.bins[bin_name]
-            z = cell_bin.floor_back + float(item.shape.extents[2]) / 2 + 0.0005
+            floor, _ = cell_bin.rest(np.array(x - item.shape.extents[0] / 2), np.array(0.0))
+            z = float(floor) + float(item.shape.extents[2]) / 2 + 0.0005
             T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([x, y, z])
             placed.append(PlacedItem(name, item, bin_name, T))
         noise = PoseNoise(0.002, float(np.radians(1.0)))

@@ -25,9 +25,11 @@ def scene_of(cell: Cell, *placed: tuple[str, Array]) -> Scene:
 
 
 def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn: float) -> tuple[str, Array]:
-    """An item on the back part of the floor, ``up`` m above it, on its flat side or turned by ``roll``."""
+    """An item level on the floor, ``up`` m above it, on its flat side or turned by ``roll``."""
     R = pose(rpy=[turn.get("roll", 0.0), turn.get("pitch", 0.0), turn.get("yaw", 0.0)])[:3, :3]
-    z = cell.pod.bins[BIN].floor_back + float(cell.item(name).shape.reach(R)[2]) + 0.0005 + up
+    reach = cell.item(name).shape.reach(R)
+    floor, _ = cell.pod.bins[BIN].rest(np.array(x - reach[0]), np.array(0.0))
+    z = float(floor) + float(reach[2]) + 0.0005 + up
     return name, pose([x, y, z], R=R)
 
 

@@ -128,9 +128,11 @@ def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
         ("dove_beauty_bar", "bin_K", 0.25, 0.0),
     )  # fmt: skip
     liner, book, bar = scene.items
-    up = [float(i.item.shape.extents[2]) for i in scene.items]
-    for placed, by in ((book, up[0]), (bar, up[0] + up[1])):
-        scene = scene.moved(replace(placed, T_world_item=pose([0.0, 0.0, by]) @ placed.T_world_item))
+    top = liner.T_world_item[2, 3] + liner.item.shape.extents[2] / 2
+    for placed in (book, bar):
+        height = float(placed.item.shape.extents[2])
+        T = pose([*liner.T_world_item[:2, 3], top + height / 2], R=placed.T_world_item[:3, :3])
+        scene, top = scene.moved(replace(placed, T_world_item=T)), top + height
     with pytest.raises(NoPlanError) as caught:
         plan_pick(planner, scene, "bin_K", liner.id, home)
     assert caught.value.in_the_way == (bar.id, book.id)

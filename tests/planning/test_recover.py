@@ -78,7 +78,9 @@ def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scen
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0), ("dove_beauty_bar", "bin_B", 0.16, 0.043))
     bar = scene.find("dove_beauty_bar")
-    scene = scene.moved(replace(bar, T_world_item=pose([0.0, 0.0, 0.02]) @ bar.T_world_item))
+    T = bar.T_world_item.copy()
+    T[2, 3] = scene.find("crayola_24_ct").T_world_item[2, 3] + 0.0245
+    scene = scene.moved(replace(bar, T_world_item=T))
     start = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
     return scene, StoppedMotion(plan, contact.t_end), start
 

@@ -1,0 +1,125 @@
+"""Planned contact: so deep and no deeper, for who is named and for nobody else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from solid_helpers import MakeChecker, MakeScene, box_item
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
+from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.ghost import Ghost
+from pickcli.collision.model import CollisionModel
+from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array, pose
+
+NOBODY: frozenset[str] = frozenset()
+SIDE = 0.08
+CUBE = box_item((SIDE, SIDE, SIDE))
+numbers = st.floats(-0.1, 0.1)
+
+
+def beside(model: CollisionModel, make_scene: MakeScene, way: Array | None, overlap: float = 0.0) -> Ghost:
+    """A cube beside item0, which stands on its +x side and into which it may be pushed along ``way``."""
+    T = pose((-0.6, 0.0, 1.7))
+    scene = make_scene((CUBE, pose((SIDE - overlap, 0.0, 0.0)) @ T))
+    touching = NO_CONTACTS if way is None else AllowedContacts.of(item={"item0": way})
+    return Ghost(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, touching)
+
+
+def pushed(ghost: Ghost, x: float, z: float = 0.0) -> bool:
+    d = np.array([x, 0.0, z, 0.0, 0.0, 0.0])
+    is_free = ghost.path_is_free(np.stack([np.zeros(6), d])) == -1
+    assert is_free == (ghost.is_free(np.zeros(6)) and ghost.is_free(d))
+    assert ghost.are_free(np.stack([np.zeros(6), d])).tolist() == [
+        ghost.is_free(np.zeros(6)),
+        ghost.is_free(d),
+    ]
+    return is_free
+
+
+def test_without_leave_it_keeps_the_clearance(model: CollisionModel, make_scene: MakeScene) -> None:
+    assert not beside(model, make_scene, None).is_free(np.zeros(6))
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.003])
+def test_it_may_stay_and_leave_and_go_no_deeper(
+    model: CollisionModel, make_scene: MakeScene, overlap: float
+) -> None:
+    ghost = beside(model, make_scene, np.array([overlap + 0.001, 0.0, 0.0]), overlap)
+    assert pushed(ghost, 0.0) and pushed(ghost, -0.05) and pushed(ghost, 0.0, 0.05)
+    assert pushed(ghost, 0.0008)
+    assert not pushed(ghost, 0.0012) and not pushed(ghost, 0.02)
+
+
+def test_an_overlap_that_is_not_explained_is_none_that_is_allowed(
+    model: CollisionModel, make_scene: MakeScene
+) -> None:
+    assert not beside(model, make_scene, np.array([0.001, 0.0, 0.0]), overlap=0.003).is_free(np.zeros(6))
+
+
+@given(st.dictionaries(st.sampled_from("abcd"), st.tuples(numbers, numbers, numbers)))
+def test_equal_ways_are_one_key(ways: dict[str, tuple[float, float, float]]) -> None:
+    arrays = {name: np.array(way) for name, way in ways.items()}
+    one, other = AllowedContacts.of(arrays), AllowedContacts.of(dict(reversed(arrays.items())))
+    assert one == other and hash(one) == hash(other)
+    assert one.names == frozenset(ways)
+    assert one.but(frozenset(ways)) == NO_CONTACTS
+
+
+def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array, model: CollisionModel
+) -> None:
+    axis = T_home_tip[:3, 2]
+    scene = make_scene((CUBE, T_home_tip @ pose((0, 0, SIDE / 2 - 0.004))))  # the cup is 4 mm in it
+
+    def is_free(by: float, **who: bool) -> bool:
+        ways = {"item0": by * axis}
+        touching = AllowedContacts.of(*(ways if who.get(part) else None for part in ("item", "cup")))
+        return make_checker(scene, touching=touching).is_free(home)
+
+    assert not is_free(0.02, item=True)
+    assert not is_free(0.003, cup=True)
+    assert is_free(0.0045 + model.cup_excess, cup=True)
+
+
+def test_what_goes_too_deep_is_named(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    scene = make_scene((CUBE, T_home_tip @ pose((0, 0, SIDE / 2 - 0.004))))
+    touching = AllowedContacts.of(cup={"item0": 0.001 * T_home_tip[:3, 2]})
+    checker: SceneChecker = make_checker(scene, touching=touching)
+    reason = checker.explain(home)
+    assert reason.what == "planned contact too deep" and reason.in_the_way == "item0"
+    moved = home.copy()
+    moved[0] -= 0.01
+    assert checker.explain_edge(moved, home).what == "planned contact too deep"
+    assert not checker.edge_is_free(moved, home) and checker.path_is_free(np.stack([moved, home])) == 0
+
+
+def test_a_held_item_may_lie_on_what_it_may_touch_and_sink_into_nothing(
+    make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
+) -> None:
+    held = Held(CUBE, pose((0, 0, SIDE / 2)), 0.003)
+    for gap, is_free in ((0.0005, True), (-0.0005, False)):
+        scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 1.5 * SIDE + gap))))
+        touching = AllowedContacts.of(item={"item0": np.zeros(3)})
+        assert make_checker(scene, held=held, touching=touching).is_free(home) is is_free
+        assert not make_checker(scene, held=held).is_free(home)
+
+
+def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
+    with pytest.raises(UnknownNameError, match="row_ABC_lib"):
+        make_checker(touching=AllowedContacts.of(item={"row_ABC_lib": np.zeros(3)}))
+
+
+def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
+    floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
+    for pivot in PivotState:
+        assert make_checker(pivot=pivot, touching=floor).is_free(home) == make_checker(pivot=pivot).is_free(
+            home
+        )
