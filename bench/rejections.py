@@ -2,8 +2,8 @@
 
     python -m bench.rejections [--scenes 6] [--seed 0] [--json FILE]
 
-Every item of every bin of scenes from fresh orders is planned once as it lies and once as it is seen, with
-pose noise, and every plan is verified. Also told: how near the plans came to what they are not to touch, and
+Every item of every bin of scenes from fresh orders is planned once as it lies and once as it is seen in a
+trial, the pod's pose with its error, and every plan is verified. Also told: how near the plans came to what they are not to touch, and
 how many of the items that a cup can hold had a plan.
 """
 
@@ -26,6 +26,7 @@ from pickcli.errors import InputError, NoPlanError
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.seeds import derived_seed
+from pickcli.simulation.reality import Reality
 from pickcli.trial.make_order import make_order
 from pickcli.trial.make_scene import make_scene
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
@@ -112,7 +113,7 @@ def measure(seeds: Sequence[int]) -> dict[str, Any]:
     exact, noisy = Tally(), Tally()
     for seed, scene in fresh_scenes(warm, seeds):
         tally(warm, scene, seed, exact)
-        tally(warm, perceive(scene, DEFAULT_NOISE, seed, 1), seed, noisy)
+        tally(warm, perceive(scene, DEFAULT_NOISE, seed, 1, Reality()), seed, noisy)
         print(f"scene {seed}: {exact.rejected} of {exact.plans}, noisy {noisy.rejected} of {noisy.plans}")
     return {"exact": exact.told(), "noisy": noisy.told()}
 

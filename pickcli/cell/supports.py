@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cell.overlap import TOUCH
 from pickcli.cell.patches import feature, patch
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.touching import Gaps, Solids, gaps
 from pickcli.geometry import Array
 
@@ -93,8 +93,11 @@ class Supports:
         return tuple(c.b for c in contacts if c.b in self._items and _carries(c.seen_from(c.b)))
 
     def near(self, item_id: str, reach: float) -> tuple[Touching, ...]:
-        """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it."""
-        solids, k = self.solids, self._index[item_id]
+        """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
+
+        The pod's bodies count as grown to wherever the error of its pose may put them.
+        """
+        solids, k = self._grown, self._index[item_id]
         where = self._items[item_id].location
         is_here = [name not in self._items or self._items[name].location == where for name in solids.names]
         apart = np.linalg.norm(solids.T[:, :3, 3] - solids.T[k, :3, 3], axis=1)
@@ -170,6 +173,14 @@ class Supports:
     @cached_property
     def _index(self) -> Mapping[str, int]:
         return {name: k for k, name in enumerate(self.solids.names)}
+
+    @cached_property
+    def _grown(self) -> Solids:
+        """The same solids, those of the pod with the error of its pose."""
+        scene = self.scene
+        return Solids.of(
+            scene, scene.items, [*_in_world(scene.pod_bodies, scene.T_world_pod), *_fixed(scene)]
+        )
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:
@@ -271,9 +282,7 @@ def supports_of(scene: Scene) -> Supports:
     Returns:
         All pairs that are no farther apart than those bounds allow for solids that touch.
     """
-    cell = scene.cell
-    bodies = [(body, scene.T_world_pod) for body in cell.pod.bodies]
-    bodies += [(body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)]
+    bodies = [*_in_world(scene.cell.pod.bodies, scene.T_world_pod), *_fixed(scene)]
     solids = Solids.of(scene, scene.items, bodies)
     places = np.array([placed.location for placed in scene.items] + [""] * len(bodies))
     a, b = solids.near(len(scene.items), TOUCH)
@@ -283,6 +292,14 @@ def supports_of(scene: Scene) -> Supports:
     return Supports(
         scene, solids, Gaps(found.a[close], found.b[close], found.width[close], found.normal[close])
     )
+
+
+def _fixed(scene: Scene) -> list[tuple[Body, Array]]:
+    return _in_world((*scene.cell.tote.bodies, *scene.cell.obstacles.bodies), np.eye(4))
+
+
+def _in_world(bodies: Iterable[Body], T_world_parent: Array) -> list[tuple[Body, Array]]:
+    return [(body, T_world_parent) for body in bodies]
 
 
 def _carries(contact: Touching) -> bool:

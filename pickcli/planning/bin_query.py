@@ -90,14 +90,21 @@ class BinQuery:
     def contradictions(self) -> tuple[Reason, ...]:
         """What the target overlaps with, as its pose says, deeper than poses may be off."""
         bound = {placed.id: self.scene.noise.bound(placed.item) for placed in self.scene.items}
+        pod_error = self.scene.pod_error.bound(self._from_axis)
         found = []
         for name, c in self.near.items():
-            explained = TOUCH + self.uncertainty + bound.get(name, 0.0)
+            explained = TOUCH + self.uncertainty + bound.get(name, pod_error)
             if -c.gap > explained:
                 deep = f"{-1e3 * c.gap:.1f} mm inside {name}, {1e3 * explained:.1f} explained; look again"
                 blamed = name if name in bound else ""
                 found.append(Reason("poses contradict each other", "at rest", deep, blamed))
         return tuple(found)
+
+    @cached_property
+    def _from_axis(self) -> float:
+        """How far from the pod's z axis any point of the target may be, m."""
+        p = (inverse(self.scene.T_world_pod) @ self.target.T_world_item)[:2, 3]
+        return float(np.linalg.norm(p)) + float(np.linalg.norm(self.target.item.shape.extents)) / 2
 
     @cached_property
     def near(self) -> Mapping[str, Touching]:

@@ -2,14 +2,16 @@
 
 Measured on the solids as they are perceived, not grown. Two items lie in each other, as their poses say, at
 most as deep as both may be off; taken out, the item may go no deeper into a neighbour than it lies, but for
-what a pose that is off in angle leads astray. The bellows give along the axis of the cup only: one that is pressed
-in by its whole stroke must be clear of what it touches, but for what the pose of that may be off.
+what a pose that is off in angle leads astray. The bellows give along the axis of the cup only: one that is
+pressed in by its whole stroke must be clear of what it touches, but for what the pose of that may be off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from pickcli.cell.overlap import TOUCH
 from pickcli.cell.scene import Scene
@@ -106,4 +108,10 @@ class _Pair:
     def _uncertain(self, name: str) -> float:
         """m that any point of a solid may be from where its pose says."""
         found = [placed.item for placed in self.scene.items if placed.id == name]
-        return self.scene.noise.bound(found[0]) if found else 0.0
+        if found:
+            return self.scene.noise.bound(found[0])
+        for body in self.scene.pod_bodies:
+            if body.name == name:
+                reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2
+                return self.scene.pod_error.bound(float(reach))
+        return 0.0
