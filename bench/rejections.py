@@ -3,8 +3,8 @@
     python -m bench.rejections [--scenes 6] [--seed 0] [--json FILE]
 
 Every item of every bin of scenes from fresh orders is planned once as it lies and once as it is seen in a
-trial, the pod's pose with its error, and every plan is verified. Also told: how near the plans came to what they are not to touch, and
-how many of the items that a cup can hold had a plan.
+trial, the pod's pose with its error, and every plan is verified. Also told: how near the plans came to what
+they are not to touch, and how many of the items that a cup can hold had a plan.
 """
 
 from __future__ import annotations
