@@ -144,8 +144,9 @@ class _Run:
         if self.stop is None:
             for event in self.tracker.update(world.q, world.time_step):
                 self._fire(event)
-        if world.held is not None:
-            self.max_load = max(self.max_load, world.suction.max_ratio)
+        # Until the lift an item that the cup has sealed on still stands; what it bears builds up.
+        if world.held is not None and self._segment(trace.plan_times[-1]).held is not None:
+            self.max_load = max(self.max_load, world.suction.ratio)
         self.n_steps += 1
         if self.n_steps % TRACE_STEPS == 0:
             trace.told.append(trace.sent[-1])

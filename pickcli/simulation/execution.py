@@ -44,7 +44,7 @@ class Execution:
     stopped_in: the segment it was in then
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
-    max_load: worst share of the cup's limits while something was held
+    max_load: worst share of what the cup bears while something was held, from the lift on
     path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
     """
 

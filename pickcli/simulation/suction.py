@@ -99,7 +99,8 @@ class Suction:
     Attributes:
         held: Name of the item that hangs on the cup, or None.
         load: The last one measured.
-        max_ratio: Worst load since the last seal, as a share of what the cup bears.
+        ratio: The last load as a share of what the cup bears with the vacuum under it, while the valve is open.
+        max_ratio: Worst such share since the last seal.
         releases: Items that left the cup, in their order.
         touches: What the relaxed bellows pushed on in the last step.
     """
@@ -120,7 +121,7 @@ class Suction:
         self._items, self._has_honest_seals = items, honest_seals
         self.vacuum = vacuum
         self.held: str | None = None
-        self.load, self.max_ratio = NO_LOAD, 0.0
+        self.load, self.ratio, self.max_ratio = NO_LOAD, 0.0, 0.0
         self.releases: list[Release] = []
         self.touches: list[Touch] = []
         self._T_item_tip = np.eye(4)  # of the held item, as it sealed
@@ -163,7 +164,7 @@ class Suction:
             if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
                 self._detach(t, is_wanted=True)
             return
-        self.max_ratio = max(self.max_ratio, ratio)
+        self.ratio, self.max_ratio = ratio, max(self.max_ratio, ratio)
         time_step = self._engine.time_step
         self._time_over = self._time_over + time_step if ratio > 1.0 else 0.0
         if self._time_over > BREAK_TIME - time_step / 2:
@@ -215,7 +216,7 @@ class Suction:
         )  # fmt: skip
         self._engine.keep_awake(name, on=True)
         self.held, self._T_item_tip, self._share = name, inverse(T_tip_item), share
-        self.load, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0
+        self.load, self.ratio, self.max_ratio, self._time_over = NO_LOAD, 0.0, 0.0, 0.0
 
     def _detach(self, t: float, is_wanted: bool) -> None:
         assert self.held is not None
