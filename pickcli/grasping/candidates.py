@@ -29,7 +29,7 @@ PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivote
 TRIES_PER_PLACE = 8
 SIDE = 0.15  # what a side grasp costs: it needs room beside the item
 ROLLING = 0.3  # and more where the cup makes the item roll before it holds
-HOLDS = 0.9  # of what the cup bears at rest, beyond which a grasp is dropped
+HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
 
 

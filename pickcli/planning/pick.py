@@ -127,7 +127,8 @@ def _way_in(
     shape = pivot if pivot is start.pivot else PivotState.MOVING
     checker = planner.checker(query.scene, shape, reserve=RESERVE)
     goals = np.stack([f.preapproach.waypoints[0] for f in group])
-    extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score for f in group]
+    worth = planner.settings.load_worth
+    extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score + worth * f.grasp.load_ratio for f in group]
     name = derived_seed(seed, "transit", query.target.id, pivot)
     coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
     if isinstance(coarse, Reason):

@@ -27,7 +27,8 @@ class PickSettings:
     seal_time: float = 0.25  # at rest on the item, for the vacuum to build up under the cup
     release_time: float = 0.15  # at rest over the tote, for the vacuum to leak away
     start_dwell: float = 0.0
-    load_ratio: float = 0.9  # of the cup's limits that planned motion may use
+    load_ratio: float = 0.8  # of what the cup bears, that planned motion may use
+    load_worth: float = 1.0  # that a grasp without load gains over one that takes up all that the cup bears
     wanted: int = 3  # feasible grasps among which the best whole motion is chosen
     solutions_per_grasp: int = 4  # inverse-kinematics branches followed per grasp
     shortcuts: int = 60

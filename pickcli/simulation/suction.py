@@ -99,7 +99,7 @@ class Suction:
     Attributes:
         held: Name of the item that hangs on the cup, or None.
         load: The last one measured.
-        ratio: The last load as a share of what the cup bears with the vacuum under it, while the valve is open.
+        ratio: The last load, while the valve is open, as a share of what the cup bears with its vacuum.
         max_ratio: Worst such share since the last seal.
         releases: Items that left the cup, in their order.
         touches: What the relaxed bellows pushed on in the last step.
