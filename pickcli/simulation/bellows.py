@@ -72,6 +72,12 @@ class Bellows:
         distances = [share * (back + ahead) - back if name else np.inf for name, share in hits]
         return Probe(tuple(name for name, _ in hits), np.array(distances))
 
+    def points(self, T_world_tip: Array, probe: Probe) -> Array:
+        """Where the rays met something, (9, 3) in the world; infinite where they did not."""
+        R = T_world_tip[:3, :3]
+        across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
+        return np.asarray(across + np.outer(probe.distances, R[:, 2]))
+
     def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[Touch]:
         """Push on whatever presses the bellows in, and back on the robot; returns these contacts.
 

@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, inverse, transform_points
 from pickcli.simulation.bellows import Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import GRAVITY, Engine, Touch
@@ -180,9 +180,11 @@ class Suction:
             return 0.0
         if not self._has_honest_seals:
             return 1.0
-        item = self._items[name]
-        p_item = inverse(self._engine.pose(name)) @ T_world_tip[:, 3]
-        return item.seals[face_at(item.shape, p_item[:3])]
+        item, T_item_world = self._items[name], inverse(self._engine.pose(name))
+        face = face_at(item.shape, T_item_world[:3] @ T_world_tip[:, 3])
+        low, high = item.area(face)
+        lip = transform_points(T_item_world, self._bellows.points(T_world_tip, probe))
+        return item.seals[face] if np.all((low <= lip) & (lip <= high)) else 0.0
 
     def _is_at_rest(self, item: str, T_world_tip: Array) -> bool:
         """Whether no part of the rim moves over the face, along it or away from it."""

@@ -244,6 +244,12 @@ def test_a_face_holds_as_well_as_it_seals(build_world: BuildWorld, share: float,
         assert world.held is None
 
 
+@pytest.mark.parametrize(("edge", "holds"), [(0.017, True), (0.013, False)])
+def test_the_whole_rim_wants_the_part_that_seals(build_world: BuildWorld, edge: float, holds: bool) -> None:
+    areas = {"+z": {"y": (-edge, edge)}}
+    assert (sealed(build_world(replace(cube(), areas=areas))).held == "cube") is holds
+
+
 def test_faces_are_airtight_where_reality_says_so(build_world: BuildWorld) -> None:
     item = replace(cube(), seals=dict.fromkeys(cube().seals, 0.0))
     assert sealed(build_world(item, reality=replace(STATED_MASS, honest_seals=False))).held == "cube"
