@@ -1,6 +1,6 @@
 """What it gains to time a carry under the cup's limits, against slowing the whole of it down.
 
-    python -m bench.carry [--orders 6] [--grasps 3] [--seed 0] [--year 2016] [--json FILE]
+    python -m bench.carry [--orders 12] [--grasps 3] [--seed 0] [--year 2016] [--json FILE]
 
 Every target of fresh orders (those of ``apc make-order`` with the seeds from --seed on) is planned, and again
 with other grasps, as retries are. Where the motion without a load would break what the cup bears, the same
@@ -124,7 +124,7 @@ def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_gras
             yield carry
 
 
-def measure(year: int = 2016, seeds: Sequence[int] = range(6), n_grasps: int = 3) -> dict[str, Any]:
+def measure(year: int = 2016, seeds: Sequence[int] = range(12), n_grasps: int = 3) -> dict[str, Any]:
     """All carries, and what those gain whose load binds."""
     planner = Planner(load_cell("apc2016_delft"))
     found = list(carries(planner, year, seeds, n_grasps))
@@ -161,7 +161,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--orders", type=int, default=6)
+    parser.add_argument("--orders", type=int, default=12)
     parser.add_argument("--grasps", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--year", type=int, default=2016)

@@ -1,8 +1,9 @@
 """The wrench on the cup as a path constraint: an inscribed polytope of what the cup bears.
 
 At one place of a path the wrench lies in a plane, a u + b x + c (``HeldBody.path_wrench``), and what the cup
-bears cuts a convex set out of it. That set is what has to be inscribed, not the limit surface: a polygon of
-16 edges gives away 1.9 % at most, where a polytope of the surface itself would need hundreds of faces.
+bears cuts a convex set out of it. That set is what has to be inscribed, not the limit surface, for which
+hundreds of faces would do no better. The corners of its polygon lie where evenly spaced directions, seen from
+the wrench at rest, meet the limit: whatever the item's weight leaves of the limits is used equally well.
 """
 
 from __future__ import annotations
@@ -18,11 +19,9 @@ from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.timing.path_constraint import HalfPlanes
 
-EDGES_OF_SLIP = 16  # of the polygon inscribed in the section of the friction's ellipsoid
-EDGES_OF_LIP = 16  # of the polygon inscribed in the circle of bending
-AT_REST = 1e-3  # share of the limits that half-planes leave where rest takes up all of them
+N_EDGES = 16  # of each polygon
+AT_REST = 1e-3  # share of the limits that is left for motion where the weight takes up all of them
 HALVINGS = 30  # of the share of the motion's own wrench that a state keeps its limits with
-
 VANISHED = 1e-9  # share of the limits per unit of path: nothing
 
 Plane = tuple[Array, Array, Array]
@@ -53,9 +52,8 @@ class WrenchLimit:
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Polygons inscribed in the wrench's limits; see ``PathConstraint``."""
         plane = self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.pivot))
-        slip, lip = self._slip(plane), self._lip(plane)
-        a, b, c = (np.concatenate(columns, axis=1) for columns in zip(slip, lip, strict=True))
-        return HalfPlanes(a, b, np.maximum(c, AT_REST))
+        inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
+        return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
     def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
         """By the limits themselves; see ``PathConstraint``.
@@ -80,44 +78,62 @@ class WrenchLimit:
             factor[over] = 1.0 / np.sqrt(low)
         return factor
 
-    def _slip(self, plane: Plane) -> Plane:
-        """Half-planes of friction, (|shear| / max_shear)^2 + (|twist| / max_twist)^2 <= share^2.
+    def _slip(self, plane: Plane) -> tuple[Plane, Plane]:
+        """Friction, (|shear| / max_shear)^2 + (|twist| / max_twist)^2 <= share^2, as of ``_inscribed``.
 
-        Scaled by the limits this is the unit ball, which a plane cuts in a disc. The polygon has one of its
-        corners where u alone leads to, so that a straight line is limited exactly.
+        Scaled by the limits this is the unit ball, which the plane cuts in a disc.
         """
         scale = np.array([self.limits.max_shear, self.limits.max_shear, self.limits.max_twist]) * self.share
         a, b, c = (w[:, [0, 1, 5]] / scale for w in plane)
-        e1 = _direction(a, b, np.array([[1.0, 0.0, 0.0]]))
-        e2 = _across(e1, b, c)
+        e1 = _direction(a, b, np.eye(3)[:1])
+        e2 = _across(e1, b)
         off = c - _dot(c, e1) * e1 - _dot(c, e2) * e2
-        radius = np.sqrt(np.maximum(1.0 - _dot(off, off), 0.0))
-        cos, sin = _normals(EDGES_OF_SLIP)
-        of_a, of_b, of_c = (_dot(v, e1) * cos + _dot(v, e2) * sin for v in (a, b, c))
-        return of_a, of_b, radius * np.cos(np.pi / EDGES_OF_SLIP) - of_c
+        radius = np.sqrt(np.maximum(1.0 - _dot(off, off), AT_REST**2))
+        a, b, c = (np.concatenate([_dot(v, e1), _dot(v, e2)], axis=1) for v in (a, b, c))
+        return (a, b, c), _constant(radius)
 
-    def _lip(self, plane: Plane) -> Plane:
-        """Half-planes of the lip, max(0, pull) / max_pull + |bending| / max_moment <= share.
-
-        Once with pull and once without, each a polygon in the plane of bending with a corner towards where
-        u leads to.
-        """
-        bending = [w[:, 3:5] / self.limits.max_moment / self.share for w in plane]
-        pull = [-w[:, 2:3] / self.limits.max_pull / self.share for w in plane]
-        e1 = _direction(bending[0], bending[2], np.array([[1.0, 0.0]]))
-        e2 = np.stack([-e1[:, 1], e1[:, 0]], axis=1)
-        cos, sin = _normals(EDGES_OF_LIP)
-        inner = np.cos(np.pi / EDGES_OF_LIP)
-        of_a, of_b, of_c = ((_dot(v, e1) * cos + _dot(v, e2) * sin) / inner for v in bending)
-        a = np.concatenate([of_a, of_a + pull[0]], axis=1)
-        b = np.concatenate([of_b, of_b + pull[1]], axis=1)
-        return a, b, 1.0 - np.concatenate([of_c, of_c + pull[2]], axis=1)
+    def _lip(self, plane: Plane) -> tuple[tuple[Plane, Plane], ...]:
+        """The lip, max(0, pull) / max_pull + |bending| / max_moment <= share, with pull and without."""
+        a, b, c = (w[:, 3:5] / self.limits.max_moment / self.share for w in plane)
+        by_u, by_x, at_rest = (w[:, 2:3] / self.limits.max_pull / self.share for w in plane)
+        room = np.maximum(1.0 + at_rest, AT_REST)  # fz, which is the pull with its sign turned
+        return ((a, b, c), (by_u, by_x, room)), ((a, b, c), _constant(np.ones_like(room)))
 
 
-def _normals(n_edges: int) -> tuple[Array, Array]:
-    """Cosines and sines (n_edges,) of the normals of a regular polygon with a corner at angle 0."""
-    angle = (np.arange(n_edges) + 0.5) * 2.0 * np.pi / n_edges
-    return np.cos(angle), np.sin(angle)
+def _inscribed(vector: Plane, radius: Plane) -> Plane:
+    """Half-planes a u + b x <= c of a polygon inside |vector| <= radius, both linear in u and x.
+
+    Args:
+        vector: (M, 2) each.
+        radius: (M, 1) each; positive at rest.
+
+    Returns:
+        (M, N_EDGES) each, c positive. Along u alone from rest, with a constant radius, it is exact.
+    """
+    rest = vector[2] / radius[2]
+    rest = (
+        rest * np.minimum(1.0, (1.0 - AT_REST) / np.maximum(np.linalg.norm(rest, axis=1), AT_REST))[:, None]
+    )
+    along = _direction(vector[0], vector[1], np.eye(2)[:1])
+    angle = np.arange(N_EDGES) * 2.0 * np.pi / N_EDGES
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    rays = np.cos(angle)[:, None] * along[:, None] + np.sin(angle)[:, None] * across[:, None]  # (M, K, 2)
+    towards = (rays @ rest[:, :, None])[:, :, 0]
+    reach = np.sqrt(towards**2 + 1.0 - _dot(rest, rest)) - towards
+    corners = rest[:, None] + reach[:, :, None] * rays  # on the unit circle
+    middles = corners + np.roll(corners, -1, axis=1)
+    normals = middles / np.linalg.norm(middles, axis=2, keepdims=True)
+    distance = (normals * corners).sum(axis=2)
+    a, b = (
+        (normals @ v[:, :, None])[:, :, 0] - distance * r for v, r in zip(vector[:2], radius[:2], strict=True)
+    )
+    return a, b, radius[2] * (distance - (normals @ rest[:, :, None])[:, :, 0])
+
+
+def _constant(radius: Array) -> Plane:
+    """A radius (M, 1) that does not depend on u and x."""
+    zero = np.zeros_like(radius)
+    return zero, zero, radius
 
 
 def _dot(v: Array, e: Array) -> Array:
@@ -134,11 +150,8 @@ def _direction(*candidates: Array) -> Array:
     return out
 
 
-def _across(e: Array, b: Array, c: Array) -> Array:
-    """Unit vectors (M, 3) across e in the plane of e and b; where these are one line, across c too.
-
-    Then nothing moves across e, and the section is cut where c puts it.
-    """
+def _across(e: Array, v: Array) -> Array:
+    """Unit vectors (M, 3) across e, in the plane of e and v where these are not one line."""
     flattest = np.eye(3)[np.abs(e).argmin(axis=1)]
-    found = _direction(np.cross(e, np.cross(b, e)), np.cross(e, c), np.cross(e, flattest))
+    found = _direction(v - _dot(v, e) * e, np.cross(e, flattest))
     return _direction(found - _dot(found, e) * e)
