@@ -18,7 +18,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import builds, events, flips, fresh, kernel, kills, refresh, routes, startup, store
+from bench import builds, carry, events, flips, fresh, kernel, kills, refresh, routes, startup, store
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
@@ -38,6 +38,7 @@ def measure(n_orders: int, with_builds: bool) -> dict[str, Any]:
         "refresh": refresh.measure(),
         "routes": routes.measure(),
         "events": events.measure(),
+        "carry": carry.measure(),
         "fresh": fresh.measure(range(n_orders)),
         **{name: measured() for name, measured in slow.items() if with_builds},
     }
@@ -67,6 +68,9 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("apc plan-pick, one-shot, s", 2.0, s["plan_pick_s"])
     for robot, figure in figures["events"].items():
         yield _at_most(f"events, robot {robot}: distance from trigger, mm", 2, figure["distance_mm"])
+    gain = figures["carry"]["gain_s"]
+    if gain is not None:
+        yield _at_least("carries whose load binds: quicker than all of it slowed, mean, s", 0.5, gain)
     if "builds" in figures:
         yield from _rows_of_builds(figures["builds"], figures["kills"], figures["flips"])
 
