@@ -64,14 +64,16 @@ def _windows(curve: Curve, bounds: PathBounds, ramp: float) -> tuple[float, ...]
     A motion over d from rest to rest that jerk alone limits has four phases of (d / 2 jerk)^(1/3), and
     without jerk limits it would take T = 2 (d / acceleration)^(1/2).
     """
-    is_line = not curve.half_lengths.any()
+    # Only lines of the closed form cruise between accelerating and braking.
+    is_line, cruises = not curve.half_lengths.any(), bounds.constraint is None
     at_full_speed = (np.abs(np.diff(curve.corners, axis=0)) / bounds.limits.velocity).max(axis=1).sum()
     if at_full_speed >= _SHORT * ramp:
-        return (ramp if is_line else _WIDE * ramp,)
+        return (ramp if is_line and cruises else _WIDE * ramp,)
     shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
     phase = min(ramp, float(np.cbrt(ramp * shortest**2 / 8.0)))
     if is_line:
-        return (phase,)  # the window of the time-optimal motion itself
+        # The window of the time-optimal motion itself, or one for a switch by twice the acceleration.
+        return (phase,) if cruises else (2.0 * phase,)
     return (phase, _WIDE * phase) if shortest < _SHORT * ramp else (_WIDE * ramp,)
 
 
