@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.geometry import rotation_angle
 from pickcli.simulation.places import bounds
 
@@ -79,6 +79,8 @@ def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float) -> Disturbance |
     turned = rotation_angle(R)
     if moved <= MOVED and turned <= TURNED and a.location == b.location:
         return None
+    if a.location == b.location == TOTE:
+        return None  # what is let go over others pushes them
     fell = max(0.0, float(bounds(a.item.shape, T_a)[0][2] - bounds(b.item.shape, T_b)[0][2]))
     fate = Fate.PUSHED
     if fell > drop_limit:

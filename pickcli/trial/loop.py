@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from pickcli.cell.scene import TOTE, PlacedItem, Scene
+from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import InputError
 from pickcli.geometry import inverse
 from pickcli.motion.plan import Grasp, GraspKind
@@ -135,7 +135,7 @@ class _Trial:
             self.in_vain[attempt.item] = (*self.in_vain.get(attempt.item, ()), attempt.plan.grasp)
         if attempt.execution is None:
             return
-        if attempt.into == TOTE:
+        if not attempt.is_aside:
             self.experience.note(job.target, attempt.outcome is Outcome.IN_TOTE)
             self.open[job.index] = job.tried(attempt.plan.trajectory.duration)
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
@@ -162,13 +162,18 @@ class _Trial:
         self.player.say(wanted, "looking for what is in the way")
         exclude = self.in_vain.get(placed.id, ())
         queue = list(
-            in_the_way(lambda without: self.player.plan(without, wanted, exclude), scene, placed.location)
+            in_the_way(
+                lambda without: self.player.plan(without, wanted, exclude),
+                scene,
+                placed.location,
+                is_hopeful=job.clearings > 0,
+            )
         )
         asked = set[str]()
         while queue and self.player.clock.has_time_for(self.player.clock.charge):
             name = queue.pop(0)
             asked.add(name)
-            aside = self._moved_aside(replace(wanted, item=name), scene)
+            aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
             if aside is None:
                 continue
             self._note(self.open[job.index], aside)
@@ -179,7 +184,7 @@ class _Trial:
             queue += [n for n in aside.in_the_way if n not in asked and n != placed.id and n not in queue]
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt | None:
-        """An attempt to bring an item into another bin, whichever takes it first."""
+        """An attempt to bring an item into another bin, or the tote, whichever takes it first."""
         player, last = self.player, None
         targets = [job.target for job in self.open.values()]
         for into in destinations(scene, attempt.out_of, targets):
@@ -208,7 +213,7 @@ class _Trial:
 
     def _say(self, attempt: Attempt, doing: str) -> None:
         n_done = len(self.jobs) - len(self.open)
-        what = attempt.target.item if attempt.into == TOTE else f"{attempt.item} aside"
+        what = f"{attempt.item} aside" if attempt.is_aside else attempt.target.item
         left = f"{self.player.clock.left:.0f} s left on the trial's clock"
         self.progress(n_done, len(self.jobs), f"{attempt.target.bin} {what}: {doing}, {left}")
 
@@ -232,7 +237,7 @@ class _Trial:
 
     def _target_result(self, job: Job, score: Score) -> TargetResult:
         own = tuple(attempt for j, attempt in self.attempts if j.index == job.index)
-        picks = [attempt for attempt in own if attempt.into == TOTE]
+        picks = [attempt for attempt in own if not attempt.is_aside]
         points = score.lines[job.index].points  # the lines of the targets come first, in their order
         if not picks:
             return TargetResult(job.target, Outcome.NO_TIME, "the time was over", points, own)

@@ -157,7 +157,7 @@ class Player:
             attempt, seen_in=seen.get(attempt.item, ""), truly_in=self._true_place(attempt.item)
         )
         if attempt.seen_in == attempt.into:
-            return replace(attempt, outcome=Outcome.IN_TOTE if attempt.into == TOTE else Outcome.MOVED)
+            return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else Outcome.IN_TOTE)
         where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
         cause = execution.stopped or "it was let go"
         if execution.has_item is False and attempt.seen_in == attempt.out_of:

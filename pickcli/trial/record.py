@@ -122,6 +122,7 @@ def _attempt(attempt: Attempt) -> dict[str, Any]:
         "item": attempt.item or attempt.target.item,
         "out_of": attempt.out_of,
         "into": attempt.into,
+        "is_aside": attempt.is_aside,
         "number": attempt.number,
         "outcome": str(attempt.outcome),
         "reason": attempt.reason,

@@ -18,7 +18,7 @@ class Outcome(StrEnum):
     """How an attempt ended."""
 
     IN_TOTE = "in tote"
-    MOVED = "moved aside"  # into another bin, so that a target can be picked
+    MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
     NO_PLAN = "no plan"
     REJECTED = "rejected"  # by the verifier: nothing was executed
     NOT_PICKED = "not picked"  # the sensor read no vacuum after the retreat
@@ -48,6 +48,7 @@ class Attempt:
     item: id of what is to be moved; out_of, into: from where and where to, a bin for what is moved aside
     number: 1 for the first try at this target
     t_start: s on the clock of the trial
+    is_aside: whether it was to make room for the target
     outcome: what the robot believes
     seen_in, truly_in: where the item was seen afterwards, "" if it was not, and where it really was
     plan: what was executed (or rejected); recovery: what was tried to bring item and arm out afterwards
@@ -62,6 +63,7 @@ class Attempt:
     reason: str = ""
     into: str = TOTE
     out_of: str = ""
+    is_aside: bool = False
     plan: Plan | None = None
     execution: Execution | None = None
     recovery: tuple[RecoveryStep, ...] = ()

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import Scene
+from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.trial.clearing import MOST_IN_THE_WAY, destinations, in_the_way
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
+from pickcli.trial.result import Outcome
 
 NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
 ORDER = pick_order(
@@ -74,8 +75,8 @@ def test_the_planner_is_asked_a_bounded_number_of_times(scene: Scene, needed: tu
 
 def test_the_emptiest_bin_comes_first_and_one_with_targets_last(scene: Scene) -> None:
     bins = list(destinations(scene, "bin_A", [Target("bin_C", "jane_eyre_dvd")]))
-    assert "bin_A" not in bins and bins[-1] == "bin_C"
-    assert bins[0] == "bin_D" and len(bins) == 11
+    assert "bin_A" not in bins and bins[-2] == "bin_C"
+    assert bins[0] == "bin_D" and len(bins) == 12 and bins[-1] == TOTE
     few = list(destinations(scene, "bin_A", [Target(f"bin_{c}", "x") for c in "CDEFGHIJKL"]))
     assert few[0] == "bin_B"  # it holds something, but no target waits there
 
@@ -91,3 +92,28 @@ def test_what_lies_on_a_blocker_is_moved_before_it(scene: Scene) -> None:
         "pick crayola_24_ct",
     ]
     assert result.items_in_tote == 1
+
+
+def test_what_is_blamed_is_moved_at_last_even_if_that_alone_does_not_help(scene: Scene) -> None:
+    stubborn = Planner(frozenset({"up_glucose_bottle", "crayola_24_ct"}), ("up_glucose_bottle",))
+    assert in_the_way(stubborn, scene, "bin_A") == ()
+    assert in_the_way(stubborn, scene, "bin_A", is_hopeful=True) == ("up_glucose_bottle",)
+
+
+def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: Scene) -> None:
+    blocker = "jane_eyre_dvd"
+    fake = FakeCrew(scene, blocked={"crayola_24_ct": blocker})
+    plan = fake.plan
+
+    def no_room(*args):  # type: ignore[no-untyped-def]
+        if args[2] == blocker and args[3] != TOTE:
+            raise NoPlanError("pick", [Reason("no free place on the floor", args[3])])
+        return plan(*args)
+
+    fake.plan = no_room  # type: ignore[method-assign]
+    result = run_trial(ORDER, fake.crew())
+    (aside,) = (a for a in result.attempts if a.item == blocker and a.execution is not None)
+    assert (aside.into, aside.outcome, aside.is_aside) == (TOTE, Outcome.MOVED, True)
+    assert result.score.total == result.score.maximum
+    assert [target.outcome for target in result.targets] == [Outcome.IN_TOTE]
+    assert result.final.claim is not None and blocker in result.final.claim.tote_contents

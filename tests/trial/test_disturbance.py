@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import Scene
+from pickcli.cell.scene import TOTE, Scene
 from pickcli.geometry import Array, pose
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
@@ -127,3 +127,9 @@ def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
 def test_damage_can_be_switched_off() -> None:
     result = played(Execution(4.0, "contact", collisions=(hit("lance", BAR, 200.0),)), damage_limits=False)
     assert result.final.damages == ()
+
+
+def test_what_lies_in_the_tote_is_pushed_by_what_is_let_go_over_it() -> None:
+    lying = after(pose((0.0, 0.0, 0.0)), TOTE)
+    pushed = lying.moved(replace(lying.find(BAR), T_world_item=pose((0.05, 0.0, 0.0))))
+    assert disturbances(lying, pushed, (), 0.3) == ()
