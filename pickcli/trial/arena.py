@@ -18,7 +18,7 @@ from pickcli.simulation.execute import StartError, execute, fall_of
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.world import World
+from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Fate, disturbances
 from pickcli.trial.ports import Crew, Execution
 from pickcli.trial.score import Drop, Rules
@@ -149,12 +149,19 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
 
 
 def _let_go(world: World, duration: float) -> Execution:
-    """Pump and valve off where the robot stands, and what that makes fall or touch."""
+    """Pump and valve off where the robot stands, and what that makes fall or touch.
+
+    What the cup, and the item in it, touch by then they may go on touching.
+    """
     began, n_releases = world.t, len(world.suction.releases)
+    bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
+    touched = {touch.b for body in bodies for touch in world.engine.touches(body)}
+    world.touching = frozenset(touched | set(bodies))
     for device in world.scene.cell.devices.values():
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
     world.wait(duration)
+    world.touching = frozenset()
     falls = [fall_of(world, release) for release in world.suction.releases[n_releases:]]
     return Execution(
         duration=world.t - began,

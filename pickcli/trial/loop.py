@@ -137,7 +137,7 @@ class _Trial:
             return
         if not attempt.is_aside:
             self.experience.note(job.target, attempt.outcome is Outcome.IN_TOTE)
-            self.open[job.index] = job.tried(attempt.plan.trajectory.duration)
+            self.open[job.index] = job.timed(attempt.plan.trajectory.duration)
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():

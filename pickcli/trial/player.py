@@ -159,10 +159,10 @@ class Player:
         if attempt.seen_in == attempt.into:
             return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else Outcome.IN_TOTE)
         where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
-        cause = execution.stopped or "it was let go"
-        if execution.has_item is False and attempt.seen_in == attempt.out_of:
-            reason = f"{cause}; no vacuum after the retreat, {where}"
-            return replace(attempt, outcome=Outcome.NOT_PICKED, reason=reason)
+        missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
+        cause = execution.stopped or missed or "it was let go"
+        if not execution.has_item and attempt.seen_in == attempt.out_of:
+            return replace(attempt, outcome=Outcome.NOT_PICKED, reason=f"{cause}; {where}")
         return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")
 
     def _true_place(self, item: str) -> str:

@@ -49,6 +49,7 @@ class _Recovery:
         self.player, self.attempt, self.before = player, attempt, before
         self.steps: list[RecoveryStep] = []
         self.round = 0
+        self.is_over = False  # there is a way out, and no time left for it
         path_time = attempt.execution.path_time
         self.stopped = None if path_time is None else StoppedMotion(attempt.plan, path_time)
         self.is_done = not attempt.execution.stopped  # it stands where its plan ends
@@ -102,7 +103,7 @@ class _Recovery:
         player, patience = self.player, FIRST_WAIT
         while player.clock.left > 0.0:
             moved = self._round()
-            if self.is_done:
+            if self.is_done or self.is_over:
                 return
             if not moved:
                 duration = min(patience, player.clock.left)
@@ -129,6 +130,8 @@ class _Recovery:
             if ended is not None:
                 self.is_done = ended and level in SAFE_LEVELS
                 return True
+            if self.is_over:
+                break
         return False
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
@@ -144,7 +147,9 @@ class _Recovery:
             self.steps.append(RecoveryStep(what, f"rejected: {certified}"))
             return None
         if not player.clock.has_time_for(certified.trajectory.duration):
-            self.steps.append(RecoveryStep(what, f"takes {certified.trajectory.duration:.1f} s, too long"))
+            left = f"takes {certified.trajectory.duration:.1f} s, {player.clock.left:.1f} s are left"
+            self.steps.append(RecoveryStep(what, left))
+            self.is_over = True
             return None
         execution = player.execute(certified)
         self.steps.append(RecoveryStep(what, execution.stopped, execution))

@@ -68,9 +68,13 @@ class Job:
     refusals: int = 0
     clearings: int = 0
 
-    def tried(self, seconds: float | None = None) -> Job:
-        """The job after one more attempt, of which that duration is known."""
-        return replace(self, attempts=self.attempts + 1, seconds=self.seconds if seconds is None else seconds)
+    def tried(self) -> Job:
+        """The job after one more attempt."""
+        return replace(self, attempts=self.attempts + 1)
+
+    def timed(self, seconds: float) -> Job:
+        """The job with the duration of a plan for it in place of the estimate."""
+        return replace(self, seconds=seconds)
 
     def failed(self) -> Job:
         """The job after a motion in vain."""

@@ -166,6 +166,7 @@ def test_nothing_moves_past_the_time_limit_on_the_way_out_either(cell: Cell) -> 
     result = play(fake, time_limit=DURATION + 8.0)
     assert result.clock <= DURATION + 8.0
     assert not any(plan.query.startswith("recover") for plan in fake.executed)
+    assert result.aborted == ""  # there was a way out, and no time for it
 
 
 def test_belief_and_truth_are_both_recorded_and_their_difference_counted(cell: Cell) -> None:

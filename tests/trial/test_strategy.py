@@ -108,8 +108,8 @@ def test_what_the_tool_cannot_hold_is_asked_for_once_and_last() -> None:
 
 
 def test_a_known_duration_replaces_the_estimate() -> None:
-    assert JOB.tried(7.5).seconds == 7.5
-    assert JOB.tried().seconds == JOB.seconds
+    assert JOB.timed(7.5).seconds == 7.5
+    assert JOB.tried().seconds == JOB.seconds and JOB.tried().attempts == 1
 
 
 @given(st.integers(0, 50), st.floats(0, 500), st.floats(0, 1000))

@@ -1,0 +1,154 @@
+"""Failures provoked in the simulated world: every trial goes on, and says what happened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from order_builders import pick_order
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.shapes import box
+from pickcli.geometry import Array, pose
+from pickcli.motion.plan import RecoveryLevel
+from pickcli.planning.context import Planner
+from pickcli.simulation.reality import DEFAULT
+from pickcli.trial.arena import SimulatedArena, crew_of
+from pickcli.trial.loop import run_trial
+from pickcli.trial.player import TrialSettings
+from pickcli.trial.recovery import SAFE_LEVELS
+from pickcli.trial.result import Outcome, TrialResult
+
+ITEM, BIN = "crayola_24_ct", "bin_B"
+ORDER = pick_order({BIN: (ITEM,)}, (BIN, ITEM))
+TIME = 90.0  # s on the trial's clock
+REALITY = replace(DEFAULT, pod_shift=False)
+
+
+@pytest.fixture(scope="module")
+def cell() -> Cell:
+    return load_cell("apc2016_delft")
+
+
+@pytest.fixture(scope="module")
+def planner(cell: Cell) -> Planner:
+    return Planner(cell)
+
+
+def scene_of(cell: Cell) -> Scene:
+    """One box flat on the back of a bin's floor."""
+    item, cell_bin = cell.item(ITEM), cell.pod.bins[BIN]
+    z = cell_bin.floor_back + float(item.shape.extents[2]) / 2 + 0.0005
+    T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([0.25, 0.0, z])
+    return Scene(cell, cell.T_world_pod, (PlacedItem(ITEM, item, BIN, T),), PoseNoise())
+
+
+class MisleadingArena(SimulatedArena):
+    """An arena in which perception is off by a displacement, and items weigh more than anyone is told."""
+
+    def __init__(self, scene: Scene, off: Array | None = None, mass: float = 1.0) -> None:
+        self._off, self._told = np.eye(4) if off is None else off, scene
+        heavy = tuple(replace(p, item=replace(p.item, mass=mass * p.item.mass)) for p in scene.items)
+        super().__init__(replace(scene, items=heavy), REALITY)
+
+    def now(self) -> Scene:
+        """What perception is made from."""
+        true = super().now()
+        items = tuple(
+            replace(p, item=self._told.find(p.id).item, T_world_item=self._off @ p.T_world_item)
+            for p in true.items
+        )
+        return replace(true, items=items, T_world_pod=self._off @ true.T_world_pod)
+
+
+def deaf(arena: SimulatedArena, kind: DeviceKind, answer: bool | None = None) -> SimulatedArena:
+    """An arena in which a kind of device does nothing but answer."""
+    world = arena._world
+    act = world.act
+
+    def ignored(device: str, action: str) -> bool | None:
+        return answer if world.scene.cell.devices[device].kind is kind else act(device, action)
+
+    world.act = ignored  # type: ignore[method-assign]
+    return arena
+
+
+def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> SimulatedArena:
+    """An arena in which a 10 cm box stands that nobody was told of."""
+    upper = (lower[0] + 0.1, lower[1] + 0.1, lower[2] + 0.1)
+    arena._world.engine.add_static(box("intruder", lower, upper), np.eye(4), (1.0, 0.0, 0.0, 1.0))
+    return arena
+
+
+def play(planner: Planner, arena: SimulatedArena) -> TrialResult:
+    settings = TrialSettings(seed=1, reality=REALITY, time_limit=TIME)
+    return run_trial(ORDER, crew_of(planner, arena), settings)
+
+
+def check_plausible(result: TrialResult) -> None:
+    """The trial was not given up, the arm is out after every attempt, and belief agrees with truth."""
+    assert result.aborted == ""
+    assert result.n_misjudged == 0
+    assert result.attempts and all(a.reason for a in result.attempts if a.outcome is not Outcome.IN_TOTE)
+    for attempt in result.attempts:
+        assert attempt.seen_in == attempt.truly_in or attempt.truly_in in ("outside", "")
+        if attempt.execution is not None and attempt.execution.stopped:
+            last = attempt.recovery[-1]
+            if "s are left" in last.reason:
+                continue  # the time was over
+            assert last.what in SAFE_LEVELS and last.execution is not None and last.reason == ""
+
+
+FAULTS: dict[str, tuple[Callable[[Scene], SimulatedArena], frozenset[Outcome]]] = {
+    "none": (MisleadingArena, frozenset({Outcome.IN_TOTE})),
+    # It is brought over the tote all the same and seen there, or back to where it lay.
+    "the sensor denies": (
+        lambda scene: deaf(MisleadingArena(scene), DeviceKind.SENSOR, False),
+        frozenset({Outcome.IN_TOTE, Outcome.NOT_PICKED}),
+    ),
+    "the valve never opens": (
+        lambda scene: deaf(MisleadingArena(scene), DeviceKind.VALVE),
+        frozenset({Outcome.NOT_PICKED, Outcome.LOST}),
+    ),
+    "ten times as heavy": (
+        lambda scene: MisleadingArena(scene, mass=10.0),
+        frozenset({Outcome.NOT_PICKED, Outcome.LOST, Outcome.IN_TOTE}),
+    ),
+    "15 mm aside": (
+        lambda scene: MisleadingArena(scene, off=pose((0.0, 0.015, 0.0))),
+        frozenset({Outcome.NOT_PICKED, Outcome.LOST, Outcome.IN_TOTE}),
+    ),
+    "15 mm lower": (
+        lambda scene: MisleadingArena(scene, off=pose((0.0, 0.0, 0.015))),
+        frozenset({Outcome.NOT_PICKED, Outcome.LOST, Outcome.IN_TOTE}),
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", list(FAULTS))
+def test_a_provoked_failure_is_reported_and_ends_no_trial(cell: Cell, planner: Planner, fault: str) -> None:
+    build, expected = FAULTS[fault]
+    result = play(planner, build(scene_of(cell)))
+    check_plausible(result)
+    assert {attempt.outcome for attempt in result.attempts if attempt.plan is not None} <= expected | {
+        Outcome.NO_PLAN, Outcome.REJECTED, Outcome.NO_TIME
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_what_stands_in_the_way_stops_the_arm_and_never_the_trial(cell: Cell, planner: Planner) -> None:
+    """A box before the bin's mouth: every way in meets it; the arm comes out each time."""
+    (item,) = scene_of(cell).items
+    y, z = (float(v) for v in item.T_world_item[1:3, 3])
+    arena = with_box(MisleadingArena(scene_of(cell)), (-0.20, y - 0.05, z - 0.02))
+    result = play(planner, arena)
+    check_plausible(result)
+    met = [a for a in result.attempts if a.execution is not None and a.execution.stopped]
+    assert met and result.n_collisions > 0
+    assert {step.what for a in met for step in a.recovery} & set(RecoveryLevel)
