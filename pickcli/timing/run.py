@@ -162,7 +162,7 @@ def _check_rest(curve: Curve, constraint: PathConstraint) -> None:
     needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
     if not np.isfinite(needed).all():
         share = f"{np.argmax(needed) / max(len(q) - 1, 1):.0%} of the way"
-        raise NoPlanError("a timed path", [Reason("not even at rest", share, f"{constraint} is kept")])
+        raise NoPlanError("a timed path", [Reason("limit broken even at rest", share, str(constraint))])
 
 
 def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
@@ -172,8 +172,8 @@ def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> fl
     worst = int(np.argmax(needed))
     if needed[worst] > MOST_STRETCH:
         at = f"at {t[worst]:.3f} s of {trajectory.duration:.3f} s"
-        how = f"the whole motion would have to be {needed[worst]:.3g} times slower to keep {constraint}"
-        raise NoPlanError("a timed path", [Reason("hardly at rest", at, how)])
+        how = f"{constraint}: the whole motion would have to be {needed[worst]:.3g} times slower"
+        raise NoPlanError("a timed path", [Reason("limit broken nearly at rest", at, how)])
     return float(needed[worst])
 
 

@@ -20,7 +20,7 @@ from pickcli.kinematics.held_body import HeldBody
 from pickcli.timing.path_constraint import HalfPlanes
 
 N_EDGES = 16  # of each polygon
-AT_REST = 1e-3  # share of the limits that is left for motion where the weight takes up all of them
+AT_REST = 1e-3  # share of the limits that polygons leave at least, where the weight takes up nearly all
 HALVINGS = 30  # of the share of the motion's own wrench that a state keeps its limits with
 VANISHED = 1e-9  # share of the limits per unit of path: nothing
 
