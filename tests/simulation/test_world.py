@@ -15,8 +15,9 @@ from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import IDEAL, Servo
-from pickcli.simulation.world import World
+from pickcli.simulation.world import World, true_masses
 
 
 def swing(world: World, duration: float = 0.4) -> None:
@@ -141,3 +142,37 @@ def test_unknown_devices_and_actions_are_named(build_world: BuildWorld) -> None:
         world.act("valv", "on")
     with pytest.raises(UnknownNameError, match="open"):
         world.act("valve", "open")
+
+
+def test_links_of_the_robot_stop_each_other(cell: Cell) -> None:
+    home = cell.configurations["home"].q.copy()
+    home[0], home[2] = 0.6, 0.3
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), home)
+    q = home.copy()
+    for k in range(1500):  # fold the wrist until the lance lies on the upper arm
+        q[6] = home[6] - 1.6 * min(1.0, k / 1200)
+        world.command(q)
+        world.step()
+    links = {link.name for link in cell.robot.links}
+    found = world.contacts.collisions
+    assert found and all({c.a, c.b} <= links for c in found)
+    assert world.q[6] - q[6] > 0.02
+
+
+def test_links_that_may_touch_do_not_collide(cell: Cell) -> None:
+    for name in ("home", "bin_A", "bin_K", "drop_00_down", "cam_L"):
+        configuration = cell.configurations[name]
+        world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), configuration.q, configuration.pivot)
+        world.wait(0.02)
+        assert world.contacts.collisions == ()
+        world.close()
+
+
+def test_true_masses_are_off_by_no_more_than_the_error_and_follow_the_seed(build_world: BuildWorld) -> None:
+    scene = build_world().scene
+    reality = replace(DEFAULT, mass_error=0.1)
+    stated = scene.items[0].item.mass
+    masses = [true_masses(scene, reality, seed)["cube"] for seed in range(50)]
+    assert masses == [true_masses(scene, reality, seed)["cube"] for seed in range(50)]
+    assert 0.9 * stated <= min(masses) < 0.95 * stated < 1.05 * stated < max(masses) <= 1.1 * stated
+    assert true_masses(scene, replace(DEFAULT, mass_error=0.0), 3)["cube"] == stated
