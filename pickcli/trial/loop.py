@@ -181,7 +181,8 @@ class _Trial:
                 self.open[job.index] = replace(self.open[job.index], cleared=job.cleared + 1)
                 return
             # What cannot be moved either may itself lie under something that can.
-            queue += [n for n in aside.in_the_way if n not in asked and n != placed.id and n not in queue]
+            here = {p.id for p in scene.in_location(placed.location)} - {placed.id}  # not of other bins
+            queue += [n for n in aside.in_the_way if n in here and n not in asked and n not in queue]
 
     def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt | None:
         """An attempt to bring an item into another bin, or the tote, whichever takes it first."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from itertools import combinations
+from typing import Any
 
 import pytest
 from fake_crew import FakeCrew, scene_of
@@ -14,6 +15,7 @@ from order_builders import pick_order
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason
+from pickcli.motion.plan import Plan
 from pickcli.trial.clearing import MOST_IN_THE_WAY, destinations, in_the_way
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
@@ -117,3 +119,19 @@ def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: S
     assert result.score.total == result.score.maximum
     assert [target.outcome for target in result.targets] == [Outcome.IN_TOTE]
     assert result.final.claim is not None and blocker in result.final.claim.tote_contents
+
+
+class NoRoomThere(FakeCrew):
+    """No bin takes the blocker, for what lies in it: an item that has nothing to do with the target."""
+
+    def plan(self, scene: Scene, bin_name: str, item: str, into: str, *rest: Any) -> Plan:
+        if into != TOTE:
+            self.planned.append((item, 0, ()))
+            raise NoPlanError(f"pick {item}", [Reason("too close", "place", "", "dasani_water_bottle")])
+        return super().plan(scene, bin_name, item, into, *rest)
+
+
+def test_what_lies_in_the_bin_that_would_take_a_blocker_is_left_there(scene: Scene) -> None:
+    fake = NoRoomThere(scene, blocked={"crayola_24_ct": NAMES[0]})
+    run_trial(ORDER, fake.crew())
+    assert {item for item, _, _ in fake.planned} == {"crayola_24_ct", NAMES[0]}
