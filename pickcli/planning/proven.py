@@ -14,12 +14,14 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.context import Planner
 from pickcli.planning.payload import carried_load, path_load
 from pickcli.planning.pieces import Piece
+from pickcli.planning.promises import broken_promise, mended
 from pickcli.timing.chords import trajectory_chords
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.run import RunPart, TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
+MENDS = 5  # times that a run is timed, with narrower blends or slower, to keep what is promised of lines
 NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exact to 1e-8 of it
 
 
@@ -107,6 +109,24 @@ def _timed(
     slower: float,
     are_blends_proven: bool,
     limit: PathConstraint | None = None,
+) -> TimedRun | Reason:
+    """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
+    fastest = planner.cell.robot.tool.contact_speed
+    run = _timed_once(planner, pieces, slower, are_blends_proven, limit)
+    for _ in range(MENDS):
+        if isinstance(run, Reason) or (better := mended(planner.arm, fastest, run, pieces)) is None:
+            return run
+        pieces = better
+        run = _timed_once(planner, pieces, slower, are_blends_proven, limit)
+    return run if isinstance(run, Reason) else broken_promise(planner.arm, fastest, run, pieces) or run
+
+
+def _timed_once(
+    planner: Planner,
+    pieces: Sequence[Piece],
+    slower: float,
+    are_blends_proven: bool,
+    limit: PathConstraint | None,
 ) -> TimedRun | Reason:
     """One run, with corners as round as asked for, or only as round as is proven free.
 

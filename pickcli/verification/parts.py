@@ -23,7 +23,8 @@ class Part:
     """One solid of the robot, or the held item.
 
     The cup and what it holds are posed in the link that carries the pivot, at the angle they stand at;
-    while the cup pivots there is one part for each of many angles, and ``slack`` covers the ones between.
+    while the cup pivots there is one part for each of many angles. ``slack``: how far outside of its shape
+    any point of the part may be, for the angles in between, and for what the pose of a held item may be off.
     """
 
     name: str  # link name, or id of the held item
@@ -40,29 +41,30 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Fixture:
-    """One solid of the world that stands still."""
+    """One solid of the world that stands still. slack: m that any point may be outside of its shape."""
 
     name: str  # body name or item id
     T_world_shape: Array  # (4, 4)
     shape: Shape
     solid: Solid
+    slack: float = 0.0
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
-    """Pod, tote, obstacles and items; pod and items grown by what their poses may be off."""
+    """Pod, tote, obstacles and items: the pod grown by what its pose may be off, items with a slack of it."""
     cell = scene.cell
     found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
     found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
     for placed in scene.items:
-        shape = placed.item.shape.inflated(scene.noise.bound(placed.item))
-        found.append(_fixture(placed.id, placed.T_world_item, shape))
+        bound = scene.noise.bound(placed.item)
+        found.append(_fixture(placed.id, placed.T_world_item, placed.item.shape, bound))
     return tuple(found)
 
 
-def _fixture(name: str, T: Array, shape: Shape) -> Fixture:
+def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
     solid = Solid(shape)
     solid.place(T)
-    return Fixture(name, T, shape, solid)
+    return Fixture(name, T, shape, solid, slack)
 
 
 def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
@@ -75,11 +77,11 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         if i < cup
         for body in link.shapes
     ]
-    hanging = [(b, False) for b in robot.links[cup].shapes]
+    for body in robot.links[cup].shapes:
+        found += _pivoted(robot, segment.pivot, body)
     if segment.held is not None and T_tip_item is not None:
-        hanging.append((held_body(scene, segment.held, T_tip_item), True))
-    for body, is_held in hanging:
-        found += _pivoted(robot, segment.pivot, body, is_held)
+        bound = scene.noise.bound(scene.find(segment.held).item)
+        found += _pivoted(robot, segment.pivot, held_body(scene, segment.held, T_tip_item), bound, True)
     return tuple(found)
 
 
@@ -99,24 +101,24 @@ def farthest(moving: tuple[Part, ...]) -> Array:
 
 
 def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
-    """The held item in the cup link, grown by its uncertainty."""
-    item = scene.find(item_id).item
-    shape = item.shape.inflated(scene.noise.bound(item))
-    return Body(item_id, shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
+    """The held item in the cup link."""
+    return Body(item_id, scene.find(item_id).item.shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
 
 
-def _pivoted(robot: Robot, pivot: PivotState, body: Body, is_held: bool) -> list[Part]:
+def _pivoted(
+    robot: Robot, pivot: PivotState, body: Body, slack: float = 0.0, is_held: bool = False
+) -> list[Part]:
     """A body in the cup link as parts of the link before it: one, or many where the cup pivots."""
     lance = pivot_index(robot)
     name = body.name if is_held else robot.links[lance + 1].name
-    angles, slack = [pivot_angle(robot, pivot)], 0.0
+    angles = [pivot_angle(robot, pivot)]
     if pivot is PivotState.MOVING:
         positions = robot.tool.pivot_positions
         way = abs(positions[PivotState.DOWN] - positions[PivotState.STRAIGHT])
         radius = _radius(body.T_parent_shape, body.shape)
         n = int(np.ceil(way * radius / SWEEP_STEP)) + 1
         angles = list(np.linspace(positions[PivotState.STRAIGHT], positions[PivotState.DOWN], n))
-        slack = way / (n - 1) * radius / 2
+        slack += way / (n - 1) * (radius + slack) / 2
     return [
         _part(
             robot,

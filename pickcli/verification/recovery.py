@@ -135,10 +135,11 @@ def _near_at_start(
     which of them are worth measuring."""
     T = np.array([fixture.T_world_shape for fixture in fixtures])
     half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
+    slack = np.array([fixture.slack for fixture in fixtures])
     for part in parts:
         T_part = states.links[part.link, 0] @ part.T_link_shape
         centers = part.balls.centers @ T_part[:3, :3].T + T_part[:3, 3]
-        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack
+        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack - slack
         for b in np.flatnonzero(apart <= most).tolist():
             if _separation(states, part, fixtures[b], 0) <= most:
                 yield part.name, fixtures[b].name
@@ -147,5 +148,5 @@ def _near_at_start(
 def _separation(states: States, part: Part, fixture: Fixture, i: int) -> float:
     """Distance in m of two solids at state i, negative where they overlap: then their depth."""
     part.solid.place(states.links[part.link, i] @ part.T_link_shape)
-    distance = part.solid.distance(fixture.solid) - part.slack
-    return distance if distance > 0.0 else -part.solid.depth(fixture.solid) - part.slack
+    distance, slack = part.solid.distance(fixture.solid), part.slack + fixture.slack
+    return (distance if distance > 0.0 else -part.solid.depth(fixture.solid)) - slack

@@ -66,7 +66,8 @@ def world_bounds(states: States, moving: tuple[Part, ...], standing: Sequence[Fi
     boxes = np.stack([f.T_world_shape for f in standing])
     half = np.stack([f.shape.extents / 2 for f in standing])
     away = distances_to_boxes(centers.reshape(-1, 3), boxes, half).reshape(*centers.shape[:2], -1)
-    nearest = np.minimum.reduceat(away - radii[:, None], starts, axis=1)
+    slack = np.array([f.slack for f in standing])
+    nearest = np.minimum.reduceat(away - radii[:, None], starts, axis=1) - slack
     ways = np.stack([at.half_way(states.travel @ part.reach) for part in moving], axis=1)
     return np.asarray(nearest - ways[:, :, None])
 

@@ -26,11 +26,22 @@ class States:
     links: Array  # (L, N, 4, 4)
     travel: Array  # (N, n) rad or m, an upper bound of each joint's way since the start
     max_step: float  # m, what was reached
+    robot: Robot
+    trajectory: Trajectory
 
     def between(self, t_start: float, t_end: float) -> tuple[int, int]:
         """Indices of the states at two times that are among the states' (segment ends are)."""
         i, j = np.searchsorted(self.times, (t_start - 1e-9, t_end - 1e-9))
         return int(i), int(min(j, len(self.times) - 1))
+
+    def finer(self, i: int, n: int) -> States:
+        """The stretch from state i to the next one, cut into n equal parts."""
+        times = np.linspace(self.times[i], self.times[i + 1], n + 1)
+        way = variation(self.trajectory, times)
+        Q = self.trajectory.sample(times)
+        travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
+        links = link_poses(self.robot, Q)
+        return States(times, Q, links, travel, self.max_step, self.robot, self.trajectory)
 
 
 def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
@@ -51,7 +62,7 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
         times = np.concatenate([_split(times, np.maximum(n, 1)), times[-1:]])
     Q = trajectory.sample(times)
     travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
-    return States(times, Q, link_poses(robot, Q), travel, float(steps.max()))
+    return States(times, Q, link_poses(robot, Q), travel, float(steps.max()), robot, trajectory)
 
 
 def _merged(times: Array) -> Array:

@@ -23,7 +23,6 @@ from pickcli.verification.arm import T_lance_cup, pivot_angle
 from pickcli.verification.contacts import exemptions
 from pickcli.verification.lines import FIRST_LIFT
 from pickcli.verification.parts import Fixture, Part
-from pickcli.verification.solids import Solid
 from pickcli.verification.standing import Standing
 from pickcli.verification.states import States
 
@@ -43,29 +42,17 @@ def check_touch(
         for fixture in world.of(k):
             if fixture.name not in touching:
                 continue
-            bare = _as_perceived(scene, fixture)
             for part in moving[k]:
                 if part.is_cup or part.is_held:
-                    of = _Pair(scene, segment, k, _compressed(scene, segment, part), bare)
+                    of = _Pair(scene, segment, k, _compressed(scene, segment, part), fixture)
                     reasons += of.too_deep(states, range(first, last + 1))
     return tuple(reasons)
 
 
-def _as_perceived(scene: Scene, fixture: Fixture) -> Fixture:
-    """The solid without what its pose may be off."""
-    for placed in scene.items:
-        if placed.id == fixture.name:
-            solid = Solid(placed.item.shape)
-            solid.place(fixture.T_world_shape)
-            return replace(fixture, shape=placed.item.shape, solid=solid)
-    return fixture
-
-
 def _compressed(scene: Scene, segment: Segment, part: Part) -> Part:
-    """The held item as it is perceived; the cup pressed in by the whole stroke of its bellows."""
+    """The held item as it is; the cup pressed in by the whole stroke of its bellows."""
     if part.is_held:
-        shape = scene.find(part.name).item.shape
-        return replace(part, shape=shape, solid=Solid(shape))
+        return part
     robot = scene.cell.robot
     T_lance_tip = T_lance_cup(robot, pivot_angle(robot, segment.pivot)) @ robot.tool.T_cup_tip
     back = pose(-robot.tool.cup_stroke * T_lance_tip[:3, 2])

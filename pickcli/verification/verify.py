@@ -23,18 +23,20 @@ from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
 from pickcli.verification.lines import check_lines
 from pickcli.verification.parts import Part, farthest, parts_of_segments
-from pickcli.verification.recovery import as_claimed, check_opening, check_recovery
+from pickcli.verification.recovery import as_claimed, check_opening, check_recovery, needed_clearance
 from pickcli.verification.release import check_release
 from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP, States, sample_states
 from pickcli.verification.structure import check_structure
+from pickcli.verification.support import check_support
 from pickcli.verification.touch import check_touch
 from pickcli.verification.verdict import Verdict
 
 CHECKS = (
     "structure: names, times, contiguous segments, the item held from contact to release",
-    "clearance: arm, tool and held item against world and themselves, exact shapes, proven between states",
+    "clearance: arm, tool and held item keep the cell's from world and themselves, exact shapes, at any time",
     "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
+    "support: what is taken is nothing that others rest on or lean on",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
@@ -69,13 +71,16 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
         )
     world = standing(plan, scene, T_tip_item)
     opening = check_opening(plan, scene, states, moving, world)
-    clearance = check_clearance(plan, scene, states, moving, world, opening.pairs)
+    clearance = check_clearance(
+        plan, scene, states, moving, world, opening.pairs, needed_clearance(plan, scene)
+    )
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
         *opening.reasons,
         *check_recovery(plan, scene, states, ratios.velocity),
         *check_touch(plan, scene, states, moving, world),
+        *check_support(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),

@@ -63,6 +63,15 @@ def test_the_second_opinion_refuses_it_by_the_depth_alone(
     assert any(r.what == "planned contact too deep" and BOOK in r.detail for r in reasons)
 
 
+def test_the_second_opinion_refuses_to_take_away_what_others_need(
+    planner: Planner, under: Scene, home: Start
+) -> None:
+    alone = under.without(BOOK)
+    plan = plan_pick(planner, alone, BIN, CASE, home)
+    reasons = verify(replace(plan, scene_hash=scene_hash(under)), under).reasons
+    assert BOOK in {r.in_the_way for r in reasons if r.what == "takes away what others need"}
+
+
 def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     planner: Planner, under: Scene, cell: Cell
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -10,7 +11,7 @@ from handmade import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.arm import link_poses
@@ -20,7 +21,7 @@ from pickcli.verification.held import pose_in_tool
 from pickcli.verification.parts import parts, parts_of_segments
 from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP
-from pickcli.verification.verify import sampled
+from pickcli.verification.verify import sampled, verify
 
 
 def check(plan: Plan, scene: Scene) -> Clearance:
@@ -134,3 +135,39 @@ def test_moving_pivot_covers_both_states() -> None:
     far = [c.T_link_shape @ np.array([0.015, 0.0, 0.015, 1.0]) for c in cups]
     steps = [np.linalg.norm(p - q) for p, q in pairwise(far)]
     assert max(steps) / 2 <= cups[0].slack + 1e-9
+
+
+@pytest.mark.parametrize(("apart", "is_accepted"), [(0.0027, False), (0.0033, True)])
+def test_the_clearance_of_the_cell_is_kept_as_it_is_stated(apart: float, is_accepted: bool) -> None:
+    """A box beside the lance, which stands still: nearer than the clearance is too near, touching or not."""
+    builder = Builder(cell().configurations["bin_H"].q)
+    builder.wait(SegmentKind.TRANSIT, 0.5)
+    empty = make_scene()
+    box = place("kleenex_tissue_box", (0.0, 0.0, 0.0), "bin_H")
+    near = np.array([-0.3, 0.0, 0.0])
+    tip = link_poses(cell().robot, builder.q[None])[-1, 0, :3, 3]
+    for _ in range(30):  # towards the tool until it is as near as wanted
+        scene = make_scene(replace(box, T_world_item=pose(tip + near)))
+        plan = move_plan(scene, builder)
+        smallest = min(distances(plan, scene, 0, np.array([0.0])))
+        if smallest > 0.0 and abs(smallest - apart) < 1e-6:
+            break
+        near = near + np.array([smallest - apart, 0.0, 0.0]) if smallest > 0.0 else near * 1.1
+    assert abs(smallest - apart) < 1e-6
+    verdict = verify(plan, scene)
+    assert verdict.is_accepted is is_accepted, verdict.reasons
+    assert is_accepted or [r.what for r in verdict.reasons] == ["too close"]
+    assert verify(move_plan(empty, builder), empty).is_accepted
+
+
+def test_between_states_that_do_not_prove_the_clearance_more_are_looked_at() -> None:
+    """A plan that passes at 3.3 mm: no two neighbouring states, 2 mm apart, prove 3 mm by themselves."""
+    plan, scene = pick()
+    states = sampled(plan, scene, parts_of_segments(plan, scene, pose_in_tool(plan, scene)))
+    i = int(np.argmax(np.diff(states.travel.sum(axis=1))))
+    finer = states.finer(i, 16)
+    assert finer.times[0] == states.times[i] and finer.times[-1] == pytest.approx(states.times[i + 1])
+    np.testing.assert_allclose(finer.Q[[0, -1]], states.Q[[i, i + 1]], atol=1e-12)
+    way = states.travel[i + 1] - states.travel[i]
+    assert (finer.travel[-1] <= way + 1e-9).all()
+    assert np.diff(finer.travel.sum(axis=1)).max() < 0.25 * way.sum()

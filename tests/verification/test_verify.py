@@ -149,7 +149,7 @@ def test_the_moving_pivot_sweeps() -> None:
     between = tip(q)[:3, 2] + tip(q, DOWN)[:3, 2]
     ball = place("rawlings_baseball", (0, 0, 0), "bin_H")
     radius = ball.item.shape.extents[0] / 2
-    T = pose(hinge + between / np.linalg.norm(between) * (radius + 0.031))
+    T = pose(hinge + between / np.linalg.norm(between) * (radius + 0.0335))
     scene = make_scene(replace(ball, T_world_item=T))
     plan = move_plan(scene, b)
     for pivot, is_free in ((STRAIGHT, True), (DOWN, True), (MOVING, False)):

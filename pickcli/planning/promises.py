@@ -1,0 +1,116 @@
+"""What the planner promises of the tool's way, checked on the final curve: straight lines, contact speed.
+
+Waypoints lie on their lines and blends have a bound in joint units; what both make of the tool's way in the
+end is measured here, before anybody is told of the plan, and mended by narrower blends or a lower speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.geometry import Array, rotation_vector
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.pieces import Piece
+from pickcli.timing.run import TimedRun
+
+CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
+STEP = 0.004  # s between two measured poses
+OFF_LINE = 0.0018  # m; 0.002 are promised
+OFF_ANGLE = np.radians(0.9)  # 1 degree is promised
+NARROWER = 0.4  # of a blend, where the tool left its line
+SLOWER = 0.98  # beyond what the excess asks for
+SPEED_STEP = 1e-3  # s over which a speed is measured
+
+
+def mended(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]) -> list[Piece] | None:
+    """The pieces to be timed again, for the run breaks a promise; None where it keeps them all.
+
+    Args:
+        arm: Kinematics of the tool.
+        contact_speed: m/s, the fastest that the tool may meet an item.
+        run: The pieces as they are timed.
+        pieces: What the run was made of.
+
+    Returns:
+        The same pieces, with narrower blends on and beside a line that is not straight, and a lower speed
+        where the contact is too fast.
+    """
+    blends = [piece.blend for piece in pieces]
+    speeds = [piece.max_tool_speed for piece in pieces]
+    for k, _ in not_straight(arm, run, pieces):
+        for j in range(max(0, k - 1), min(len(pieces), k + 2)):
+            blends[j] = min(blends[j], NARROWER * min(pieces[k].blend, pieces[j].blend))
+    for k, speed in _too_fast(arm, contact_speed, run, pieces):
+        speeds[k] = SLOWER * (pieces[k].max_tool_speed or speed) * contact_speed / speed
+    if blends == [piece.blend for piece in pieces] and speeds == [piece.max_tool_speed for piece in pieces]:
+        return None
+    return [replace(p, blend=b, max_tool_speed=v) for p, b, v in zip(pieces, blends, speeds, strict=True)]
+
+
+def broken_promise(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
+    """The first promise that a run breaks, or None."""
+    for k, off in not_straight(arm, run, pieces):
+        return Reason("not straight", f"{pieces[k].kind}", off)
+    for k, speed in _too_fast(arm, contact_speed, run, pieces):
+        return Reason(
+            "contact speed", f"{pieces[k].kind}", f"{speed:.4f} m/s, the tool takes {contact_speed}"
+        )
+    return None
+
+
+def not_straight(arm: Arm, run: TimedRun, pieces: Sequence[Piece]) -> Iterator[tuple[int, str]]:
+    """Index of every piece on which the tool leaves its line, and how far."""
+    for k, piece in enumerate(pieces):
+        start, end = run.part_times[k], run.part_times[k + 1]
+        if piece.kind in CURVED or end <= start:
+            continue
+        times = np.linspace(start, end, int((end - start) / STEP) + 2)
+        tips = _tips(arm, run, times, piece.pivot)
+        distance, angle = off_line(tips)
+        if distance > OFF_LINE or angle > OFF_ANGLE:
+            yield k, f"{distance * 1e3:.2f} mm and {np.degrees(angle):.2f} deg off the line"
+
+
+def off_line(tips: Array) -> tuple[float, float]:
+    """How far poses (N, 4, 4) leave the straight line from the first to the last, in m and rad."""
+    off, along = tips[:, :3, 3] - tips[0, :3, 3], tips[-1, :3, 3] - tips[0, :3, 3]
+    length = float(np.linalg.norm(along))
+    s = np.clip(off @ along / length**2, 0.0, 1.0) if length > 1e-6 else np.linspace(0.0, 1.0, len(tips))
+    distance = float(np.linalg.norm(off - s[:, None] * along, axis=1).max())
+    traces = np.einsum("nij,nij->n", _evenly_turned(tips[0], tips[-1], s), tips[:, :3, :3])
+    return distance, float(np.arccos(np.clip((traces.min() - 1.0) / 2.0, -1.0, 1.0)))
+
+
+def _evenly_turned(T_a: Array, T_b: Array, s: Array) -> Array:
+    """Rotations (N, 3, 3) at shares s (N,) of the shortest turn between two poses (Rodrigues)."""
+    v = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
+    angle = float(np.linalg.norm(v))
+    K = np.cross(np.eye(3), v / max(angle, 1e-12))
+    sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
+    return np.asarray(T_a[:3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K)))
+
+
+def _too_fast(
+    arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]
+) -> Iterator[tuple[int, float]]:
+    """Index of every contact that is faster than allowed, and its greatest speed in m/s."""
+    for k, piece in enumerate(pieces):
+        if piece.kind is not SegmentKind.CONTACT:
+            continue
+        start, end = run.part_times[k], run.part_times[k + 1]
+        times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
+        p = _tips(arm, run, times, piece.pivot)[:, :3, 3]
+        speed = float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max(initial=0.0))
+        if speed > contact_speed:
+            yield k, speed
+
+
+def _tips(arm: Arm, run: TimedRun, times: Array, pivot: PivotState) -> Array:
+    """Poses (N, 4, 4) of the tool on the run's curve."""
+    return arm.tips(run.trajectory.sample(times), pivot)

@@ -1,0 +1,20 @@
+"""Nothing is taken away that others rest on or lean on: by the support relation that is part of a scene."""
+
+from __future__ import annotations
+
+from pickcli.cell.scene import Scene
+from pickcli.cell.supports import supports_of
+from pickcli.errors import Reason
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+
+
+def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
+    """One reason for every item that would fall or roll away; () for a plan that takes nothing."""
+    if plan.grasp is None or all(segment.kind is not SegmentKind.CONTACT for segment in plan.segments):
+        return ()
+    taken = plan.grasp.item
+    return tuple(
+        Reason("takes away what others need", taken, f"{name} would fall or roll away", name)
+        for name in supports_of(scene).falling(taken)
+    )

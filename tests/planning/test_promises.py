@@ -1,0 +1,97 @@
+"""Lines and contact speed are measured on the final curve; what breaks a promise is mended or refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cartesian.follow import Line, follow_line
+from pickcli.cartesian.line import shifted
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning import proven
+from pickcli.planning.context import Planner
+from pickcli.planning.pieces import Piece
+from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
+from pickcli.planning.proven import proven_run
+
+STRAIGHT = PivotState.STRAIGHT
+
+
+def corner(planner: Planner, cell: Cell, blend: float, kind: SegmentKind, speed: float) -> list[Piece]:
+    """Out of a bin and up before it: two lines with a corner between them."""
+    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    checker = planner.checker(scene, STRAIGHT)
+    q: Array = cell.configurations["bin_E"].q
+    pieces = []
+    for name, along in ((kind, [-0.05, 0.0, 0.0]), (SegmentKind.RETREAT, [0.0, 0.0, 0.08])):
+        T = planner.arm.tip(q, STRAIGHT)
+        line = follow_line(planner.arm, checker, T, shifted(T, np.array(along)), STRAIGHT, q, "here")
+        assert isinstance(line, Line)
+        pieces.append(Piece(name, line.waypoints, STRAIGHT, checker, max_tool_speed=speed, blend=blend))
+        q = line.waypoints[-1]
+    return pieces
+
+
+def test_lines_that_are_rounded_too_much_are_mended(
+    planner: Planner, cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pieces = corner(planner, cell, 0.05, SegmentKind.APPROACH, 0.3)
+    fastest = cell.robot.tool.contact_speed
+    run = proven_run(planner, pieces)
+    assert not isinstance(run, Reason)
+    assert broken_promise(planner.arm, fastest, run, pieces) is None
+    monkeypatch.setattr(proven, "MENDS", 0)
+    unmended = proven_run(planner, pieces)
+    assert isinstance(unmended, Reason) and unmended.what == "not straight"
+
+
+def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planner, cell: Cell) -> None:
+    pieces = corner(planner, cell, 0.05, SegmentKind.APPROACH, 0.3)
+    run = proven._timed_once(planner, pieces, 1.0, False, None)
+    assert not isinstance(run, Reason)
+    better = mended(planner.arm, 1.0, run, pieces)
+    assert better is not None
+    assert all(new.blend < old.blend for new, old in zip(better, pieces, strict=True))
+    assert [new.waypoints is old.waypoints for new, old in zip(better, pieces, strict=True)] == [True, True]
+
+
+def test_a_contact_that_is_too_fast_is_slowed_down(planner: Planner, cell: Cell) -> None:
+    pieces = corner(planner, cell, 1e-4, SegmentKind.CONTACT, 0.2)
+    fastest = cell.robot.tool.contact_speed
+    run = proven_run(planner, pieces)
+    assert not isinstance(run, Reason)
+    assert broken_promise(planner.arm, fastest, run, pieces) is None
+    times = np.arange(0.0, run.part_times[1], 1e-3)
+    p = planner.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
+    speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / 1e-3
+    assert 0.5 * fastest < speeds.max() <= fastest
+
+
+def test_coarse_motions_promise_no_line(planner: Planner, cell: Cell) -> None:
+    pieces = [
+        replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, cell, 0.05, SegmentKind.LIFT, 0.3)
+    ]
+    run = proven._timed_once(planner, pieces, 1.0, False, None)
+    assert not isinstance(run, Reason)
+    assert mended(planner.arm, 1e-3, run, pieces) is None
+
+
+@pytest.mark.parametrize("bow", [0.0, 0.001, 0.003])
+@pytest.mark.parametrize("twist", [0.0, 0.02])
+def test_off_line_measures_what_a_bow_and_a_twist_are(bow: float, twist: float) -> None:
+    s = np.linspace(0.0, 1.0, 101)
+    R = pose(rpy=[0.1, 0.2, 0.3])[:3, :3]
+    hump = 4 * s * (1 - s)
+    turns = [R @ rotation_axis_angle([0, 0, 1], 0.3 * a + twist * h) for a, h in zip(s, hump, strict=True)]
+    tips = np.stack([pose([0.2 * a, bow * h, 0.0], R=T) for a, h, T in zip(s, hump, turns, strict=True)])
+    distance, angle = off_line(tips)
+    assert distance == pytest.approx(bow, abs=1e-9)
+    assert angle == pytest.approx(twist, abs=1e-6)
+    assert (distance > OFF_LINE) == (bow > OFF_LINE) and (angle > OFF_ANGLE) == (twist > OFF_ANGLE)
