@@ -65,8 +65,8 @@ def command(
     """Play a whole order by the rules and keep score.
 
     ORDER is the file of a pick order, or the name of one under data/tasks. It is played in simulation, by the
-    rules of its year. Exit code 6 when the trial had to be aborted, something collided or a limit was broken;
-    an item that was missed is a result.
+    rules of its year. Exit code 6 when the arm could not be brought out of where it stopped, something
+    collided or a limit was broken; an item that was missed is a result.
 
     \b
     Example:
@@ -134,6 +134,6 @@ def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
 def _what_went_wrong(result: TrialResult) -> str:
     """One sentence for the end, when the trial was not clean."""
     if result.aborted:
-        return f"trial aborted: {result.aborted}; see trial.json"
+        return f"{result.aborted}; see trial.json"
     collisions, violations = result.n_collisions, result.n_limit_violations
     return f"{collisions} collisions and {violations} limit violations; trial.json says where"
