@@ -1,15 +1,16 @@
-# Everything starts here: make run, make test, make check, make bench.
+# Everything starts here: make run, make test, make check, make bench, make fuzz, make mutants.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 ORDER ?= jsk_pick_sample
 SEED ?= 1
+CASES ?= 20000
 KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
 
 PEERS := .venv-peers
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check bench bench-peers install format clean
+.PHONY: run test check fuzz mutants bench bench-peers install format clean
 
 install: $(VENV)/.installed
 
@@ -30,6 +31,12 @@ check: install
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+fuzz: install
+	$(BIN)/python -m bench.fuzz --cases $(CASES)
+
+mutants: install
+	$(BIN)/python -m bench.mutants
 
 bench: install
 	$(BIN)/python -m bench

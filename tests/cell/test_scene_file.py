@@ -272,3 +272,18 @@ def test_characters_beyond_16_bits_are_read_as_json_writes_them(written: Path) -
     edit(written, lambda content: content["items"][0].update(id="\U0001f4e6 one"))
     assert "\\ud83d\\udce6" in written.read_text()
     assert read_scene(written).items[0].id == "\U0001f4e6 one"
+
+
+@pytest.mark.parametrize(("x", "is_refused"), [(-0.14, False), (-0.16, True)])
+def test_an_item_may_lie_so_far_out_of_its_bin_and_no_farther(
+    cell: Cell, written: Path, x: float, is_refused: bool
+) -> None:
+    first = make_scene(cell).items[0]
+    T = first.T_world_item.copy()
+    T[0, 3] = x
+    write_scene(make_scene(cell).moved(replace(first, T_world_item=T)), written)
+    if is_refused:
+        with pytest.raises(InputError, match=r"is 0\.16 m away from bin_A"):
+            read_scene(written)
+    else:
+        assert read_scene(written).items

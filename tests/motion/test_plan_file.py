@@ -246,3 +246,32 @@ def test_a_million_keys_of_which_one_stands_twice_are_refused_soon(tmp_path: Pat
     with pytest.raises(InputError, match="99999: the key stands twice"):
         read_plan(path)
     assert process_time() - began < 5.0
+
+
+def test_times_that_are_equal_are_refused(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    time = json.loads(path.read_text())["trajectory"]["points"][1]["time_from_start"]
+    edit(path, point(2, "time_from_start", time))
+    with pytest.raises(InputError, match=r"trajectory\.points\.2\.time_from_start: expected over"):
+        read_plan(path)
+
+
+def test_a_segment_without_length_is_refused(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    edit(path, lambda d: d["segments"].insert(0, d["segments"][0] | {"t_end": 0.0}))
+    with pytest.raises(InputError, match=r"segments\.0\.t_end: expected over 0"):
+        read_plan(path)
+
+
+@pytest.mark.parametrize("n", [20, 21, 45])
+def test_twenty_problems_are_told_and_the_others_counted(plan: Plan, tmp_path: Path, n: int) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    edit(path, lambda d: d.update({f"more{i}": 0 for i in range(n)}))
+    with pytest.raises(InputError) as caught:
+        read_plan(path)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 1 + min(n, 20) + (n > 20)
+    assert n == 20 or lines[-1] == f"  and {n - 20} more"

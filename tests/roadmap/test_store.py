@@ -19,6 +19,7 @@ from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 from pickcli.cell.model import Cell
 from pickcli.errors import ApcError, DamagedError, InputError, StaleError
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.hdf5_guard import _dataset
 from pickcli.roadmap.store import (
     ROADMAP,
     describe,
@@ -248,3 +249,30 @@ def test_a_description_of_any_cell_can_be_read_again(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="made takes over 8 MB"):
         write_roadmap(tmp_path / "more.h5", roadmap(), FINGERPRINT, MADE | {"parts": "x" * (9 << 20)})
     assert not (tmp_path / "more.h5").exists()
+
+
+def test_a_description_that_was_edited_is_refused(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        made = file.attrs["made"]
+        file.attrs.modify("made", np.bytes_(bytes(made).replace(b"7", b"8")))
+    with pytest.raises(DamagedError, match="SHA-256"):
+        read_roadmap(path)
+
+
+def test_data_in_another_file_are_refused_before_they_are_read(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "store.h5", "w", libver="latest") as file:
+        raw = [(str(tmp_path / "secret"), 0, h5py.h5f.UNLIMITED)]
+        file.create_dataset("elsewhere", (4, 3), "<f8", external=raw)
+        file.create_dataset("here", data=np.zeros((4, 3)))
+        assert len(_dataset(file, "here", None, 10**6)) == 4
+        with pytest.raises(ValueError, match="elsewhere"):
+            _dataset(file, "elsewhere", None, 10**6)
+
+
+def test_an_edge_of_one_waypoint_is_refused(path: Path) -> None:
+    whole = roadmap()
+    dot = {"edges": np.array([[0, 0]]), "lengths": np.zeros(1), "offsets": np.array([0, 1])}
+    dot |= {"waypoints": whole.configurations[:1], "marks": whole.marks[:1]}
+    write_roadmap(path, replace(whole, **dot), FINGERPRINT, MADE)
+    with pytest.raises(DamagedError, match="do not divide"):
+        read_roadmap(path)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.trial.strict_json import MAX_BYTES, Document, parse_json, read_json
+from pickcli.trial.strict_json import MAX_BYTES, MAX_DEPTH, Document, parse_json, read_json
 
 JSON_VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text(),
@@ -66,7 +66,7 @@ def test_any_bytes_parse_or_raise_input_error(data: bytes) -> None:
         ('{"a": 1, // one\n}', "1:10", "no comments"),
         ('{"a": [\n# one\n1]}', "2:1", "no comments"),
         ('{"a": [one]}', "1:8", "double quotes"),
-        ("{'a': 1}", "1:2", "double quotes"),
+        ("{'a': 1}", "1:2", "single quotes are not JSON; use double quotes"),
         ('{"a": [{"b": 1,\n{"b": 2}]}', "2:1", "closing '}'"),
         ('{"a": [1', "1:9", "too early"),
         ("", "1:1", "too early"),
@@ -101,6 +101,12 @@ def test_trailing_commas_are_named(text: str) -> None:
 def test_hostile_texts_are_refused(data: bytes, advice: str) -> None:
     with pytest.raises(InputError, match=advice):
         parse_json(data, "f.json")
+
+
+def test_texts_may_be_nested_as_deep_as_stated_and_no_deeper() -> None:
+    assert parse_json(b"[" * MAX_DEPTH + b"]" * MAX_DEPTH, "f.json").value
+    with pytest.raises(InputError, match="nested deeper than 32"):
+        parse_json(b"[" * (MAX_DEPTH + 1) + b"]" * (MAX_DEPTH + 1), "f.json")
 
 
 def test_what_is_no_regular_file_is_refused(tmp_path: Path) -> None:

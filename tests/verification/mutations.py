@@ -162,6 +162,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "pump forgotten": (without_event(0), "event missing", "pump on"),
     "pump too late for its lead": (moved_event(0, 0.3), "event at the wrong time", "pump on"),
     "another lead": (with_event(1, lead=0.1), "wrong lead", "valve on"),
+    "a lead shorter than the device's": (with_event(1, 0.0, 0.03, lead=0.02), "wrong lead", "valve on"),
     "another device": (with_event(0, device="vacuum"), "unknown device", "vacuum"),
     "not resolved": (with_event(0, t_trigger=None), "not resolved", "pump"),
     "anchored by the wrong way": (

@@ -268,3 +268,27 @@ def test_grasps_and_events_are_numbers_of_a_plan(value: float) -> None:
     events = (replace(plan.events[0], t_anchor=value), *plan.events[1:])
     for broken in (replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), replace(plan, events=events)):
         assert verify(broken, scene).reasons[0].what == "not a plan's number"
+
+
+@pytest.mark.parametrize(("beyond", "is_refused"), [(-2e-4, False), (2e-4, True)])
+def test_the_cup_ends_where_the_sealing_part_of_the_face_ends(beyond: float, is_refused: bool) -> None:
+    plan, scene = pick()
+    assert plan.grasp is not None
+    item, tool, T = scene.find(CRAYOLA).item, scene.cell.robot.tool, plan.grasp.T_item_tip.copy()
+    axis = int(np.argmax(np.abs(T[:3, 1])))  # across the tool, along the face
+    T[axis, 3] = item.shape.extents[axis] / 2 - tool.cup_radius - item.seal_inset + beyond
+    verdict = verify(replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), scene)
+    assert ("cup beyond the edge" in {reason.what for reason in verdict.reasons}) is is_refused
+
+
+def test_a_slow_item_in_a_slow_cell_is_carried_at_the_product_of_both() -> None:
+    plan, scene = pick()
+    target = scene.items[0]
+    slow = scene.moved(replace(target, item=replace(target.item, speed_scale=0.9)))
+    carried = [s for s in plan.segments if s.held is not None]
+    speeds = np.abs(plan.trajectory.sample(np.linspace(carried[0].t_start, carried[-1].t_end, 3000), 1))
+    worst = float((speeds / scene.cell.robot.limits.velocity).max())
+    for share, is_refused in ((1.05, False), (0.95, True)):
+        both = replace(slow, cell=replace(scene.cell, speed_scale=worst * share / 0.9))
+        reasons = {reason.what for reason in verify(bound(plan, both), both).reasons}
+        assert ("carrying speed limit" in reasons) is is_refused

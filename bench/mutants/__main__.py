@@ -1,0 +1,144 @@
+"""``python -m bench.mutants``: the share of small faults in the code that its own tests find.
+
+A sample of the faults of each module, drawn from a seed, is tried one after the other. Of a fault that no
+test finds the line is told: a test is missing there, or the line, or the fault changes nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.mutants.mutate import Mutant, mutants
+from bench.mutants.trial import ROOT, survives
+from pickcli.seeds import derived_rng
+
+GOAL = 0.9  # of all mutants
+PATIENCE = 4.0  # times the CPU time of the tests without a fault
+
+
+@dataclass(frozen=True)
+class Package:
+    """Modules that the same tests answer for."""
+
+    name: str
+    modules: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+PACKAGES = (
+    Package(
+        "score",
+        ("trial/score",),
+        ("tests/trial/test_score.py",),
+    ),
+    Package(
+        "orders",
+        ("trial/strict_json", "trial/order"),
+        ("tests/trial/test_strict_json.py", "tests/trial/test_order.py"),
+    ),
+    Package(
+        "cell files",
+        ("cell/yaml_reader", "cell/urdf", "cell/consistency", "cell/validate", "cell/reading", "cell/atomic"),
+        (
+            "tests/cell/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
+            "tests/cell/test_cell_mistakes.py",
+            "tests/cell/test_atomic.py", "tests/cell/test_reading.py", "tests/cell/test_default_cell.py",
+        ),
+    ),
+    Package(
+        "scene files",
+        ("cell/scene_checks", "cell/scene_file", "cell/overlap"),
+        ("tests/cell/test_scene_file.py", "tests/cell/test_overlap.py"),
+    ),
+    Package(
+        "plan files",
+        ("motion/plan_schema", "motion/plan_file"),
+        ("tests/motion/test_plan_file.py",),
+    ),
+    Package(
+        "store",
+        ("roadmap/hdf5_guard", "roadmap/hdf5_read", "roadmap/hdf5_survey", "roadmap/hdf5_spare",
+         "roadmap/hdf5_write", "roadmap/validate"),
+        ("tests/roadmap/test_store.py", "tests/roadmap/test_survey.py"),
+    ),
+    Package(
+        "verifier",
+        ("verification/limits", "verification/structure", "verification/io", "verification/release",
+         "verification/contacts", "verification/quintic", "verification/lines"),
+        ("tests/verification/test_quintic.py", "tests/verification/test_verify.py"),
+    ),
+    Package(
+        "contact and load",
+        ("verification/touch", "verification/hold", "verification/clearance", "cell/cup_limits"),
+        ("tests/cell/test_cup_limits.py", "tests/verification"),
+    ),
+)  # fmt: skip
+
+
+def main() -> None:
+    """Try the mutants and print what was found."""
+    options = _options()
+    n_all = n_found = 0
+    for package in PACKAGES:
+        if options.only is not None and options.only not in package.name:
+            continue
+        tests = [test for test in package.tests if (ROOT / test).exists()]
+        sample = _sample(package, options.mutants, options.seed)
+        usual = _usual(package, tests)
+        survivors = []
+        for module, mutant in sample:
+            is_left, _ = survives(_path(module), mutant.source, tests, PATIENCE * usual + 5.0)
+            if is_left:
+                survivors.append((module, mutant))
+                print(f"  survived: {module}.py, {mutant}", flush=True)
+        n_all, n_found = n_all + len(sample), n_found + len(sample) - len(survivors)
+        print(_line(package.name, len(sample) - len(survivors), len(sample)), flush=True)
+    print(_line("all", n_found, n_all))
+    sys.exit(0 if n_found >= GOAL * n_all else 1)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=__doc__)
+    parser.add_argument("--mutants", type=int, default=30, help="of each package")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", help="packages whose name holds this text")
+    return parser.parse_args()
+
+
+def _sample(package: Package, n: int, seed: int) -> list[tuple[str, Mutant]]:
+    """Mutants of a package: the same ones for the same seed and code."""
+    everything = [(m, mutant) for m in package.modules for mutant in mutants(_path(m).read_text())]
+    rng = derived_rng("mutants", seed, package.name)
+    chosen = rng.choice(len(everything), min(n, len(everything)), replace=False)
+    return [everything[i] for i in sorted(chosen.tolist())]
+
+
+def _usual(package: Package, tests: list[str]) -> float:
+    """CPU time of the tests as things are, s. Ends the program where they fail: then they find nothing."""
+    path = _path(package.modules[0])
+    passes, seconds = survives(path, path.read_text(), tests, 600.0)
+    if not passes:
+        sys.exit(f"{package.name}: its tests fail without any fault; mend that first")
+    return seconds
+
+
+def _path(module: str) -> Path:
+    return ROOT / "pickcli" / f"{module}.py"
+
+
+def _line(name: str, n_found: int, n: int) -> str:
+    return f"{name:<18} {n_found:>4} of {n:>4} found, {100.0 * n_found / max(n, 1):5.1f} %"
+
+
+if __name__ == "__main__":
+    import fcl  # noqa: F401  what the tests need, loaded once instead of once per mutant
+    import h5py  # noqa: F401
+    import hypothesis  # noqa: F401
+    import numpy.testing  # noqa: F401
+    import pydantic  # noqa: F401
+    import yaml  # noqa: F401
+
+    main()

@@ -1,0 +1,64 @@
+"""A mutant's trial: the tests run in a process that sees the mutant where the module would be."""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.machinery
+import os
+import resource
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+class _InPlace(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Finds one module before anyone else does, with another source."""
+
+    def __init__(self, path: Path, source: str) -> None:
+        self.path, self.source = path, source
+        self.name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+    def find_spec(self, fullname: str, *_: object) -> importlib.machinery.ModuleSpec | None:
+        """The module's spec, of this module only."""
+        if fullname != self.name:
+            return None
+        return importlib.machinery.ModuleSpec(fullname, self, origin=str(self.path))
+
+    def exec_module(self, module: object) -> None:
+        """Run the other source."""
+        module.__file__ = str(self.path)  # type: ignore[attr-defined]
+        exec(compile(self.source, str(self.path), "exec"), module.__dict__)
+
+
+def survives(path: Path, source: str, tests: Sequence[str], seconds: float) -> tuple[bool, float]:
+    """Whether all tests pass with this source in place of the module's, and the CPU time they took, s.
+
+    seconds: CPU time after which a mutant counts as found: it runs on for ever
+    """
+    pid = os.fork()
+    if pid == 0:
+        _run(path, source, tests, seconds)
+    _, status, usage = os.wait4(pid, 0)
+    return status == 0, usage.ru_utime + usage.ru_stime
+
+
+def _run(path: Path, source: str, tests: Sequence[str], seconds: float) -> None:
+    """Run the tests in this process, which ends with their result."""
+    code = 1
+    try:
+        null = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(null, stream)
+        limit = max(1, round(seconds))
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+        signal.signal(signal.SIGXCPU, signal.SIG_DFL)
+        sys.meta_path.insert(0, _InPlace(path, source))
+        import pytest
+
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--hypothesis-seed=0"]
+        code = int(pytest.main([*options, *(str(ROOT / test) for test in tests)]))
+    finally:
+        os._exit(code)
