@@ -247,7 +247,10 @@ class _Trial:
 
 
 def _is_blocked(attempt: Attempt, scene: Scene) -> bool:
-    """Whether items where it lies, and none where it was to go, are in the way: no other place would help."""
+    """Whether no other place would help: it cannot be held, or items where it lies are in the way, and none
+    where it was to go."""
+    if not scene.find(attempt.item).item.suction:
+        return True
     here, there = ({i.id for i in scene.in_location(name)} for name in (attempt.out_of, attempt.into))
     blamed = set(attempt.in_the_way)
     return bool(blamed & here) and not blamed & there

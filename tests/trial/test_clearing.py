@@ -135,3 +135,16 @@ def test_what_lies_in_the_bin_that_would_take_a_blocker_is_left_there(scene: Sce
     fake = NoRoomThere(scene, blocked={"crayola_24_ct": NAMES[0]})
     run_trial(ORDER, fake.crew())
     assert {item for item, _, _ in fake.planned} == {"crayola_24_ct", NAMES[0]}
+
+
+def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:
+    order = pick_order({"bin_A": ("crayola_24_ct", "fitness_gear_3lb_dumbbell")}, ("bin_A", "crayola_24_ct"))
+    blocker = "fitness_gear_3lb_dumbbell"
+    fake = FakeCrew(
+        scene_of(order, load_cell("apc2016_delft")),
+        blocked={"crayola_24_ct": blocker}, no_plan=frozenset({blocker}),
+    )  # fmt: skip
+    result = run_trial(order, fake.crew())
+    asked = [item for item, _, _ in fake.planned].count(blocker)
+    assert asked == sum(attempt.item == blocker for attempt in result.attempts) <= 2
+    assert [target.outcome for target in result.targets] == [Outcome.NO_PLAN]
