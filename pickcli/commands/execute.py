@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 @click.option("--start", metavar=CONFIGURATION,
               help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
-@click.option("--unverified", is_flag=True, help="Run the plan as it is, without certificate, in any scene.")
+@click.option("--unverified", is_flag=True, help="An experiment: run the plan as it is, unchecked, in any scene.")
 @reality_option
 @click.option("--video", type=click.Path(path_type=Path), metavar="FILE.gif", help="Film it.")
 @overwrite_option
@@ -58,7 +58,7 @@ def command(
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
-    A plan without certificate is verified first. It does not start when the robot stands more than 0.01 rad
+    The plan is verified first, whatever certificate it carries. It does not start when the robot stands more than 0.01 rad
     or m from the plan's first point; --bridge plans the way there, verifies it and carries it out before.
     Exit code 6 when something collided, a limit was broken or an event was missed. An item that was not
     picked or was lost is a result: exit code 0.
@@ -80,7 +80,9 @@ def command(
     reality = read_reality(reality_path)
     plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
-    if not unverified:
+    if unverified:
+        click.echo(f"note: {plan_path} was not verified: what happens now shows nothing but this plan", err=True)
+    else:
         plan = _trusted(plan, plan_path, believed)
     q, pivot = _stand(plan, scene, start)
     plans = [plan]
@@ -103,19 +105,22 @@ def command(
 
 
 def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
-    """The plan, certified for this scene. Raises RejectedError, or StaleError for another scene or cell."""
+    """The plan, verified for this scene whatever certificate it carries: that guards against accidents only.
+
+    Raises RejectedError, or StaleError for another scene or cell.
+    """
     from pickcli.cell.scene_file import scene_hash
     from pickcli.errors import StaleError
 
-    if plan.certificate is None:
-        plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified")
-        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
-    here = scene_hash(believed)
-    if plan.scene_hash != here:
+    here, carried = scene_hash(believed), plan.certificate
+    if carried is not None and plan.scene_hash != here:
         raise StaleError(
             f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
             "it was made in with --planned-in"
         )
+    plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified")
+    if carried is None:
+        click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
     return plan
 
 

@@ -22,9 +22,10 @@ from pickcli.commands.make_scene import command as make_scene_command
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
-from pickcli.motion.plan_file import write_plan
+from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.verification.verify import certify
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +120,23 @@ def test_what_the_verifier_rejects_is_not_executed(files: tuple[Path, Path], cel
     write_plan(plan, files[0])
     with pytest.raises(RejectedError, match="velocity"):
         run_execute(*files)
+
+
+def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:
+    believed = read_scene(files[1])
+    honest = certify(replace(rail_move(cell, distance=0.1), scene_hash=scene_hash(believed)), believed)
+    forged = replace(rail_move(cell, distance=0.6), scene_hash=scene_hash(believed))
+    assert honest.certificate is not None
+    seal = replace(honest.certificate, motion_hash=motion_hash(forged))
+    write_plan(replace(forged, certificate=seal), files[0])
+    assert read_plan(files[0]).certificate == seal  # nothing about the file is wrong
+    with pytest.raises(RejectedError, match="velocity"):
+        run_execute(*files)
+
+
+def test_an_unverified_run_says_so(files: tuple[Path, Path]) -> None:
+    arguments = [str(files[0]), "--scene", str(files[1]), "--unverified"]
+    assert "was not verified" in CliRunner().invoke(execute_command, arguments).stderr
 
 
 def test_broken_limits_are_told_and_abort(files: tuple[Path, Path], cell: Cell) -> None:
