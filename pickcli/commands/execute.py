@@ -44,7 +44,8 @@ if TYPE_CHECKING:
 @click.option("--start", metavar=CONFIGURATION,
               help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
-@click.option("--unverified", is_flag=True, help="An experiment: run the plan as it is, unchecked, in any scene.")
+@click.option("--unverified", is_flag=True,
+              help="An experiment: run the plan as it is, unchecked, in any scene.")  # fmt: skip
 @reality_option
 @click.option("--video", type=click.Path(path_type=Path), metavar="FILE.gif", help="Film it.")
 @overwrite_option
@@ -58,8 +59,9 @@ def command(
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
-    The plan is verified first, whatever certificate it carries. It does not start when the robot stands more than 0.01 rad
-    or m from the plan's first point; --bridge plans the way there, verifies it and carries it out before.
+    The plan is verified first, whatever certificate it carries. It does not start when the robot stands more
+    than 0.01 rad or m from the plan's first point; --bridge plans the way there, verifies it and carries it
+    out before.
     Exit code 6 when something collided, a limit was broken or an event was missed. An item that was not
     picked or was lost is a result: exit code 0.
 
@@ -81,7 +83,7 @@ def command(
     plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
     if unverified:
-        click.echo(f"note: {plan_path} was not verified: what happens now shows nothing but this plan", err=True)
+        click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
         plan = _trusted(plan, plan_path, believed)
     q, pivot = _stand(plan, scene, start)

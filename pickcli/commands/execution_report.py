@@ -80,6 +80,7 @@ def _record(run: Execution) -> dict[str, Any]:
     return {
         "stopped": run.stopped,
         "stop_cause": None if run.stop_cause is None else str(run.stop_cause),
+        "stopping_s": run.stopping_time,
         "stopped_in": None if run.stopped_in is None else str(run.stopped_in),
         "simulated_s": run.duration,
         "sensor_reads_held": run.has_item,

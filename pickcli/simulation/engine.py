@@ -124,6 +124,10 @@ class Engine:
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
 
+    def soften(self, name: str, stiffness: float, damping: float) -> None:
+        """Let a body give way where it is touched: stiffness in N/m, damping in Ns/m."""
+        self._dynamics(name, contactStiffness=stiffness, contactDamping=damping)
+
     def add_item(
         self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None
     ) -> None:
@@ -320,6 +324,13 @@ class Engine:
         """Positions (k,) of joints by index, and what their motors exerted (k,) in the last step."""
         states = p.getJointStates(self._ids[name], indices, physicsClientId=self._client)
         return np.array([state[0] for state in states]), np.array([state[3] for state in states])
+
+    def inverse_dynamics(self, name: str, q: Array, dq: Array, ddq: Array) -> Array:
+        """Motor torques (m,) that a motion of all movable joints needs, by the model in the robot's URDF."""
+        torques = p.calculateInverseDynamics(
+            self._ids[name], q.tolist(), dq.tolist(), ddq.tolist(), physicsClientId=self._client
+        )
+        return np.array(torques)
 
     def drive(self, name: str, indices: Sequence[int], velocities: Array, forces: Array) -> None:
         """Run the motors of joints at velocities (k,), as far as forces (k,) suffice."""

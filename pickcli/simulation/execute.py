@@ -16,11 +16,13 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.simulation.braking import Braking
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
-from pickcli.simulation.suction import SEAL_VACUUM, Release
+from pickcli.simulation.suction import Release
+from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.trigger import TriggerDistance
 from pickcli.simulation.world import World
 
@@ -28,6 +30,9 @@ START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's 
 END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
 FALL_TIME = 0.6  # s instead, when something broke away and still falls
 BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
+STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
+YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
+YIELD_PACE = 0.1  # of the plan's pace, backwards
 TRACE_STEPS = 10  # between two looks at the tool's lag
 PROGRESS_STEPS = 100  # between two reports of progress
 
@@ -57,7 +62,8 @@ def execute(
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop along its path.
 
-    It stops when an item breaks away, or when the vacuum sensor reads that nothing is held, and the robot
+    It stops when the robot does not follow, feels a contact that no plan explains, when the vacuum does not
+    stand where the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot
     stands. Pump and valve are switched off only where the vacuum itself has broken down: a sensor may be
     wrong, and what it denies would be dropped.
 
@@ -115,13 +121,17 @@ class _Run:
         self.max_load = 0.0
         self.stop: ProtectiveStop | None = None
         self.stopped_in: Segment | None = None
+        self.supervisor = Supervisor(world, Arm(world.robot))
         self.path_time: float | None = None
+        self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
+        self.t_standing: float | None = None
+        self._q_before = world.q
 
     def play(self) -> Execution:
         self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
-        if self.stop:
-            self._brake()
-        has_lost = any(not r.is_wanted for r in self._releases())
+        if self.stop is not None:
+            self._brake(self.stop)
+        has_lost = self.stop is not None and self.stop.cause is StopCause.SEAL_LOST
         for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
             self._step()
         self.world.touching, self.world.is_meeting = frozenset(), False
@@ -134,13 +144,17 @@ class _Run:
             self._allow_contacts(t_plan)
             self.world.command(q)
             self._step()
-            if self.stop is None and (why := self._reason_to_stop()):
+            if self.stop is None and (why := self._reason_to_stop(q, t_plan)):
                 self.stop, self.stopped_in = why, self._segment(t_plan)
                 return
 
     def _step(self) -> None:
         world, trace = self.world, self.trace
         world.step()
+        if self.stop is not None and self.t_standing is None:
+            speed = np.abs(world.q - self._q_before).max() / world.time_step
+            self.t_standing = world.t if speed < STANDING else None
+        self._q_before = world.q
         if self.stop is None:
             for event in self.tracker.update(world.q, world.time_step):
                 self._fire(event)
@@ -165,20 +179,24 @@ class _Run:
     def _releases(self) -> tuple[Release, ...]:
         return tuple(self.world.suction.releases[self.n_releases :])
 
-    def _reason_to_stop(self) -> ProtectiveStop | None:
-        t, fired = self.world.t, self.trace.fired
-        if any(not release.is_wanted for release in self._releases()):
-            level = self.world.suction.vacuum.cup
-            return ProtectiveStop(StopCause.SEAL_LOST, "vacuum", level / 1e3, SEAL_VACUUM / 1e3, "kPa", t)
+    def _reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
+        fired, segment = self.trace.fired, self._segment(min(self.tracker.progress, t_plan))
+        if self.world.reality.supervision and (stop := self.supervisor.motion(command, segment)):
+            return stop
+        if stop := self.supervisor.vacuum(segment):
+            return stop
         if fired and fired[-1].reading is False:
-            return ProtectiveStop(StopCause.SENSOR, fired[-1].event.device, 0.0, 1.0, "", t)
+            return ProtectiveStop(StopCause.SENSOR, fired[-1].event.device, 0.0, 1.0, "", self.world.t)
         return None
 
-    def _brake(self) -> None:
-        """Stand still as soon as the limits allow, along the planned path."""
+    def _brake(self, why: ProtectiveStop) -> None:
+        """Come to a stand along the planned path."""
+        if why.cause in (StopCause.CONTACT, StopCause.FOLLOWING_ERROR):
+            self._brake_hard()
+            return
         from pickcli.timing.stop import stop
 
-        is_lost = self.stop is not None and self.stop.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED)
+        is_lost = why.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED)
         for device in self.world.scene.cell.devices.values():
             if is_lost and device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
                 self.world.act(device.name, "off")
@@ -187,6 +205,32 @@ class _Run:
         self.path_time = halted.path_time
         t = len(self.trace.sent) * self.world.time_step
         self._send(stream(halted.trajectory, self.world.time_step, self.pace, t_plan, t))
+
+    def _brake_hard(self) -> None:
+        """With all the torque that the motors have, from where the robot is and not from where it should be;
+        then back along the path while something presses. What is held stays held."""
+        world, trajectory = self.world, self.plan.trajectory
+        self.n_judged = len(self.trace.sent)
+        progress = min(self.tracker.progress, self.trace.plan_times[-1])
+        pace = self.pace(len(self.trace.sent) * world.time_step)
+        braking = Braking(
+            trajectory, progress, pace, world.inverse_dynamics, self.supervisor.motor_forces
+        )  # fmt: skip
+        while braking.rate > 0.0 and braking.path_time < trajectory.duration:
+            self._follow(braking.advance(world.time_step, float(world.joints[-1])), braking.path_time)
+        for _ in range(round(YIELD_TIME / world.time_step)):
+            if self.supervisor.pressing() < 1.0:
+                break
+            self._follow(braking.back(world.time_step, YIELD_PACE), braking.path_time)
+        self.path_time = braking.path_time
+
+    def _follow(self, q: Array, t_plan: float) -> None:
+        """One set point of a stop."""
+        self.trace.sent.append(q)
+        self.trace.plan_times.append(t_plan)
+        self.world.command(q)
+        self._step()
+        self.supervisor.feel()
 
     def _segment(self, t_plan: float) -> Segment:
         inside = (s for s in self.plan.segments if t_plan <= s.t_end)
@@ -202,7 +246,8 @@ class _Run:
     def _record(self) -> Execution:
         world, plan, trace = self.world, self.plan, self.trace
         cell = world.scene.cell
-        commands = Stream(np.array(trace.plan_times), np.array(trace.sent))
+        judged = slice(self.n_judged)
+        commands = Stream(np.array(trace.plan_times[judged]), np.array(trace.sent[judged]))
         releases = self._releases()
         fired = {id(f.event) for f in trace.fired}
         return Execution(
@@ -222,7 +267,13 @@ class _Run:
             max_lag=self._max_lag(),
             max_load=self.max_load,
             path_time=self.path_time,
+            stopping_time=self._stopping_time(),
         )
+
+    def _stopping_time(self) -> float | None:
+        if self.stop is None:
+            return None
+        return (self.world.t if self.t_standing is None else self.t_standing) - self.stop.t
 
     def _max_lag(self) -> float:
         if not self.trace.told:

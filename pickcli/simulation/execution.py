@@ -45,6 +45,7 @@ class Execution:
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
     max_load: worst share of what the cup bears while something was held, from the lift on
+    stopping_time: s from the request of a stop to standstill; None without one
     path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
     """
 
@@ -62,6 +63,7 @@ class Execution:
     max_lag: float
     max_load: float
     path_time: float | None = None
+    stopping_time: float | None = None
 
     @property
     def duration(self) -> float:

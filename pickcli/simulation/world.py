@@ -240,6 +240,15 @@ class World:
         return self._measured[:-1]
 
     @property
+    def joints(self) -> Array:
+        """Measured configuration with the pivot's position behind it (n + 1,)."""
+        return self._measured
+
+    def inverse_dynamics(self, joints: Array, dq: Array, ddq: Array) -> Array:
+        """Motor torques (n + 1,) that a motion of all joints needs by the robot's model, empty-handed."""
+        return self.engine.inverse_dynamics(ROBOT, joints, dq, ddq)
+
+    @property
     def torques(self) -> Array:
         """What the motors of the planned joints exerted in the last step (n,), N or Nm."""
         return self._torques[:-1]

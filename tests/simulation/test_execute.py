@@ -71,7 +71,7 @@ def test_a_whole_pick_is_clean_and_releases_the_item(cell: Cell, build_ready: Bu
 def test_a_valve_that_opens_too_late_ends_without_the_item(cell: Cell, build_ready: BuildReady) -> None:
     record = execute(rail_pick(cell, valve_shift=0.4), build_ready())
     assert record.has_item is False
-    assert "nothing is held" in record.stopped
+    assert record.stop_cause is StopCause.NOT_SEALED
     assert record.stopped_in in (SegmentKind.RETREAT, SegmentKind.TRANSFER)
     assert record.releases == ()
 

@@ -1,0 +1,200 @@
+"""What a robot watches while it moves: following error, unexplained motor torque, vacuum.
+
+Only what a robot has is used: commands, encoders, motor torques, its own model, the vacuum gauge. Thresholds
+and their sources stand in docs/supervision.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import JointType, PivotState
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.seeds import derived_rng
+from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
+from pickcli.simulation.suction import SEAL_VACUUM
+from pickcli.simulation.world import World
+
+TORQUE_NOISE = 0.02  # of a motor's largest torque: error of a torque that is read from its current
+FILTER_TIME = 4e-3  # s over which the unexplained torque is averaged
+SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has slowed down
+PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
+LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
+SEAL_GRACE = 0.05  # s after the lift began by which the seal must stand
+GRAVITY = 9.81  # m/s^2
+
+Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Beyond which a motion is stopped.
+
+    Attributes:
+        lag: s by which a joint or the tool may trail its command, whatever its speed.
+        joint: rad or m that a joint may be off on top of that.
+        tool: m that the tool may be off on top of that.
+        torque: Share of a motor's largest torque that the motion need not explain.
+        planned_force: N at the tool on top of that, where the plan touches something.
+        vacuum: Share of the level at the seal below which the seal is lost.
+    """
+
+    lag: float = 0.06
+    joint: float = 0.01
+    tool: float = 0.01
+    torque: float = 0.06
+    planned_force: float = 60.0
+    vacuum: float = 0.5
+
+
+class ExternalTorque:
+    """Torque of the motors that the robot's own model of its motion does not explain, filtered.
+
+    The residual of inverse dynamics, as De Luca and Mattone (2005) and Haddadin, De Luca and Albu-Schaeffer
+    (2017, sec. IV) use it for collision detection. What pushes with a force f at a point with Jacobian J
+    shows as J^T f. Its noise floor is that of the torques: ``TORQUE_NOISE`` before the filter.
+    """
+
+    def __init__(self, dynamics: Dynamics, forces: Array, time_step: float, seed: int) -> None:
+        self._dynamics, self._time_step = dynamics, time_step
+        self._noise = TORQUE_NOISE * forces
+        self._rng = derived_rng(seed, "motor torques")
+        self._before: list[Array] = []  # the last two measured configurations, the pivot included
+        self.value = np.zeros(len(forces))
+
+    def update(self, q: Array, torques: Array) -> Array:
+        """The unexplained torque (n,) now, given measured joints (m,) and motor torques (n,)."""
+        if len(self._before) == 2:
+            first, second = self._before
+            v, w = (second - first) / self._time_step, (q - second) / self._time_step
+            needed = self._dynamics(second, v, (w - v) / self._time_step)[: len(torques)]
+            noise = self._noise * self._rng.uniform(-1.0, 1.0, len(torques))
+            share = self._time_step / FILTER_TIME
+            self.value = self.value + share * (torques + noise - needed - self.value)
+        self._before = [*self._before[-1:], q]
+        return self.value
+
+
+class Supervisor:
+    """Judges every step of one execution.
+
+    world: what is measured
+    arm: the robot's kinematics
+    thresholds: beyond which it stops
+    """
+
+    def __init__(self, world: World, arm: Arm, thresholds: Thresholds | None = None) -> None:
+        self._world, self._arm = world, arm
+        self._thresholds = thresholds or Thresholds()
+        self._names = world.robot.joint_names
+        self._is_linear = {j.name: j.type is JointType.PRISMATIC for j in world.robot.joints}
+        self._forces = np.array([world.robot.motor_forces[name] for name in self._names])
+        seed = world.seed + round(world.t / world.time_step)
+        self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
+        self._command, self._speed, self._tool_speed = world.q, np.zeros(len(self._names)), 0.0
+        self._weight, self._t_held = 0.0, -np.inf
+        self._sealed_level, self._t_lift = 0.0, np.inf
+
+    @property
+    def motor_forces(self) -> Array:
+        """(n,) Largest torque or force of each motor, Nm or N."""
+        return self._forces
+
+    def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
+        """Whether the robot follows, and feels nothing that it should not; after a step.
+
+        command: (n,) where it was told to be; segment: the part of the plan that it is in
+        """
+        unexplained = self.external.update(self._world.joints, self._world.torques)
+        self._remember(command, segment)
+        return self._contact(unexplained) or self._following(command)
+
+    def vacuum(self, segment: Segment) -> ProtectiveStop | None:
+        """Whether the seal stands where the plan counts on it; after a step."""
+        gauge, t = self._world.suction.vacuum, self._world.t
+        level = gauge.cup
+        if segment.held is None or segment.kind is SegmentKind.CONTACT or not gauge.is_valve_open:
+            self._sealed_level, self._t_lift = 0.0, np.inf
+            return None
+        self._t_lift = min(self._t_lift, t)
+        if t - self._t_lift < SEAL_GRACE:
+            return None
+        if self._sealed_level == 0.0 and level < SEAL_VACUUM:
+            return self._stop(StopCause.NOT_SEALED, "vacuum", level / 1e3, SEAL_VACUUM / 1e3, "kPa")
+        self._sealed_level = max(self._sealed_level, level)
+        least = self._thresholds.vacuum * self._sealed_level
+        if level < least:
+            return self._stop(StopCause.SEAL_LOST, "vacuum", level / 1e3, least / 1e3, "kPa")
+        return None
+
+    def feel(self) -> float:
+        """Go on measuring while the robot brakes; see ``pressing``."""
+        self.external.update(self._world.joints, self._world.torques)
+        return self.pressing()
+
+    def pressing(self) -> float:
+        """Unexplained torque now: of the joints, the largest share of its threshold without any allowance."""
+        return float((np.abs(self.external.value) / (self._thresholds.torque * self._forces)).max())
+
+    def _remember(self, command: Array, segment: Segment) -> None:
+        world = self._world
+        decay = np.exp(-world.time_step / SPEED_MEMORY)
+        speed = np.abs(command - self._command) / world.time_step
+        self._speed, self._command = np.maximum(speed, decay * self._speed), command
+        if segment.held is not None:
+            item = world.scene.find(segment.held).item
+            self._weight, self._t_held = PAYLOAD_FACTOR * GRAVITY * item.mass, world.t
+        elif world.t - self._t_held > LET_GO_TIME:
+            self._weight = 0.0
+
+    def _contact(self, unexplained: Array) -> ProtectiveStop | None:
+        force = self._weight + (self._thresholds.planned_force if self._world.touching else 0.0)
+        limits = self._thresholds.torque * self._forces
+        if not (np.abs(unexplained) > limits).any():
+            return None
+        if force > 0.0:
+            reach = np.linalg.norm(self._arm.jacobian(self._world.q, self._pivot())[:3], axis=0)
+            limits = limits + force * reach
+        worst = int(np.argmax(np.abs(unexplained) / limits))
+        if abs(unexplained[worst]) <= limits[worst]:
+            return None
+        unit = "N" if self._is_linear[self._names[worst]] else "Nm"
+        return self._stop(
+            StopCause.CONTACT, self._names[worst], abs(unexplained[worst]), limits[worst], unit
+        )  # fmt: skip
+
+    def _following(self, command: Array) -> ProtectiveStop | None:
+        q = self._world.q
+        error = np.abs(command - q)
+        allowed = self._thresholds.joint + self._thresholds.lag * self._speed
+        worst = int(np.argmax(error / allowed))
+        if error[worst] > allowed[worst]:
+            unit = "m" if self._is_linear[self._names[worst]] else "rad"
+            return self._stop(
+                StopCause.FOLLOWING_ERROR, self._names[worst], error[worst], allowed[worst], unit
+            )  # fmt: skip
+        return self._tool_following(command, q)
+
+    def _tool_following(self, command: Array, q: Array) -> ProtectiveStop | None:
+        """By the Jacobian: the errors are small, and this is asked every millisecond."""
+        jacobian = self._arm.jacobian(q, self._pivot())[:3]
+        error = float(np.linalg.norm(jacobian @ (command - q)))
+        speed = float(np.abs(jacobian) @ self._speed @ np.ones(3) / np.sqrt(3.0))
+        allowed = self._thresholds.tool + self._thresholds.lag * speed
+        if error > allowed:
+            return self._stop(StopCause.FOLLOWING_ERROR, "tool", error, allowed, "m")
+        return None
+
+    def _pivot(self) -> PivotState:
+        pivot = self._world.pivot
+        return PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+
+    def _stop(
+        self, cause: StopCause, where: str, measured: float, threshold: float, unit: str
+    ) -> ProtectiveStop:  # fmt: skip
+        return ProtectiveStop(cause, where, float(measured), float(threshold), unit, self._world.t)

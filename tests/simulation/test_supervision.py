@@ -1,0 +1,160 @@
+"""What stops a motion, what it is told of, and that nothing else does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pedestal import BuildWorld, cube, evacuate
+from rail_pick import GAP, T_END, rail_pick
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.shapes import box
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.simulation.execute import execute
+from pickcli.simulation.protective_stop import StopCause
+from pickcli.simulation.reality import DEFAULT
+from pickcli.simulation.servo import Servo
+from pickcli.simulation.suction import SEAL_VACUUM
+from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque, Thresholds
+from pickcli.simulation.world import ROBOT, World
+
+INTRUDER = "intruder"
+STIFFNESS = 40e3  # N/m of a forearm, ISO/TS 15066:2016, table A.3
+
+
+def sweep(cell: Cell) -> Plan:
+    """0.4 m along the rail, free: the middle third of a hand-made pick, without events."""
+    plan = rail_pick(cell)
+    rail = np.zeros(plan.trajectory.positions.shape)
+    rail[:, 0] = np.linspace(0.0, 0.4, len(rail))
+    still = np.zeros(rail.shape)
+    trajectory = replace(
+        plan.trajectory,
+        times=np.linspace(0.0, 6.0, len(rail)),
+        positions=plan.trajectory.positions[0] + rail,
+        velocities=still,
+        accelerations=still,
+    )
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, PivotState.STRAIGHT, None)
+    return replace(plan, segments=(segment,), trajectory=trajectory, events=())
+
+
+def world_with_box(cell: Cell, plan: Plan, ahead: float, *, supervision: bool = True) -> World:
+    """The robot at the plan's first point, a box that gives way like an arm ``ahead`` m before its tip."""
+    q = plan.trajectory.positions[0]
+    bare = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q)
+    tip = bare.tip[:3, 3].copy()
+    way = tip_after(bare, plan) - tip
+    bare.close()
+    at = tip + way / np.linalg.norm(way) * (ahead + 0.05)
+    body = box(INTRUDER, tuple(at - 0.05), tuple(at + 0.05))
+    obstacles = replace(cell.obstacles, bodies=(*cell.obstacles.bodies, body))
+    scene = Scene(replace(cell, obstacles=obstacles), cell.T_world_pod, (), PoseNoise())
+    world = World(scene, q, reality=replace(DEFAULT, supervision=supervision))
+    world.engine.soften(INTRUDER, STIFFNESS, 200.0)
+    return world
+
+
+def tip_after(world: World, plan: Plan) -> Array:
+    return Arm(world.robot).tip(plan.trajectory.positions[-1], PivotState.STRAIGHT)[:3, 3]
+
+
+def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
+    plan = sweep(cell)
+    world = world_with_box(cell, plan, ahead=0.1)
+    forces = [0.0]
+    record = execute(
+        plan, world,
+        on_step=lambda w: forces.append(sum(t.force for t in w.engine.touches(ROBOT) if t.b == INTRUDER)),
+    )  # fmt: skip
+    assert record.stop_cause is StopCause.CONTACT
+    assert record.stop is not None and record.stop.measured > record.stop.threshold
+    assert record.stopping_time is not None and record.stopping_time < 0.1
+    assert 5.0 < max(forces) < 150.0
+    assert record.collisions[0].b == INTRUDER  # the truth says what it was; the robot did not need it
+    assert forces[-1] < 20.0  # it went back until nothing pressed any more
+    before = world.q.copy()
+    world.wait(0.2)
+    assert np.abs(world.q - before).max() < 1e-3
+    world.close()
+
+
+def test_without_supervision_the_same_box_is_pushed_on(cell: Cell) -> None:
+    plan = sweep(cell)
+    world = world_with_box(cell, plan, ahead=0.1, supervision=False)
+    record = execute(plan, world)
+    assert record.stop is None
+    assert max(c.force for c in record.collisions) > 300.0
+    world.close()
+
+
+def test_an_arm_that_does_not_follow_is_stopped(cell: Cell) -> None:
+    plan = sweep(cell)
+    world = World(
+        Scene(cell, cell.T_world_pod, (), PoseNoise()), plan.trajectory.positions[0], servo=Servo(lag=0.5)
+    )
+    record = execute(plan, world)
+    assert record.stop_cause is StopCause.FOLLOWING_ERROR
+    assert record.stop is not None and record.stop.where in ("rail", "tool")
+    world.close()
+
+
+@pytest.fixture
+def ready(build_world: BuildWorld) -> World:
+    world = build_world(cube(), gap=GAP, pivot=PivotState.STRAIGHT)
+    world.touching = frozenset()
+    evacuate(world)
+    return world
+
+
+def test_a_seal_that_never_comes_stops_the_lift(cell: Cell, ready: World) -> None:
+    record = execute(rail_pick(cell, valve_shift=0.4), ready)
+    assert record.stop_cause is StopCause.NOT_SEALED
+    assert record.stop is not None and record.stop.measured < SEAL_VACUUM / 1e3
+    assert record.has_item is False
+
+
+def test_a_seal_that_breaks_stops_the_carry_and_is_known_by_the_gauge_alone(cell: Cell, ready: World) -> None:
+    plan = rail_pick(cell)
+
+    def leak(world: World) -> None:
+        if world.t - t_start > 2.0:
+            world.suction.vacuum.line = world.suction.vacuum.cup = 1e3  # as through a hole in the hose
+
+    t_start = ready.t
+    record = execute(plan, ready, on_step=leak)
+    assert record.stop_cause is StopCause.SEAL_LOST
+    assert record.has_item is False
+
+
+def test_a_pick_that_goes_well_trips_nothing(cell: Cell, ready: World) -> None:
+    record = execute(rail_pick(cell), ready)
+    assert record.stop is None and record.duration > T_END
+    assert record.stopping_time is None
+
+
+def test_unexplained_torque_is_what_pushes_and_else_less_than_the_noise(cell: Cell) -> None:
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), cell.configurations["home"].q)
+    names = world.robot.joint_names
+    forces = np.array([world.robot.motor_forces[name] for name in names])
+    external = ExternalTorque(world.inverse_dynamics, forces, world.time_step, 0)
+    quiet = []
+    for _ in range(300):
+        world.step()
+        quiet.append(np.abs(external.update(world.joints, world.torques)) / forces)
+    assert np.max(quiet[50:]) < TORQUE_NOISE < Thresholds().torque
+    push = np.array([0.0, 30.0, 0.0])
+    expected = Arm(world.robot).jacobian(world.q, world.pivot)[:3].T @ push
+    for _ in range(100):
+        world.engine.push(ROBOT, push, world.tip[:3, 3], world.robot.tool.cup_link)
+        world.step()
+        external.update(world.joints, world.torques)
+    assert np.abs(external.value + expected).max() < TORQUE_NOISE * forces.max()
+    world.close()
