@@ -92,20 +92,22 @@ class Supports:
         contacts = self.touching[item_id]
         return tuple(c.b for c in contacts if c.b in self._items and _carries(c.seen_from(c.b)))
 
-    def near(self, item_id: str, reach: float) -> tuple[Touching, ...]:
+    def near(self, item_id: str, reach: float, also: frozenset[str] = frozenset()) -> tuple[Touching, ...]:
         """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
 
-        The pod's bodies count as grown to wherever the error of its pose may put them.
+        The pod's bodies count as grown to wherever the error of its pose may put them. also: names of solids
+        that are told of wherever they stand
         """
         solids, k = self._grown, self._index[item_id]
         where = self._items[item_id].location
         is_here = [name not in self._items or self._items[name].location == where for name in solids.names]
         apart = np.linalg.norm(solids.T[:, :3, 3] - solids.T[k, :3, 3], axis=1)
         balls = np.linalg.norm(solids.half, axis=1) + solids.bound
-        b = np.flatnonzero(np.array(is_here) & (apart <= balls + balls[k] + reach))
+        asked = np.array([name in also for name in solids.names])
+        b = np.flatnonzero(asked | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
         b = b[b != k]
         found = gaps(solids, np.full(len(b), k), b)
-        close = np.flatnonzero(found.width < reach + solids.bound[k] + solids.bound[b])
+        close = np.flatnonzero(asked[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
         return tuple(
             Touching(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
         )

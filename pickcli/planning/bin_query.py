@@ -28,7 +28,6 @@ from pickcli.planning.ways_out import WaysOut
 from pickcli.seeds import derived_seed
 
 PRESS = 0.001  # m that the bellows are pressed at least
-FAR = 1.0  # m: every part of the floor is nearer
 SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
 GHOST_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest
 TURNED = 0.5  # of how far a pose that is off in angle leads deeper over the first stretch
@@ -109,13 +108,12 @@ class BinQuery:
     @cached_property
     def near(self) -> Mapping[str, Touching]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
-        margin = self.ghost.margin
-        near = {c.b: c for c in self.supports.near(self.target.id, margin) if c.b not in self.ignored}
         floor = frozenset(self.cell_bin.floor)
-        if not floor.isdisjoint(near):  # an item near the bend rests on either side
-            every = self.supports.near(self.target.id, FAR)
-            near |= {c.b: c for c in every if c.b in floor}
-        return near
+        found = {c.b: c for c in self.supports.near(self.target.id, self.ghost.margin, floor)}
+        # An item near the bend rests on either side of it; one that hangs in the air on neither.
+        limit = self.ghost.margin + self.uncertainty
+        off_floor = floor if all(found[name].gap >= limit for name in floor) else frozenset()
+        return {name: c for name, c in found.items() if name not in self.ignored | off_floor}
 
     @property
     def touching(self) -> frozenset[str]:

@@ -20,7 +20,7 @@ from pickcli.planning.pieces import Piece
 from pickcli.timing.run import TimedRun
 
 CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
-STEP = 0.004  # s between two measured poses
+STEP = 0.006  # s between two measured poses
 OFF_LINE = 0.0018  # m; 0.002 are promised
 OFF_ANGLE = np.radians(0.9)  # 1 degree is promised
 NARROWER = 0.4  # of a blend, where the tool left its line
@@ -66,13 +66,15 @@ def broken_promise(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequen
 
 def not_straight(arm: Arm, run: TimedRun, pieces: Sequence[Piece]) -> Iterator[tuple[int, str]]:
     """Index of every piece on which the tool leaves its line, and how far."""
-    for k, piece in enumerate(pieces):
-        start, end = run.part_times[k], run.part_times[k + 1]
-        if piece.kind in CURVED or end <= start:
-            continue
-        times = np.linspace(start, end, int((end - start) / STEP) + 2)
-        tips = _tips(arm, run, times, piece.pivot)
-        distance, angle = off_line(tips)
+    spans = list(zip(run.part_times[:-1], run.part_times[1:], strict=True))
+    lines = [k for k, (start, end) in enumerate(spans) if pieces[k].kind not in CURVED and end > start]
+    if not lines:
+        return
+    times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
+    # The cup turns on coarse motions only: all lines of a run have it in the same place.
+    tips = _tips(arm, run, np.concatenate(times), pieces[lines[0]].pivot)
+    for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):
+        distance, angle = off_line(mine)
         if distance > OFF_LINE or angle > OFF_ANGLE:
             yield k, f"{distance * 1e3:.2f} mm and {np.degrees(angle):.2f} deg off the line"
 
