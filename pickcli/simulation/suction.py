@@ -15,7 +15,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, transform_points
-from pickcli.simulation.bellows import Bellows, Probe
+from pickcli.simulation.bellows import FRICTION, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import GRAVITY, Engine, Touch
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
@@ -29,6 +29,8 @@ SEAL_VACUUM = 12e3  # Pa in the cup from which the sensor says that it holds: th
 HOLD_VACUUM = 6e3  # Pa in the cup from which a face that is at rest hangs on it
 RELEASE_VACUUM = 5e3  # Pa in the vented cup below which the item comes off
 STANDING_SPEED = 5e-3  # m/s of any part of the rim over the face, in any direction, below which a seal sets
+SLIDING_SPEED = 30e-3  # m/s over the face at which the lip leaks all; below, in proportion
+BRAKING = 0.2  # of an item's mass over the time step, Ns/m: stops it in a few steps, and stably
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +146,14 @@ class Suction:
             return
         probe = self._bellows.probe(T_world_tip, DRAG_REACH)
         share = self._seal(probe, T_world_tip)
-        self.vacuum.advance(time_step, share)
+        speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
+        self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / SLIDING_SPEED) if share > 0.0 else 0.0)
         self.touches = self._bellows.push(T_world_tip, probe, frozenset(self._items))
-        if share > 0.0 and self.vacuum.cup >= HOLD_VACUUM and self._is_at_rest(probe.nearest, T_world_tip):
+        if speed < STANDING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
-        elif share == 0.0 and self.vacuum.is_valve_open:
+        elif self.vacuum.cup > 0.0:
+            self._brake(probe.nearest, T_world_tip)
+        elif self.vacuum.is_valve_open:
             self._draw(probe, T_world_tip)
 
     def after_step(self, t: float) -> None:
@@ -186,11 +191,21 @@ class Suction:
         lip = transform_points(T_item_world, self._bellows.points(T_world_tip, probe))
         return item.seals[face] if np.all((low <= lip) & (lip <= high)) else 0.0
 
-    def _is_at_rest(self, item: str, T_world_tip: Array) -> bool:
-        """Whether no part of the rim moves over the face, along it or away from it."""
+    def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
+        """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
         linear, turn = self._relative_velocity(item, T_world_tip[:3, 3])
-        speed = float(np.linalg.norm(linear)) + self._tool.cup_radius * float(np.linalg.norm(turn))
-        return speed < STANDING_SPEED
+        return float(np.linalg.norm(linear)) + self._tool.cup_radius * float(np.linalg.norm(turn))
+
+    def _brake(self, item: str, T_world_tip: Array) -> None:
+        """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
+        tip = T_world_tip[:3, 3]
+        velocity, _ = self._relative_velocity(item, tip)
+        friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup_radius**2
+        drag = BRAKING * self._engine.mass(item) / self._engine.time_step
+        force = -min(drag, friction / max(float(np.linalg.norm(velocity)), 1e-9)) * velocity
+        self._engine.wake(item)
+        self._engine.push(item, force, tip)
+        self._engine.push(self._robot, -force, tip, self._tool.cup_link)
 
     def _relative_velocity(self, item: str, point: Array) -> tuple[Array, Array]:
         """Linear and angular, each (3,), of an item's point relative to the cup, world axes."""
