@@ -1,6 +1,6 @@
 """The load on the cup as it is planned and as a fine simulation measures it, hold by hold.
 
-    python -m bench.loads [--orders 2] [--seed 0] [--year 2016] [--reality FILE] [--json FILE]
+    python -m bench.loads [--orders 2] [--seed 0] [--reality FILE] [--json FILE]
 
 Every target of fresh orders (those of ``apc make-order`` with the seeds from --seed on) is planned from a
 noisy look, verified and carried out once, in a world of its own with the rest of its bin. A hold is over its
@@ -89,7 +89,7 @@ class Watch:
             self.worst = Worst(cup.ratio, str(now.kind), t - now.t_start, *figures)
 
 
-def picks(warm: Planner, year: int, seeds: Sequence[int], reality: Reality) -> Iterator[Held | Reason]:
+def picks(warm: Planner, seeds: Sequence[int], reality: Reality) -> Iterator[Held | Reason]:
     """Every target of fresh orders, held once or with the reason why it was not."""
     for seed in seeds:
         order, scene = fresh_scene(warm.cell, seed)
@@ -139,11 +139,9 @@ def _told(grasp: Grasp) -> str:
     )
 
 
-def measure(
-    year: int = 2016, seeds: Sequence[int] = range(2), reality: Reality | None = None
-) -> dict[str, Any]:
+def measure(seeds: Sequence[int] = range(2), reality: Reality | None = None) -> dict[str, Any]:
     """All holds and what they have in common."""
-    found = list(picks(planner(), year, seeds, reality or read_reality(None)))
+    found = list(picks(planner(), seeds, reality or read_reality(None)))
     held = [h for h in found if isinstance(h, Held)]
     ratios = np.array([h.measured / h.planned for h in held])
     return {
@@ -165,12 +163,11 @@ def main() -> None:
     )
     parser.add_argument("--orders", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--year", type=int, default=2016)
     parser.add_argument("--reality", type=Path, metavar="FILE")
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.orders)
-    figures = measure(given.year, seeds, read_reality(given.reality))
+    figures = measure(seeds, read_reality(given.reality))
     for held in sorted(figures["each"], key=lambda h: h["planned"] / h["measured"]):
         worst, mark = held["worst"], "over" if held["is_over"] else ""
         print(
