@@ -30,7 +30,7 @@ def read_bytes(path: Path, max_bytes: int, what_to_do: str = "check the name") -
         InputError: There is no such file, it is a device, pipe, socket or folder, too large or unreadable.
     """
     try:
-        refuse_special_file(path)
+        refuse_special_file(path, what_to_do)
         with open(path, "rb") as file:
             content = file.read(max_bytes + 1)
     except FileNotFoundError:

@@ -6,6 +6,7 @@ limits. Visuals are ignored; meshes, mimic joints, trees, loops and second roots
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -144,8 +145,8 @@ def _axis(element: Element, kind: JointType) -> Array:
         return np.array([0.0, 0.0, 1.0])  # moves nothing
     axis_element = element.one("axis")
     axis = np.array(axis_element.numbers("xyz", 3))
-    length = float(np.linalg.norm(axis))
-    if length < 1e-6:
+    length = math.hypot(*axis)
+    if not 1e-6 <= length <= 1e6:
         raise axis_element.error("the axis has no direction; expected a vector of length 1")
     return np.asarray(axis / length)
 

@@ -14,7 +14,7 @@ from pickcli.verification.arm import link_poses
 from pickcli.verification.quintic import variation
 
 MAX_STEP = 0.002  # m, farthest that any point of robot or held item moves between two states
-MAX_STATES = 200_000
+MAX_STATES = 100_000
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,6 +45,7 @@ CHECKS = (
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )
 
+MANY_STATES = 30_000  # as many as twenty seconds at full speed take: what breaks a limit is not worth more
 FAR_BEYOND = 10.0  # times a velocity limit: so much motion would be looked at for ever
 
 
@@ -65,6 +66,8 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
     states = sampled(plan, scene, moving)
+    if ratios.reasons and len(states.times) > MANY_STATES:
+        return Verdict(None, ratios.reasons)
     if states.max_step > MAX_STEP * 1.001:
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)

@@ -59,6 +59,7 @@ MISTAKES = {
     "same name twice": ('<link name="hand"/>', '<link name="arm"/>', 7, "stands in line 3 too"),
     "no axis": ('<axis xyz="1 0 0"/>', "", 13, "has no <axis>"),
     "zero axis": ('xyz="0 0 2"', 'xyz="0 0 0"', 10, "no direction"),
+    "axis without end": ('xyz="0 0 2"', 'xyz="0 0 1e308"', 10, "no direction"),
     "no limit": ('<limit lower="-1" upper="1"/>', "", 8, "has no <limit>"),
     "no lower": ('lower="-1" ', "", 11, "'lower' is missing"),
     "limits swapped": ('lower="-1" upper="1"', 'lower="1" upper="-1"', 11, "lower under upper, got 1 and -1"),

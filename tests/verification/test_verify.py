@@ -292,3 +292,14 @@ def test_a_slow_item_in_a_slow_cell_is_carried_at_the_product_of_both() -> None:
         both = replace(slow, cell=replace(scene.cell, speed_scale=worst * share / 0.9))
         reasons = {reason.what for reason in verify(bound(plan, both), both).reasons}
         assert ("carrying speed limit" in reasons) is is_refused
+
+
+def test_what_breaks_a_limit_is_not_looked_at_for_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, scene = pick()
+    fast = scaled(2.2)(plan)
+    assert any(r.what == "contact speed" for r in verify(fast, scene).reasons)
+    monkeypatch.setattr("pickcli.verification.verify.MANY_STATES", 1000)
+    assert {r.what for r in verify(fast, scene).reasons} == {
+        "velocity limit", "acceleration limit", "jerk limit",
+    }  # fmt: skip
+    assert verify(plan, scene).is_accepted
