@@ -146,7 +146,7 @@ class _Trial:
 
     def _clear(self, job: Job) -> None:
         """Move one item aside that is in the way of a target."""
-        scene = self.player.look() if job.clearings else self.player.scene()
+        scene = self.player.scene()
         self.open[job.index] = replace(job, clearings=job.clearings + 1)
         placed = self._choose_copy(scene, job)
         if placed is None:
@@ -161,14 +161,16 @@ class _Trial:
         )
         self.player.say(wanted, "looking for what is in the way")
         exclude = self.in_vain.get(placed.id, ())
-        queue = list(
-            in_the_way(
-                lambda without: self.player.plan(without, wanted, exclude),
-                scene,
-                placed.location,
-                is_hopeful=job.clearings > 0,
-            )
-        )
+        is_reachable = False
+
+        def what_if(without: Scene) -> None:
+            nonlocal is_reachable
+            self.player.plan(without, wanted, exclude)
+            is_reachable = is_reachable or without is scene
+
+        queue = list(in_the_way(what_if, scene, placed.location, is_hopeful=job.clearings > 0))
+        if is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
+            self.open[job.index] = replace(self.open[job.index], refusals=0)
         asked = set[str]()
         while queue and self.player.clock.has_time_for(self.player.clock.charge):
             name = queue.pop(0)

@@ -148,3 +148,21 @@ def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:
     asked = [item for item, _, _ in fake.planned].count(blocker)
     assert asked == sum(attempt.item == blocker for attempt in result.attempts) <= 2
     assert [target.outcome for target in result.targets] == [Outcome.NO_PLAN]
+
+
+def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
+    """Refused once by what was seen then; what is thought away first is nothing, and that helps."""
+    fake = FakeCrew(scene_of(ORDER, load_cell("apc2016_delft")))
+    plan, refused = fake.plan, list[str]()
+
+    def refuse_once(*args):  # type: ignore[no-untyped-def]
+        if args[2] == "crayola_24_ct" and not refused:
+            refused.append(args[2])
+            raise NoPlanError("pick", [Reason("collision", "lift", "", "jane_eyre_dvd")])
+        return plan(*args)
+
+    fake.plan = refuse_once  # type: ignore[method-assign]
+    result = run_trial(ORDER, fake.crew())
+    assert result.items_in_tote == 1
+    assert [query.query for query in fake.executed] == ["pick crayola_24_ct"]
+    assert [attempt.outcome for attempt in result.attempts] == [Outcome.NO_PLAN, Outcome.IN_TOTE]
