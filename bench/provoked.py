@@ -22,6 +22,7 @@ from rich.table import Table
 from bench.warm import fresh_scene, planner
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError
+from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
@@ -33,6 +34,7 @@ from pickcli.simulation.world import World
 DELIVERED, NOTICED, LOST, SILENT = "delivered", "noticed", "lost", "silent"
 TOLD = frozenset({DELIVERED, NOTICED, LOST})
 NOT_PICKED = frozenset({NOTICED, LOST})
+ASIDE = (-3.0, 2.0, 0.4)  # m, over the hall's floor
 EXACT = replace(DEFAULT, mass_error=0.0)
 
 Lie: TypeAlias = Callable[[Plan, Scene, str], tuple[Plan, Scene]]
@@ -97,8 +99,11 @@ def porous(plan: Plan, scene: Scene, target: str) -> tuple[Plan, Scene]:
 
 
 def gone(plan: Plan, scene: Scene, target: str) -> tuple[Plan, Scene]:
-    """The target is not there."""
-    return plan, replace(scene, items=tuple(placed for placed in scene.items if placed.id != target))
+    """The target is not there: it lies in a corner of the hall."""
+    items = tuple(
+        replace(placed, T_world_item=pose(ASIDE)) if placed.id == target else placed for placed in scene.items
+    )
+    return plan, replace(scene, items=items)
 
 
 def faster(factor: float) -> Lie:
@@ -138,8 +143,7 @@ CASES = (
 
 def outcome(run: Execution, world: World, target: str) -> str:
     """What came of it: delivered, noticed (a stop, the sensor, missed events), named as lost, or none."""
-    is_there = any(placed.id == target for placed in world.scene.items)
-    if is_there and world.held is None and world.placed(target).location == TOTE:
+    if world.held is None and world.placed(target).location == TOTE:
         return DELIVERED
     if any(not fall.is_wanted for fall in run.falls):
         return LOST
