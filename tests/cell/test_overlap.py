@@ -109,3 +109,9 @@ def test_bodies_that_touch_do_not_overlap_but_pushed_3_mm_they_do(a: Shape, b: S
     one = Solid(a, np.eye(4))
     assert overlap_depth(one, Solid(b, pose(0.001 * towards) @ T_a_b)) == 0.0
     assert overlap_depth(one, Solid(b, pose(0.003 * towards) @ T_a_b)) == pytest.approx(0.003, abs=1e-4)
+
+
+def test_a_solid_thinner_than_what_is_taken_off_becomes_a_sliver() -> None:
+    plate = Solid(Shape(ShapeKind.BOX, (0.2, 0.1, 0.01)), np.eye(4))
+    np.testing.assert_allclose(plate.shrunk(0.002).shape.extents, (0.196, 0.096, 0.006))
+    np.testing.assert_allclose(plate.shrunk(0.5).shape.extents, (0.1902, 0.0902, 0.0002))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import random
+import struct
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
 from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.hdf5_spare import restored
 from pickcli.roadmap.hdf5_survey import Survey, survey
 from pickcli.roadmap.intact import intact_roadmap
 from pickcli.roadmap.store import (
@@ -181,3 +185,26 @@ def test_other_kinds_and_versions_are_told_apart(stored: dict[str, Path], tmp_pa
     other = DATABASE.__class__(DATABASE.name, 99, DATABASE.tables)
     with pytest.raises(StaleError, match=f"of version {DATABASE.version}, this is version 99"):
         survey(stored["trajectory database"], [other])
+
+
+@pytest.mark.parametrize(
+    ("place", "copied", "is_believed"),
+    [((4, 3), b"abc", True), ((4, 3), b"abcd", False), ((98, 3), b"abc", False), ((97, 3), b"abc", True)],
+)
+def test_a_spare_copy_that_does_not_fit_its_file_is_not_believed(
+    place: tuple[int, int], copied: bytes, is_believed: bool
+) -> None:
+    """As written by someone who knows how to hash: it would be put beyond the file, or cut short."""
+    image = bytes(28) + struct.pack("<Q", 100) + bytes(64)
+    spare = zlib.compress(struct.pack("<QQQ", 1, *place) + copied)
+    tail = struct.pack("<32sQ8s", hashlib.sha256(spare).digest(), len(spare), b"APCSPARE")
+    found = restored(image + spare + tail)
+    assert found.has_spare is is_believed
+    assert not is_believed or found.image[slice(place[0], sum(place))] == copied
+
+
+def test_a_file_of_its_full_length_has_its_directory() -> None:
+    image = bytes(28) + struct.pack("<Q", 100) + bytes(64)
+    assert restored(image).has_directory
+    cut = restored(image[:-1])
+    assert not cut.has_directory and len(cut.image) == 100
