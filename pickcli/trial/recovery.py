@@ -22,7 +22,7 @@ LET_GO = "let go"  # the step in which the vacuum is switched off
 WAIT = "wait"
 FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
-SAFE_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING, RecoveryLevel.BACKWARDS)  # they end well away
+HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
 VACUUM_GONE = (StopCause.SEAL_LOST, StopCause.NOT_SEALED)  # measured in the cup, not a sensor's yes or no
 
 
@@ -51,8 +51,15 @@ class _Recovery:
         self.round = 0
         self.is_over = False  # there is a way out, and no time left for it
         path_time = attempt.execution.path_time
-        self.stopped = None if path_time is None else StoppedMotion(attempt.plan, path_time)
+        # Motions that stopped, each begun where the one before stopped: the way back to where it all began.
+        self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
+        self.first = 0  # level with which the next round begins: what has just met something is not repeated
         self.is_done = not attempt.execution.stopped  # it stands where its plan ends
+
+    @property
+    def stopped(self) -> StoppedMotion | None:
+        """The last motion that stopped, if the robot still stands where it did."""
+        return self.trail[-1] if self.trail else None
 
     def play(self) -> tuple[RecoveryStep, ...]:
         """First the item, then the arm."""
@@ -106,6 +113,7 @@ class _Recovery:
             if self.is_done or self.is_over:
                 return
             if not moved:
+                self.first = 0
                 duration = min(patience, player.clock.left)
                 player.wait(duration)
                 self.steps.append(RecoveryStep(WAIT, f"nothing led out; waited {duration:.0f} s"))
@@ -119,7 +127,9 @@ class _Recovery:
         """Every level once, until one has moved the arm. Returns whether one did."""
         player, arena, attempt = self.player, self.player.crew.arena, self.attempt
         scene = player.scene()
-        for level in RecoveryLevel:
+        levels = list(RecoveryLevel)
+        for i in (*range(self.first, len(levels)), *range(self.first)):
+            level = levels[i]
             names = (attempt.item, attempt.number, self.round, str(level))
             seed = derived_seed("recover", player.settings.seed, *names)
 
@@ -128,7 +138,9 @@ class _Recovery:
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:
-                self.is_done = ended and level in SAFE_LEVELS
+                is_back = level is RecoveryLevel.BACKWARDS and not self.trail
+                self.is_done = ended and (level in HOME_LEVELS or is_back)
+                self.first = 0 if ended else (i + 1) % len(levels)
                 return True
             if self.is_over:
                 break
@@ -156,5 +168,10 @@ class _Recovery:
         if execution.duration == 0.0:  # refused at its start
             return None
         path_time = execution.path_time
-        self.stopped = None if path_time is None else StoppedMotion(certified, path_time)
+        if what == RecoveryLevel.BACKWARDS and not execution.stopped:
+            self.trail.pop()
+        elif what != RecoveryLevel.BACKWARDS and path_time is not None:
+            self.trail.append(StoppedMotion(certified, path_time))
+        else:
+            self.trail.clear()
         return not execution.stopped
