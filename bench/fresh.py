@@ -4,7 +4,8 @@
 
 Orders are those of ``apc make-order`` with the seeds from --seed on. Every finished trial is kept under
 runs/fresh, so that the same command goes on where it was interrupted; other code, data or levels of reality
-begin anew. Times by the wall clock are those of processes that share the machine.
+begin anew. An order with a bin that its items cannot be stowed in is left out, and counted. Times by the wall
+clock are those of processes that share the machine.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ from pickcli.trial.output import write_output
 FOLDER = Path("runs/fresh")
 GRAVITY = 9.81  # m/s^2
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
+DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its items cannot be stowed in
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,11 @@ class Job:
     def is_played(self) -> bool:
         """Whether the trial was played to its end: its pictures are written last."""
         return (self.folder / "after.png").exists()
+
+    @property
+    def not_stowed(self) -> Path:
+        """What was told of a bin that its items cannot be stowed in, if one cannot."""
+        return self.folder.with_suffix(".not_stowed")
 
     @property
     def judged(self) -> Path:
@@ -81,8 +88,8 @@ def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = F
 
 def play(job: Job) -> str:
     """Play and judge one trial, as far as it is not; what went wrong with the program itself, or ""."""
-    failed = "" if job.is_played else _run(job)
-    if not failed and not job.judged.exists():
+    failed = "" if job.is_played or job.not_stowed.exists() else _run(job)
+    if job.is_played and not job.judged.exists():
         job.judged.write_text(json.dumps(judged(job.folder, _planner()), indent=2) + "\n")
     return failed
 
@@ -96,7 +103,9 @@ def _run(job: Job) -> str:
         options += ["--reality", str(job.reality)]
     command = [sys.executable, "-m", "pickcli", "run-trial", str(order), *options]
     done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode not in ENDED:
+    if DO_NOT_FIT in done.stderr:
+        job.not_stowed.write_text(done.stderr)
+    elif done.returncode not in ENDED:
         return f"order {job.seed}: exit code {done.returncode}: {done.stderr.strip()[-500:]}"
     return ""
 
@@ -182,15 +191,19 @@ def _is_plannable(copies: list[PlacedItem], scene: Scene, warm: Planner) -> bool
 
 
 def play_all(wanted: Sequence[Job], processes: int) -> list[dict[str, Any]]:
-    """The figures of all trials, in their order. Raises RuntimeError naming those that did not end."""
+    """The figures of all trials whose order could be stowed, in their order.
+
+    Raises RuntimeError naming those that did not end.
+    """
     with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
         failed = []
         for job, error in zip(wanted, pool.map(play, wanted), strict=True):
-            print(f"{job.folder}: {error or 'played'}", file=sys.stderr, flush=True)
+            done = "not stowed" if job.not_stowed.exists() else "played"
+            print(f"{job.folder}: {error or done}", file=sys.stderr, flush=True)
             failed += [error] if error else []
     if failed:
         raise RuntimeError("\n".join(failed))
-    return [json.loads(job.judged.read_text()) for job in wanted]
+    return [json.loads(job.judged.read_text()) for job in wanted if not job.not_stowed.exists()]
 
 
 def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -285,9 +298,10 @@ def show(figures: dict[str, Any], console: Console) -> None:
     for what, wanted, value, is_kept in rows(figures):
         table.add_row(what, wanted, f"{value:.3g}", "" if is_kept else "missed")
     console.print(table)
-    for key in ("items_in_tote_mean", "items_in_tote_least", "score_share", "missed_cannot_be_held",
-                "missed_no_plan_when_cleared", "missed_deliverable", "holds", "load_worst", "clock_s_mean",
-                "delivery_s_mean", "planning_ms", "verification_ms"):  # fmt: skip
+    for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "score_share",
+                "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
+                "holds", "load_worst", "clock_s_mean", "delivery_s_mean", "planning_ms",
+                "verification_ms"):  # fmt: skip
         console.print(f"{key}: {figures[key]}", highlight=False)
 
 
@@ -296,7 +310,7 @@ def measure(
 ) -> dict[str, Any]:
     """Play what is not played yet; the summary, with every trial's figures."""
     trials = play_all(jobs(seeds, year, reality), processes)
-    return {**summary(trials), "each": trials}
+    return {**summary(trials), "not_stowed": len(seeds) - len(trials), "each": trials}
 
 
 def main() -> None:
