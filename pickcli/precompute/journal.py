@@ -13,6 +13,7 @@ build's inputs, so that a build with other inputs has another journal.
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import glob
 import hashlib
@@ -27,6 +28,7 @@ from pickcli.precompute.recipe import Key
 
 _MAGIC = b"APCTASK\n"
 _HEAD = struct.Struct("<8sQ32s")
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit on the size of files
 
 
 class Journal:
@@ -53,8 +55,9 @@ class Journal:
         try:
             self._write(head + body)
         except OSError as error:
+            cure = "make room" if error.errno in _NO_ROOM else "mend that"
             raise InputError(
-                f"{self.path}: cannot be written: {error.strerror}; mend that and run the same command again"
+                f"{self.path}: cannot be written: {error.strerror}; {cure} and run the same command again"
             ) from None
 
     def remove(self) -> None:

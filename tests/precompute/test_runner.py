@@ -90,8 +90,9 @@ def test_one_job_needs_no_process() -> None:
     assert available_cores() >= 1
 
 
-def _children(parent: int = os.getpid()) -> set[int]:
-    text = Path(f"/proc/{parent}/task/{parent}/children").read_text()
+def _children(parent: int | None = None) -> set[int]:
+    pid = parent or os.getpid()
+    text = Path(f"/proc/{pid}/task/{pid}/children").read_text()
     return {int(pid) for pid in text.split()}
 
 
