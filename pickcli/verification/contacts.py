@@ -10,8 +10,6 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.parts import Part
 
-MAY_TOUCH = (SegmentKind.CONTACT, SegmentKind.LIFT)
-
 
 def releases(plan: Plan) -> tuple[int, ...]:
     """Indices of the segments at whose end the item is let go."""
@@ -22,13 +20,19 @@ def releases(plan: Plan) -> tuple[int, ...]:
 def may_touch(plan: Plan, k: int) -> bool:
     """Whether segment k may have planned contacts at all.
 
-    Beside contact and lift: the place just before the item is let go, and a depart, empty, from where the cup
-    touches something: just after that, or at the beginning, as the way to safety after a stopped motion.
+    The contact; the lift right after it, or at either end of a way out of a stop that goes on with that lift
+    or back along it; the place just before the item is let go; and a depart, empty, from where the cup
+    touches something: just after that, or at the beginning of a way out of a stop.
     """
-    segment = plan.segments[k]
-    is_set_down = segment.kind is SegmentKind.PLACE and k in releases(plan)
-    is_off = segment.kind is SegmentKind.DEPART and (k == 0 or k - 1 in releases(plan))
-    return is_set_down or (is_off and segment.held is None) or segment.kind in MAY_TOUCH
+    segment, is_way_out = plan.segments[k], plan.recovery is not None
+    if segment.kind is SegmentKind.LIFT:
+        is_at_an_end = k in (0, len(plan.segments) - 1)
+        return (k > 0 and plan.segments[k - 1].kind is SegmentKind.CONTACT) or (is_way_out and is_at_an_end)
+    if segment.kind is SegmentKind.PLACE:
+        return k in releases(plan)
+    if segment.kind is SegmentKind.DEPART:
+        return segment.held is None and ((is_way_out and k == 0) or k - 1 in releases(plan))
+    return segment.kind is SegmentKind.CONTACT
 
 
 @dataclass(frozen=True)

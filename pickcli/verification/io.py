@@ -91,6 +91,12 @@ def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
         yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
         for event in find(DeviceKind.VALVE, "on"):
             yield from _near(plan, scene, contact, event.t_anchor, OPENS_WITHIN, "valve on")
+        for kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+            yield from _is_on(find(kind, "on"), find(kind, "off"), contact.t_end)
+    if held and plan.segments[-1].held is not None:
+        yield from _kept(
+            find(DeviceKind.PUMP, "off") + find(DeviceKind.VALVE, "off"), held[0].t_start, np.inf
+        )
     if held and plan.segments[-1].held is None:
         yield from _release(plan, scene, held[0], held[-1], find)
 
@@ -104,8 +110,23 @@ def _release(
     for event in valves:
         yield from _near(plan, scene, last, event.t_trigger, CLOSES_WITHIN, "valve off")
     released = max((e.t_trigger for e in valves if e.t_trigger is not None), default=last.t_end)
-    for event in find(DeviceKind.PUMP, "off") + valves:
-        if event.t_trigger is not None and first.t_start < event.t_trigger < released - TIME_TOLERANCE:
+    yield from _kept(find(DeviceKind.PUMP, "off") + valves, first.t_start, released - TIME_TOLERANCE)
+
+
+def _is_on(on: list[Event], off: list[Event], t: float) -> Iterator[Reason]:
+    """What was switched last until then was switched on."""
+    times = [max((e.t_trigger for e in each if e.t_trigger is not None and e.t_trigger <= t), default=-np.inf)
+             for each in (on, off)]  # fmt: skip
+    if on and off and times[1] >= times[0] > -np.inf:
+        yield Reason(
+            "vacuum lost", f"{off[0].device} off", f"at {times[1]:.3f} s, before the contact is made"
+        )
+
+
+def _kept(off: list[Event], t_start: float, t_end: float) -> Iterator[Reason]:
+    """Nothing is switched off between two times."""
+    for event in off:
+        if event.t_trigger is not None and t_start < event.t_trigger < t_end:
             where = f"{event.device} off"
             yield Reason("vacuum lost", where, f"at {event.t_trigger:.3f} s the item is still held")
 

@@ -65,6 +65,8 @@ def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterat
     where = f"recovery {plan.recovery}"
     if plan.events or any(segment.kind is SegmentKind.CONTACT for segment in plan.segments):
         yield Reason("not a way out", where, "it switches devices or takes an item")
+    if plan.recovery in IGNORES_ERROR and any(segment.held is not None for segment in plan.segments):
+        yield Reason("not a way out", where, "it carries an item")
     if plan.recovery in IGNORES_ERROR and velocity > SLOW * (1.0 + 1e-6):
         yield Reason("not slow", where, f"{velocity:.3f} of the velocity limit, at most {SLOW} is allowed")
     if plan.recovery is RecoveryLevel.JOG and (way := _longest_way(plan, scene, states)) > JOG_WAY:

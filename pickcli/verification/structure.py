@@ -11,7 +11,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import is_pose
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.verification.contacts import MAY_TOUCH, may_touch
+from pickcli.verification.contacts import may_touch
 
 TIME_TOLERANCE = 1e-9  # s
 SHORTEST_STEP = 1e-9  # s between two points: its third power is far from the smallest number there is
@@ -102,7 +102,8 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
             yield Reason(
                 "touching not allowed",
                 where,
-                f"{', '.join(segment.touching[:3])}; only {' and '.join(MAY_TOUCH)} may",
+                f"{', '.join(segment.touching[:3])}; only contact, the lift after it, the way to a "
+                "release and the way from it may",
             )
         if segment.held is not None and (plan.grasp is None or segment.held != plan.grasp.item):
             yield Reason("wrong held item", where, f"{segment.held}, not the item of the grasp")
@@ -123,6 +124,8 @@ def _holding(plan: Plan) -> Iterator[Reason]:
             yield Reason(
                 "held without contact", f"segment {k} ({plan.segments[k].kind})", "no contact before"
             )
+    if contacts and held[-1]:
+        yield Reason("not let go", "end", "what is taken with a contact is let go before the plan ends")
     if len(changes) > 2 or len(contacts) > 1:
         yield Reason("held item forgotten", "", "the item is taken or released more than once")
     for k, segment in enumerate(plan.segments):

@@ -95,6 +95,24 @@ def without_event(i: int) -> Mutation:
     return lambda plan: replace(plan, events=plan.events[:i] + plan.events[i + 1 :])
 
 
+def with_further_event(action: str, of: int, by: float) -> Mutation:
+    """Another event of the same device, so many s later."""
+
+    def change(plan: Plan) -> Plan:
+        event = moved_event(of, by)(plan).events[of]
+        return replace(plan, events=(*plan.events, replace(event, action=action)))
+
+    return change
+
+
+def without_the_way_up(plan: Plan) -> Plan:
+    """What comes after the release carries the item on."""
+    item = plan.grasp.item if plan.grasp else None
+    released = max(k for k, s in enumerate(plan.segments) if s.held is not None)
+    rest = tuple(replace(s, kind=SegmentKind.RETREAT, held=item) for s in plan.segments[released + 1 :])
+    return replace(plan, segments=(*plan.segments[: released + 1], *rest))
+
+
 def with_grasp(**changes: object) -> Mutation:
     def change(plan: Plan) -> Plan:
         assert plan.grasp is not None
@@ -159,6 +177,18 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "valve closed 0.3 s late": (moved_event(3, 0.3), "event at the wrong time", "valve off"),
     "vacuum lost on the way": (moved_event(4, -3.0), "vacuum lost", "pump off"),
     "sensor read before the lift": (moved_event(2, -3.0), "event at the wrong time", "sensor read"),
+    "pump off again before the contact": (
+        with_further_event("off", of=0, by=0.002), "vacuum lost", "before the contact",
+    ),
+    "ends holding": (without_the_way_up, "not let go", "end"),
+    "a second lift that touches": (
+        with_segment(SegmentKind.RETREAT, kind=SegmentKind.LIFT, touching=("wall_left",)),
+        "touching not allowed", "lift",
+    ),
+    "a depart at the beginning that touches": (
+        with_segment(SegmentKind.TRANSIT, kind=SegmentKind.DEPART, touching=("wall_left",)),
+        "touching not allowed", "depart",
+    ),
     "pump forgotten": (without_event(0), "event missing", "pump on"),
     "pump too late for its lead": (moved_event(0, 0.3), "event at the wrong time", "pump on"),
     "another lead": (with_event(1, lead=0.1), "wrong lead", "valve on"),

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, Builder, bound, cell, make_scene, tip
+from handmade import CRAYOLA, Builder, bound, cell, make_scene, pick, tip
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
@@ -93,6 +93,15 @@ def test_a_way_out_switches_nothing() -> None:
     event = Event("valve", "off", Anchor(AnchorKind.SEGMENT_END, 0, 0.0), 0.05, 3.0, 2.95)
     plan = replace(plan_of(builder, scene, OPENING), events=(event,))
     assert "not a way out" in reasons(plan, scene)
+
+
+@pytest.mark.parametrize("level", [SLOWLY, JOG])
+def test_a_slow_way_out_carries_nothing(level: RecoveryLevel) -> None:
+    scene = in_the_air()
+    plan, (taken, _) = plan_of(moved([-0.01]), scene, level), pick()
+    carried = tuple(replace(s, held=CRAYOLA) for s in plan.segments)
+    verdict = verify(replace(plan, segments=carried, grasp=taken.grasp), scene)
+    assert any("carries an item" in str(reason) for reason in verdict.reasons)
 
 
 def test_the_level_is_part_of_what_is_certified() -> None:

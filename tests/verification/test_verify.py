@@ -27,7 +27,7 @@ from pickcli.cell.scene import PoseNoise
 from pickcli.errors import RejectedError, StaleError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.verification.states import MAX_STEP
@@ -165,8 +165,8 @@ def test_planned_contact_is_a_touch_and_no_more() -> None:
     assert any("planned contact too deep" in t and "row_ABC_floor_flat" in t for t in texts)
 
 
-def test_a_plan_may_begin_with_a_way_out() -> None:
-    """The cup is stuck at an item: it may leave it, and touch it on no later segment."""
+def test_a_way_out_of_a_stop_may_begin_by_leaving_what_is_touched() -> None:
+    """The cup is stuck at an item: it may leave it, and touch it on no later segment; no other plan may."""
     plan, scene = pick()
     k = segment(plan, SegmentKind.CONTACT)
     b = Builder(plan.trajectory.sample(plan.segments[k].t_end)[0])
@@ -175,8 +175,9 @@ def test_a_plan_may_begin_with_a_way_out() -> None:
     b.line(SegmentKind.DEPART, freed, 1.0, touching=(CRAYOLA,))
     b.line(SegmentKind.RETREAT, pose((-0.06, *start[1:3, 3]), R=start[:3, :3]), 2.0)
     b.joint(SegmentKind.TRANSIT, cell().configurations["home"].q, 2.0)
-    assert verify(move_plan(scene, b), scene).reasons == ()
-    untold = move_plan(scene, b)
+    untold = replace(move_plan(scene, b), recovery=RecoveryLevel.AS_PLANNED)
+    assert verify(untold, scene).reasons == ()
+    assert not verify(replace(untold, recovery=None), scene).is_accepted
     silent = replace(untold, segments=(replace(untold.segments[0], touching=()), *untold.segments[1:]))
     late = (replace(untold.segments[0], touching=()), replace(untold.segments[1], touching=(CRAYOLA,)))
     assert not verify(replace(untold, segments=(*late, *untold.segments[2:])), scene).is_accepted
