@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import signal
@@ -22,7 +23,11 @@ from pickcli.precompute.journal import Journal
 
 @contextmanager
 def interrupted_after(seconds: float) -> Iterator[None]:
-    """Raise what Ctrl-C raises, once, in the middle of whatever runs then."""
+    """Raise what Ctrl-C raises, once, in the middle of whatever runs then.
+
+    Not in the middle of collecting garbage: what is raised in a callback of that is lost.
+    """
+    gc.disable()
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
@@ -30,6 +35,7 @@ def interrupted_after(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+        gc.enable()
 
 
 def terminate() -> None:
