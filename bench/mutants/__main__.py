@@ -62,7 +62,8 @@ PACKAGES = (
         "store",
         ("roadmap/hdf5_guard", "roadmap/hdf5_read", "roadmap/hdf5_survey", "roadmap/hdf5_spare",
          "roadmap/hdf5_write", "roadmap/validate"),
-        ("tests/roadmap/test_store.py", "tests/roadmap/test_survey.py"),
+        ("tests/roadmap/test_guard.py", "tests/roadmap/test_validate.py", "tests/roadmap/test_store.py",
+         "tests/roadmap/test_survey.py"),
     ),
     Package(
         "verifier",
@@ -93,7 +94,7 @@ def main() -> None:
             is_left, _ = survives(_path(module), mutant.source, tests, PATIENCE * usual + 5.0)
             if is_left:
                 survivors.append((module, mutant))
-                print(f"  survived: {module}.py, {mutant}", flush=True)
+                print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
         n_all, n_found = n_all + len(sample), n_found + len(sample) - len(survivors)
         print(_line(package.name, len(sample) - len(survivors), len(sample)), flush=True)
     print(_line("all", n_found, n_all))

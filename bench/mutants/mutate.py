@@ -35,7 +35,7 @@ class Mutant:
     source: str
 
     def __str__(self) -> str:
-        return f"line {self.line}: {self.was} -> {self.now}"
+        return f"{self.line}: {self.was} -> {self.now}"
 
 
 def mutants(source: str) -> list[Mutant]:

@@ -56,8 +56,13 @@ def _run(path: Path, source: str, tests: Sequence[str], seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
         signal.signal(signal.SIGXCPU, signal.SIG_DFL)
         sys.meta_path.insert(0, _InPlace(path, source))
+        import hypothesis
         import pytest
 
+        # Every mutant meets the same examples: none kept from others, none found too slow on a busy machine.
+        phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+        hypothesis.settings.register_profile("mutants", database=None, deadline=None, phases=phases)
+        hypothesis.settings.load_profile("mutants")
         options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--hypothesis-seed=0"]
         code = int(pytest.main([*options, *(str(ROOT / test) for test in tests)]))
     finally:

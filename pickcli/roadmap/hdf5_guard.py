@@ -113,9 +113,12 @@ class Dataset:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def read(self, first: int = 0, count: int | None = None) -> AnyArray:
-        """``count`` rows from ``first`` on; all by default. They must be there."""
-        count = len(self) - first if count is None else count
+    def read(self) -> AnyArray:
+        """All rows."""
+        return self.rows(0, len(self))
+
+    def rows(self, first: int, count: int) -> AnyArray:
+        """``count`` rows from ``first`` on. They must be there."""
         rows = np.empty((count, *self.shape[1:]), self.dtype)
         if rows.size:
             space = self.id.get_space()

@@ -62,7 +62,7 @@ class StoredFile:
         dataset = self.datasets[name]
         if not 0 <= first <= first + count <= len(dataset):
             raise ValueError(f"{name} of row {row} lie outside of the data")
-        rows: Array = dataset.read(first, count)
+        rows: Array = dataset.rows(first, count)
         if piece_digest(rows) != bytes(owner[f"{name}_sha256"]).decode():
             raise ValueError(f"{name} {first} to {first + count} are not what their SHA-256 says")
         return rows

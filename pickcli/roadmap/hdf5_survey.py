@@ -165,7 +165,7 @@ def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
     first, count = int(row[f"{name}_first"]), int(row[f"{name}_count"])
     if not 0 <= first <= first + count <= len(dataset):
         return None
-    rows: Array = dataset.read(first, count)
+    rows: Array = dataset.rows(first, count)
     return rows if piece_digest(rows) == bytes(row[f"{name}_sha256"]).decode() else None
 
 

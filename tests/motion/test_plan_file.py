@@ -17,8 +17,9 @@ from pickcli.cell.robot import PivotState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Certificate, Grasp, Plan
+from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash, plan_to_dict, read_plan, write_plan
+from pickcli.motion.plan_schema import parse_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
@@ -275,3 +276,158 @@ def test_twenty_problems_are_told_and_the_others_counted(plan: Plan, tmp_path: P
     lines = str(caught.value).splitlines()
     assert len(lines) == 1 + min(n, 20) + (n > 20)
     assert n == 20 or lines[-1] == f"  and {n - 20} more"
+
+
+def _at(value: Any, *place: Any) -> Any:
+    """A change that puts a value at a place of the file."""
+
+    def change(data: Any) -> None:
+        for key in place[:-1]:
+            data = data[key]
+        data[place[-1]] = value
+
+    return change
+
+
+def _joints(n: int) -> Any:
+    def change(data: Any) -> None:
+        data["trajectory"]["joint_names"] = [f"j{i}" for i in range(n)]
+        for row in data["trajectory"]["points"]:
+            row |= {name: [0.0] * n for name in ("positions", "velocities", "accelerations")}
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("largest", "too_large"),
+    [
+        (_joints(32), _joints(33)),
+        (_at("x" * 1000, "query"), _at("x" * 1001, "query")),
+        (_at("x" * 128, "scene_hash"), _at("x" * 129, "scene_hash")),
+        (_at("x", "events", 0, "device"), _at("", "events", 0, "device")),
+        (_at("x" * 200, "events", 0, "device"), _at("x" * 201, "events", 0, "device")),
+        (_at(2**63 - 1, "seed"), _at(2**63, "seed")),
+        (_at(0, "seed"), _at(-1, "seed")),
+        (_at(1.0, "speed_scale"), _at(1.0 + 2**-52, "speed_scale")),
+        (_at(1e6, "grasp", "score"), _at(1e6 + 1, "grasp", "score")),
+        (_at(-1e6, "grasp", "score"), _at(-1e6 - 1, "grasp", "score")),
+        (_at(300.0, "events", 0, "lead"), _at(300.0 + 1e-9, "events", 0, "lead")),
+        (_at(0.0, "events", 0, "lead"), _at(-1e-9, "events", 0, "lead")),
+        (_at(["x"] * 1000, "segments", 0, "touching"), _at(["x"] * 1001, "segments", 0, "touching")),
+        (_at(1, "events", 0, "anchor", "segment"), _at(2, "events", 0, "anchor", "segment")),
+        (_at(0, "events", 0, "anchor", "segment"), _at(-1, "events", 0, "anchor", "segment")),
+        (_at(0.9e-9, "segments", 0, "t_start"), _at(1.1e-9, "segments", 0, "t_start")),
+    ],
+)  # fmt: skip
+def test_every_figure_goes_as_far_as_stated_and_no_farther(
+    plan: Plan, tmp_path: Path, largest: Any, too_large: Any
+) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    edit(path, largest)
+    assert read_plan(path)
+    edit(path, too_large)
+    with pytest.raises(InputError):
+        read_plan(path)
+
+
+def test_a_plan_of_over_a_hundred_thousand_points_is_refused(plan: Plan) -> None:
+    point = {name: [0.0, 0.0] for name in ("positions", "velocities", "accelerations")}
+    data = plan_to_dict(replace(plan, certificate=None))
+    data["trajectory"]["points"] = ["POINT"]
+    points = ",".join([json.dumps(point | {"time_from_start": 0.0})] * 100_001)
+    with pytest.raises(InputError, match=r"trajectory\.points: .* at most 100000 items"):
+        parse_plan(json.dumps(data).replace('"POINT"', points), "p")
+
+
+def test_an_integer_has_at_most_twenty_digits(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    edit(path, _at(10**19, "seed"))
+    with pytest.raises(InputError, match="seed: Input should be less than"):
+        read_plan(path)
+    edit(path, _at(10**20, "seed"))
+    with pytest.raises(InputError, match="has 21 digits"):
+        read_plan(path)
+
+
+def test_a_file_has_at_most_24_megabytes(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    text = path.read_text()
+    path.write_text(text + " " * (24 * 2**20 - len(text)))
+    assert read_plan(path)
+    path.write_text(text + " " * (24 * 2**20 - len(text) + 1))
+    with pytest.raises(InputError, match="25165824 bytes"):
+        read_plan(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("[" * 200_000, "nested too deeply"),
+        ('{"seed": -Infinity}', "holds -Infinity; every number must be finite"),
+        ('{"a": 1, "b": 2, "a": 3}', ": a: the key stands twice"),
+        ('{"version": 2}', 'format: expected "apc plan"'),
+        ('{"format": "apc plan", "version": 2}', "query: Field required"),
+    ],
+)
+def test_what_is_no_plan_is_told_as_such(text: str, problem: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_plan(text, "p.json")
+    assert problem in str(caught.value) and str(caught.value).startswith("p.json:")
+
+
+def test_short_values_are_told_and_long_ones_are_not(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(replace(plan, certificate=None), path)
+    edit(path, _at("fast", "speed_scale"))
+    with pytest.raises(InputError, match=r"speed_scale: .*, got 'fast'"):
+        read_plan(path)
+    edit(path, _at("x" * 10_000, "speed_scale"))
+    with pytest.raises(InputError) as caught:
+        read_plan(path)
+    assert "got" not in str(caught.value) and "xx" not in str(caught.value)
+
+
+def test_a_plan_is_one_line_per_point_segment_and_event(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(plan, path)
+    lines = path.read_text().splitlines()
+    rows = [json.loads(line.strip().rstrip(",")) for line in lines if line.strip().startswith("{")
+            and line.strip().rstrip(",").endswith("}")]  # fmt: skip
+    assert sum("time_from_start" in row for row in rows) == len(plan.trajectory.times)
+    assert sum("pivot" in row for row in rows) == len(plan.segments)
+    assert sum("device" in row for row in rows) == len(plan.events)
+    keys = [line.split(":")[0].strip() for line in lines if line.startswith("  ") and line[2] == '"']
+    assert keys == [f'"{key}"' for key in plan_to_dict(plan)]
+
+
+def test_a_plan_that_is_there_is_kept_unless_it_may_be_replaced(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(plan, path)
+    before = path.read_bytes()
+    with pytest.raises(InputError):
+        write_plan(replace(plan, seed=8), path, replace=False)
+    assert path.read_bytes() == before
+    write_plan(replace(plan, seed=8, certificate=None), path)
+    assert read_plan(path).seed == 8
+
+
+def test_a_plan_of_nothing_optional_comes_back(plan: Plan, tmp_path: Path) -> None:
+    path = tmp_path / "plan.json"
+    bare = replace(plan, grasp=None, events=(), certificate=None, statistics={}, recovery=RecoveryLevel.JOG)
+    write_plan(bare, path)
+    again = read_plan(path)
+    assert (again.grasp, again.events, again.certificate, again.statistics) == (None, (), None, {})
+    assert again.recovery is RecoveryLevel.JOG
+    assert plan_to_dict(again) == plan_to_dict(bare)
+
+
+def test_a_level_of_recovery_is_part_of_what_was_certified(plan: Plan, tmp_path: Path) -> None:
+    assert motion_hash(replace(plan, recovery=RecoveryLevel.OPENING)) != motion_hash(plan)
+    path = tmp_path / "plan.json"
+    write_plan(plan, path)
+    edit(path, _at("opening", "recovery"))
+    with pytest.raises(DamagedError, match="edited after it was certified"):
+        read_plan(path)

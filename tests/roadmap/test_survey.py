@@ -16,7 +16,7 @@ from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
 from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_spare import restored
+from pickcli.roadmap.hdf5_spare import Restored, restored, with_spare
 from pickcli.roadmap.hdf5_survey import Survey, survey
 from pickcli.roadmap.intact import intact_roadmap
 from pickcli.roadmap.store import (
@@ -208,3 +208,95 @@ def test_a_file_of_its_full_length_has_its_directory() -> None:
     assert restored(image).has_directory
     cut = restored(image[:-1])
     assert not cut.has_directory and len(cut.image) == 100
+
+
+def _spare(*places: tuple[int, int], copied: bytes, n: int | None = None) -> bytes:
+    packed = b"".join(struct.pack("<QQ", *place) for place in places)
+    spare = zlib.compress(struct.pack("<Q", len(places) if n is None else n) + packed + copied)
+    return spare + struct.pack("<32sQ8s", hashlib.sha256(spare).digest(), len(spare), b"APCSPARE")
+
+
+IMAGE = bytes(28) + struct.pack("<Q", 100) + bytes(64)
+
+
+def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
+    image = bytearray(range(100))
+    image[28:36] = struct.pack("<Q", 100)
+    whole = with_spare(bytes(image), [(60, 20), (40, 10), (90, 0)])
+    assert whole.startswith(bytes(image))
+    assert restored(whole) == Restored(bytes(image), True, True)
+    for place in (0, 39, 50, 59, 80, 99):  # what is not data
+        broken = bytearray(whole)
+        broken[place] ^= 1
+        assert restored(bytes(broken)) == Restored(bytes(image), False, True)
+    for place in (40, 49, 60, 79):  # data are not in it
+        broken = bytearray(whole)
+        broken[place] ^= 1
+        assert restored(bytes(broken)) == Restored(bytes(broken[:100]), True, True)
+    for place in range(100, len(whole)):  # the spare itself
+        broken = bytearray(whole)
+        broken[place] ^= 1
+        found = restored(bytes(broken))
+        assert (found.image[:100], found.has_directory, found.has_spare) == (bytes(image), True, False)
+
+
+def test_a_spare_copy_is_no_larger_than_what_it_copies() -> None:
+    image = bytes(100_000)
+    assert len(with_spare(image, [(100, 99_900)])) < len(image) + 200
+
+
+def test_the_same_file_gives_the_same_spare_whatever_the_order_of_its_data() -> None:
+    assert with_spare(IMAGE, [(40, 10), (60, 20)]) == with_spare(IMAGE, [(60, 20), (40, 10)])
+
+
+@pytest.mark.parametrize(
+    "tail",
+    [
+        b"", b"APCSPARE", _spare((4, 3), copied=b"abc", n=2), _spare((4, 3), copied=b"abc", n=2**63),
+        _spare((4, 3), copied=b"ab"), _spare((101, 0), copied=b""), _spare((0, 101), copied=b"x" * 101),
+        _spare((4, 3), copied=b"abc")[:-1], _spare((4, 3), copied=b"abc") + b"x",
+    ],
+)  # fmt: skip
+def test_a_tail_that_is_no_spare_copy_is_not_believed(tail: bytes) -> None:
+    found = restored(IMAGE + tail)
+    assert (found.image, found.has_directory, found.has_spare) == (IMAGE + tail, True, False)
+
+
+def test_several_pieces_are_put_back_each_at_its_own_place() -> None:
+    found = restored(IMAGE + _spare((4, 3), (50, 2), (98, 2), copied=b"abcdefg"))
+    assert (found.image[4:7], found.image[50:52], found.image[98:]) == (b"abc", b"de", b"fg")
+    assert found.image[:4] == IMAGE[:4] and found.image[7:50] == IMAGE[7:50]
+    assert not found.has_directory and found.has_spare
+
+
+def test_a_spare_copy_that_unpacks_to_over_64_megabytes_is_not_unpacked() -> None:
+    size = 2**26
+    assert not restored(bytes(size) + _spare((0, size), copied=bytes(size))).has_spare
+
+
+def test_only_an_end_of_up_to_64_megabytes_is_filled_up() -> None:
+    for missing, is_filled in ((1, True), (2**26, True), (2**26 + 1, False), (2**60, False)):
+        cut = bytes(28) + struct.pack("<Q", 100 + missing) + bytes(64)
+        found = restored(cut)
+        assert len(found.image) == (100 + missing if is_filled else 100)
+        assert not found.has_directory and not found.has_spare
+    longer = IMAGE + b"more"
+    assert restored(longer) == Restored(longer, True, False)
+
+
+def test_a_broken_row_is_told_by_its_names(stored: dict[str, Path]) -> None:
+    path = stored["roadmap"]
+    found = survey(_flipped(path, path.read_bytes().index("node_ä3".encode()), 0), FORMATS)
+    assert len(found.damage) == 1 and found.damage[0].where == "row 3 of nodes"
+    assert "down (if its name is right)" in found.damage[0].lost
+    assert not found.is_whole
+    assert [len(found.intact[name]) for name in ("nodes", "edges")] == [5, 5]
+
+
+def test_a_description_that_was_edited_in_both_copies_is_beyond_repair(stored: dict[str, Path]) -> None:
+    """By someone who packs the spare anew, but does not seal the attributes."""
+    path = stored["roadmap"]
+    found = restored(path.read_bytes())
+    path.write_bytes(found.image.replace(b"RRTstar", b"RRTSTAR"))
+    with pytest.raises(DamagedError, match="beyond repair"):
+        survey(path, FORMATS)

@@ -12,8 +12,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from order_builders import ITEMS, pick_data
 
-from pickcli.errors import InputError
-from pickcli.trial.order import BINS, Order, OrderKind, Target, parse_order
+from pickcli.cell.data_path import data_path
+from pickcli.cell.load import load_cell
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.trial.order import (
+    BINS,
+    Order,
+    OrderKind,
+    Target,
+    order_file,
+    order_names,
+    parse_order,
+    read_order,
+)
 from pickcli.trial.output import order_text
 
 INVALID = sorted((Path(__file__).parent / "invalid_orders").glob("*.json"))
@@ -196,3 +207,92 @@ def test_orders_have_bounds() -> None:
     lines = refusal(unknown).splitlines()
     assert len(lines) == 9 and "and " in lines[-1]
     assert process_time() - began < 5.0
+
+
+def test_an_order_is_found_by_its_name_or_its_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "kth_2015_example" in order_names() == sorted(order_names())
+    assert order_file(Path("kth_2015_example")) == data_path() / "tasks" / "kth_2015_example.json"
+    for path in (Path("missing.json"), Path("some/folder"), tmp_path / "missing"):
+        assert order_file(path) == path, "what can only be a path is taken as one"
+    with pytest.raises(UnknownNameError, match="kth_2015_example"):
+        order_file(Path("kth_2015_exampel"))
+    Path("kth_2015_example").write_text("{}")
+    assert order_file(Path("kth_2015_example")) == Path("kth_2015_example"), "a file that is there goes first"
+
+
+def test_an_order_is_read_for_the_bins_and_items_of_a_cell() -> None:
+    cell = load_cell("apc2016_delft")
+    order = read_order(Path("kth_2015_example"), cell)
+    assert (order.kind, order.year, len(order.work_order)) == (OrderKind.PICK, 2015, 12)
+    assert all(t.item in order.bin_contents[t.bin] for t in order.work_order)
+
+
+@pytest.mark.parametrize("n_wrong", [1, 7, 8, 9, 20])
+def test_eight_problems_are_told_and_the_others_counted(n_wrong: int) -> None:
+    lines = refusal(pick_data(bin_B=[f"no_such_item_{i}" for i in range(n_wrong)])).splitlines()
+    assert len(lines) == min(n_wrong, 8) + (n_wrong > 8)
+    assert n_wrong <= 8 or lines[-1] == f"o.json: and {n_wrong - 8} more"
+
+
+@pytest.mark.parametrize(
+    ("work_order", "problem"),
+    [
+        ([], "the work order is empty; name a target"),
+        ([{"bin": "bin_Z", "item": "crayola_24_ct"}], "unknown bin 'bin_Z'"),
+        ([{"bin": "bin_A", "item": "no_such_thing"}], "unknown item 'no_such_thing'"),
+        ([{"bin": "bin_A"}], "the key 'item' is missing; add it"),
+        ([{"item": "crayola_24_ct"}], "the key 'bin' is missing; add it"),
+        ([{"bin": 3, "item": "crayola_24_ct"}], "bin: expected the name of a known bin, got 3"),
+        ([5], "here: expected an object {...}, got 5"),
+        ({}, "work_order: expected a list [...], got {}"),
+        ([{"bin": "bin_B", "item": "jane_eyre_dvd"}], "is not there (it is in bin_A)"),
+        ([{"bin": "bin_A", "item": "dove_beauty_bar"}], "is not there (it is in no bin)"),
+        ([{"bin": "bin_A", "item": "crayola_24_ct", "count": 2}], "unknown key 'count'"),
+    ],
+)  # fmt: skip
+def test_one_mistake_in_a_work_order_is_one_problem(work_order: Any, problem: str) -> None:
+    message = refusal(pick_data(bin_A=["crayola_24_ct", "jane_eyre_dvd"]) | {"work_order": work_order})
+    assert problem in message
+    assert len(message.splitlines()) == 1
+
+
+def test_a_target_from_a_bin_that_is_missing_is_not_there() -> None:
+    data = pick_data(bin_A=["jane_eyre_dvd"])
+    del data["bin_contents"]["bin_A"]
+    message = refusal(data)
+    assert "the key 'bin_A' is missing; add it (\"bin_A\": [] if empty)" in message
+    assert "is ordered from bin_A but is not there (it is in no bin)" in message
+
+
+@pytest.mark.parametrize(
+    ("data", "problems"),
+    [
+        (7, ["here: expected an object {...}, got 7"]),
+        ({"tote_contents": []}, ["the key 'bin_contents' is missing; add it", "expected an object"]),
+        (pick_data() | {"bin_contents": []}, ["bin_contents: expected an object {...}, got []", "in no bin"]),
+        (pick_data() | {"tote_contents": "soap"}, ["tote_contents: expected a list [...], got 'soap'"]),
+        (pick_data(bin_B=[None]), ["here: expected the name of a known item, got None"]),
+        (pick_data() | {"work_orders": []}, ["unknown key 'work_orders'; did you mean 'work_order'?"]),
+    ],
+)  # fmt: skip
+def test_what_an_order_is_not_is_said_once(data: Any, problems: list[str]) -> None:
+    lines = refusal(data).splitlines()
+    assert len(lines) == len(problems)
+    for line, problem in zip(lines, problems, strict=True):
+        assert problem in line
+
+
+def test_only_keys_that_do_not_stand_yet_are_suggested() -> None:
+    data = pick_data()
+    data["bin_contents"]["bin_AB"] = data["bin_contents"].pop("bin_B")
+    assert "unknown key 'bin_AB'; did you mean 'bin_B'?" in refusal(data)
+
+
+def test_bin_contents_alone_are_no_order() -> None:
+    lines = refusal({"bin_contents": pick_data()["bin_contents"]}).splitlines()
+    assert len(lines) == 1 and lines[0].startswith("o.json:1:1: neither 'work_order' nor 'tote_contents'")
+
+
+def test_a_value_of_any_length_is_told_short() -> None:
+    assert len(refusal(pick_data() | {"tote_contents": "x" * 100_000})) < 200

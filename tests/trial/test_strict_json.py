@@ -123,3 +123,52 @@ def test_a_byte_order_mark_is_no_error(tmp_path: Path) -> None:
     path = tmp_path / "bom.json"
     path.write_bytes(b'\xef\xbb\xbf{"a": 1}')
     assert read_json(path).value == {"a": 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ('{"a": 1,, "b": 2}', "a comma with nothing after it; delete the comma"),
+        ('{"a": ]', "expecting value, got ']'; check commas and brackets before it"),
+        ("[1 2]", "expected a ',' before '2]'"),
+        ('{"a" 1}', "expected a ':' before '1}'"),
+        ("{[1]: 2}", "expecting property name enclosed in double quotes, got '[1]: 2}'"),
+        ('{"a": 1, 5: 2}', "expecting property name enclosed in double quotes, got '5: 2}'"),
+        ('{"a": 1 "b"}', "expected a ',' before"),
+        ("[1, # one\n2]", "JSON has no comments; delete them"),
+        ("[1, /* one */ 2]", "JSON has no comments; delete them"),
+    ],
+)
+def test_the_advice_fits_the_mistake(text: str, advice: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_json(text.encode(), "f.json")
+    assert advice in str(caught.value)
+
+
+def test_a_megabyte_is_read_and_no_byte_more(tmp_path: Path) -> None:
+    path = tmp_path / "large.json"
+    path.write_bytes(b" " * 999_998 + b"{}")
+    assert read_json(path).value == {}
+    path.write_bytes(b" " * 999_999 + b"{}")
+    with pytest.raises(InputError, match="at most 1000000 bytes are read"):
+        read_json(path)
+    assert parse_json(b" " * 999_998 + b"{}", "f.json").value == {}
+    with pytest.raises(InputError, match="larger than 1000000 bytes"):
+        parse_json(b" " * 999_999 + b"{}", "f.json")
+
+
+def test_lines_and_columns_are_those_of_an_editor() -> None:
+    document = parse_json(b'\n{"a": [1,\n\n  {"b": 2}]}', "f")
+    assert (document.at(), document.at_key("a")) == ("f:2:1", "f:2:2")
+    assert (document.at("a"), document.at("a", 0)) == ("f:2:7", "f:2:8")
+    assert (document.at_key("a", 1, "b"), document.at("a", 1, "b")) == ("f:4:4", "f:4:9")
+
+
+def test_what_does_not_stand_in_a_text_is_told_at_its_beginning() -> None:
+    document = parse_json(b'{"a": 1}', "f")
+    assert document.at("b") == document.at_key("b") == "f:1:1"
+
+
+def test_a_file_of_another_kind_is_told_as_such() -> None:
+    with pytest.raises(InputError, match="is an HDF5 file, not JSON"):
+        parse_json(b"\x89HDF\r\n\x1a\n" + bytes(100), "f.json")
