@@ -2,17 +2,21 @@
 
 Delft moved an item that hid a target into the emptiest bin after two attempts in vain (their task planner).
 Here the failed plan says itself what is in the way, and planning without it says whether moving it helps.
+What no bin takes goes into the tote: the published penalties of 2016 name none for an item there that was not
+ordered, as long as the output file says that it is there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from pickcli.cell.scene import TOTE, Scene
+from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError
+from pickcli.geometry import inverse
 from pickcli.trial.order import Target
 
 MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked
+MOST_DESTINATIONS = 4  # bins that are asked to take what is moved aside
 
 WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
 
@@ -43,6 +47,17 @@ def in_the_way(what_if: WhatIf, scene: Scene, bin_name: str, is_hopeful: bool = 
     return tuple(away)
 
 
+def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str, ...]:
+    """Ids of the other items of the bin that the tool might hold, the one nearest to the mouth first.
+
+    Any of them that can be moved may give room to what cannot be yet. () where the target cannot be picked
+    without all of them either.
+    """
+    here = from_the_mouth(scene, scene.in_location(target.location))
+    others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
+    return () if _failure(what_if, scene, others) else others
+
+
 def _failure(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> NoPlanError | None:
     """Why there is no plan without some items; None if there is one."""
     for name in away:
@@ -54,14 +69,15 @@ def _failure(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> NoPlanError 
     return None
 
 
-def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
-    """Other bins, the emptiest first, those in which targets still lie after them; the tote if none takes it.
+def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem]:
+    """Items in bins, the one nearest to its mouth first."""
+    T_pod_world = inverse(scene.T_world_pod)
+    return sorted(items, key=lambda placed: (float((T_pod_world @ placed.T_world_item)[0, 3]), placed.id))
 
-    The published penalties of 2016 name none for an item in the tote that was not ordered, as long as the
-    output file says that it is there.
-    """
+
+def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
+    """Other bins, the emptiest first, those in which targets still lie after them; only so many."""
     waiting = {target.bin for target in still_open}
     others = [name for name in scene.cell.pod.bins if name != bin_name]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
-    yield from others
-    yield TOTE
+    yield from others[:MOST_DESTINATIONS]

@@ -10,11 +10,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.errors import InputError
-from pickcli.geometry import inverse
 from pickcli.motion.plan import Grasp, GraspKind
-from pickcli.trial.clearing import destinations, in_the_way
+from pickcli.trial.clearing import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import Fate
 from pickcli.trial.final import final_state
@@ -116,14 +115,20 @@ class _Trial:
         return self._moved(replace(attempt, item=placed.id, out_of=placed.location), scene)
 
     def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """An attempt with a grasp of another kind than those that failed; another place is second best."""
+        """An attempt played to its end, whatever that is."""
+        planned = self._planned(attempt, scene)
+        return planned if planned.plan is None else self.player.carried_out(planned, scene)
+
+    def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """A plan with a grasp of another kind than those that failed; another place is second best."""
+        self.player.say(attempt, "planning")
         in_vain = self.in_vain.get(attempt.item, ())
         kinds = tuple(dict.fromkeys(GraspKind(grasp.kind, grasp.face) for grasp in in_vain))
         if kinds:
-            found = self.player.attempt(attempt, scene, (*in_vain, *kinds))
+            found = self.player.planned(attempt, scene, (*in_vain, *kinds))
             if found.plan is not None or not self.player.clock.has_time_for(self.player.clock.charge):
                 return found
-        return self.player.attempt(attempt, scene, in_vain)
+        return self.player.planned(attempt, scene, in_vain)
 
     def _note(self, job: Job, attempt: Attempt) -> None:
         """Keep an attempt, and learn from it."""
@@ -168,50 +173,59 @@ class _Trial:
             self.player.plan(without, wanted, exclude)
             is_reachable = is_reachable or without is scene
 
-        queue = list(in_the_way(what_if, scene, placed.location, is_hopeful=job.clearings > 0))
+        queue = [*in_the_way(what_if, scene, placed.location, is_hopeful=job.clearings > 0)]
         if is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
             self.open[job.index] = replace(self.open[job.index], refusals=0)
+            return
+        here = {p.id for p in scene.in_location(placed.location)} - {placed.id}
+        others = worth_moving(what_if, scene, placed)
         asked = set[str]()
-        while queue and self.player.clock.has_time_for(self.player.clock.charge):
-            name = queue.pop(0)
+        while self.player.clock.has_time_for(self.player.clock.charge):
+            name = next((name for name in (*queue, *others) if name not in asked), None)
+            if name is None:
+                return
             asked.add(name)
             aside = self._moved_aside(replace(wanted, item=name, is_aside=True), scene)
-            if aside is None:
-                continue
             self._note(self.open[job.index], aside)
             if aside.execution is not None:  # the scene has changed
                 self.open[job.index] = replace(self.open[job.index], cleared=job.cleared + 1)
                 return
             # What cannot be moved either may itself lie under something that can.
-            here = {p.id for p in scene.in_location(placed.location)} - {placed.id}  # not of other bins
-            queue += [n for n in aside.in_the_way if n in here and n not in asked and n not in queue]
+            queue += [name for name in aside.in_the_way if name in here]
 
-    def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt | None:
-        """An attempt to bring an item into another bin, or the tote, whichever takes it first."""
-        player, last = self.player, None
+    def _moved_aside(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """An attempt to bring an item into another bin, or into the tote, where none takes it.
+
+        What cannot be brought into the tote does not come out of its bin: no other place would help.
+        """
+        attempt = replace(attempt, t_start=self.player.clock.now)
+        out = self._planned(replace(attempt, into=TOTE), scene)
+        if out.plan is None:
+            return out
         targets = [job.target for job in self.open.values()]
         for into in destinations(scene, attempt.out_of, targets):
-            if not player.clock.has_time_for(player.clock.charge):
+            if not self.player.clock.has_time_for(self.player.clock.charge):
                 break
-            last = self._moved(replace(attempt, into=into, t_start=player.clock.now), scene)
-            if last.execution is not None or _is_blocked(last, scene):
-                break
-        return last
+            moved = self._moved(replace(attempt, into=into), scene)
+            if moved.plan is not None:
+                return moved
+        return self.player.carried_out(out, scene)
 
     def _choose_copy(self, scene: Scene, job: Job) -> PlacedItem | None:
         """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
 
         A copy counts for the bin in which it was at the start, wherever it has got to.
         """
-        T_pod_world = inverse(scene.T_world_pod)
-        copies = [
-            placed
-            for placed in scene.items
-            if placed.item.name == job.target.item
-            and self.homes.get(placed.id) == job.target.bin
-            and placed.location in scene.cell.pod.bins
-        ]
-        copies.sort(key=lambda i: (float((T_pod_world @ i.T_world_item)[0, 3]), i.id))
+        copies = from_the_mouth(
+            scene,
+            (
+                placed
+                for placed in scene.items
+                if placed.item.name == job.target.item
+                and self.homes.get(placed.id) == job.target.bin
+                and placed.location in scene.cell.pod.bins
+            ),
+        )
         return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
 
     def _say(self, attempt: Attempt, doing: str) -> None:
@@ -246,13 +260,3 @@ class _Trial:
             return TargetResult(job.target, Outcome.NO_TIME, "the time was over", points, own)
         last = next((a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME), picks[-1])
         return TargetResult(job.target, last.outcome, last.reason, points, own)
-
-
-def _is_blocked(attempt: Attempt, scene: Scene) -> bool:
-    """Whether no other place would help: it cannot be held, or items where it lies are in the way, and none
-    where it was to go."""
-    if not scene.find(attempt.item).item.suction:
-        return True
-    here, there = ({i.id for i in scene.in_location(name)} for name in (attempt.out_of, attempt.into))
-    blamed = set(attempt.in_the_way)
-    return bool(blamed & here) and not blamed & there

@@ -80,12 +80,6 @@ class Player:
         where = (attempt.out_of, attempt.item, attempt.into)
         return self.crew.plan(scene, *where, arena.q, arena.pivot, seed, exclude)
 
-    def attempt(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
-        """Play one attempt to its end, whatever that is."""
-        self.say(attempt, "planning")
-        planned = self.planned(attempt, scene, exclude)
-        return planned if planned.plan is None else self.carried_out(planned, scene)
-
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """The attempt with its plan, or with the reason why there is none."""
         began = time.perf_counter()
