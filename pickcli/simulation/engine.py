@@ -271,6 +271,11 @@ class Engine:
         """Let a body sleep until something that moves touches it."""
         self._dynamics(name, activationState=p.ACTIVATION_STATE_SLEEP)
 
+    def fix(self, name: str) -> None:
+        """Let a free body stand where it is for good, whatever meets it."""
+        p.resetBaseVelocity(self._ids[name], [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self._dynamics(name, mass=0.0)
+
     def touches(self, name: str) -> list[Touch]:
         """Every contact point of a body in the last step whose shapes touch or overlap."""
         found = p.getContactPoints(bodyA=self._ids[name], physicsClientId=self._client)

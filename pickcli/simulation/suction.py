@@ -133,8 +133,8 @@ class Suction:
 
     @property
     def is_holding(self) -> bool:
-        """What the vacuum sensor says: enough vacuum in the cup."""
-        return self.held is not None and self.vacuum.cup >= SEAL_VACUUM
+        """What the vacuum sensor says: enough vacuum in the cup, whatever closes it."""
+        return self.vacuum.cup >= SEAL_VACUUM
 
     def before_step(self, T_world_tip: Array) -> None:
         """Pressures, seal, and the forces of the cup on what it meets or holds; before the engine steps."""

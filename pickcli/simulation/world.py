@@ -23,7 +23,7 @@ from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
-from pickcli.simulation.places import location_of
+from pickcli.simulation.places import bounds, location_of
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
 from pickcli.simulation.suction import Suction
@@ -36,7 +36,8 @@ PIVOT_TOLERANCE = 0.02  # rad around its two positions within which the pivot co
 REST_STEPS = 100  # between two looks for items that rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
-REST_TURN = 0.1  # rad/s
+REST_TURN = 0.01  # rad/s
+REST_LOOKS = 2  # in a row at which an item rests before it sleeps: what topples begins slowly
 APART = 1e-3  # m from the relaxed lip at which the cup collides again with what hung on it
 
 
@@ -72,6 +73,8 @@ class World:
         add_statics(self.engine, scene)
         add_items(self.engine, scene, true_masses(scene, reality, seed))
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
+        self._looks_at_rest = {placed.id: 0 for placed in scene.items}
+        self._ground = ground_of(scene)
         self._load_robot(q, pivot)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
@@ -171,7 +174,7 @@ class World:
         self._measured, self._torques = self.engine.joint_states(ROBOT, self._indices)
         self._tip = None
         if self._n_steps % REST_STEPS == 0:
-            self._put_to_sleep()
+            self._look_at_items()
         self._look_at_contacts()
         self.suction.after_step(self.t)
 
@@ -214,18 +217,24 @@ class World:
             self.engine.set_collision(ROBOT, cup, name, "", on=True)
         self._uncollided = (self._uncollided | wanted) - apart
 
-    def _put_to_sleep(self) -> None:
-        """Let items sleep that have not moved since the last look: an awake one costs 50 us a step.
+    def _look_at_items(self) -> None:
+        """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground is gone.
 
-        The engine would do so by itself only after 2 s without jitter.
+        The engine would let them sleep by itself only after 2 s without jitter.
         """
         for placed in self.scene.items:
             position = self.engine.pose(placed.id)[:3, 3]
             moved = float(np.abs(position - self._positions[placed.id]).max())
-            linear, angular = self.engine.speed(placed.id)
-            if moved < REST_MOVE and linear < REST_SPEED and angular < REST_TURN and placed.id != self.held:
-                self.engine.sleep(placed.id)
             self._positions[placed.id] = position
+            linear, angular = self.engine.speed(placed.id)
+            rests = moved < REST_MOVE and linear < REST_SPEED and angular < REST_TURN
+            self._looks_at_rest[placed.id] = self._looks_at_rest[placed.id] + 1 if rests else 0
+            if placed.id == self.held:
+                continue
+            if not is_over(self._ground, position):
+                self.engine.fix(placed.id)
+            elif self._looks_at_rest[placed.id] >= REST_LOOKS:
+                self.engine.sleep(placed.id)
 
     # State -------------------------------------------------------------------------------------------
 
@@ -284,6 +293,21 @@ class World:
         """The scene as it stands now, without the item that is held."""
         items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
         return replace(self.scene, items=items)
+
+
+def ground_of(scene: Scene) -> tuple[Array, Array]:
+    """Lower and upper corner (3,) of the box around all that stands firm, world axes."""
+    cell = scene.cell
+    standing = [(body, scene.T_world_pod) for body in cell.pod.bodies]
+    standing += [(body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)]
+    corners = [bounds(body.shape, T @ body.T_parent_shape) for body, T in standing]
+    return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+
+
+def is_over(ground: tuple[Array, Array], point: Array) -> bool:
+    """Whether a point (3,) lies over such a box, at any height, or in it: elsewhere nothing bears an item."""
+    low, high = ground
+    return bool(np.all(low[:2] <= point[:2]) and np.all(point[:2] <= high[:2]) and low[2] <= point[2])
 
 
 def add_statics(engine: Engine, scene: Scene) -> None:

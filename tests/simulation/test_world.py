@@ -6,18 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld
+from pedestal import BuildWorld, cube
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import UnknownNameError
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import IDEAL, Servo
-from pickcli.simulation.world import World, true_masses
+from pickcli.simulation.suction import SEAL_VACUUM
+from pickcli.simulation.world import World, ground_of, true_masses
 
 
 def swing(world: World, duration: float = 0.4) -> None:
@@ -134,6 +136,50 @@ def test_the_pivot_turns_within_its_lead(build_world: BuildWorld) -> None:
 def test_what_lies_outside_is_outside(build_world: BuildWorld) -> None:
     world = build_world()
     assert world.now().items[0].location == OUTSIDE
+
+
+def world_with(cell: Cell, shape: Shape, T: Array) -> World:
+    """A world with one item."""
+    item = replace(cube(mass=0.3), shape=shape, seals=dict.fromkeys(shape.face_names, 1.0))
+    scene = Scene(cell, cell.T_world_pod, (PlacedItem("it", item, "bin_A", T),), PoseNoise())
+    return World(scene, cell.configurations["home"].q)
+
+
+@pytest.mark.parametrize("off", [5e-3, -5e-3])
+def test_what_topples_slowly_is_not_put_to_sleep(cell: Cell, off: float) -> None:
+    """A tall box on its edge, its centre a hair beyond or short of being over it."""
+    width, height = 0.06, 0.24
+    lean = float(np.arctan(width / height)) + off
+    # Turned about its lower edge, which lies on the floor of the hall.
+    T = pose((-2.0, -2.0, 0.0), rpy=(0.0, lean, 0.0)) @ pose((-width / 2, 0.0, height / 2))
+    world = world_with(cell, Shape(ShapeKind.BOX, (width, 0.06, height)), T)
+    world.wait(6.0)
+    up = world.engine.pose("it")[:3, :3] @ np.array([0.0, 0.0, 1.0])
+    assert (abs(up[2]) < 0.1) if off > 0.0 else (up[2] > 0.99)
+    assert world.engine.speed("it") == (0.0, 0.0)  # and sleeps once it lies
+
+
+def test_what_rolls_off_the_floor_of_the_hall_stays_there_and_falls_no_farther(cell: Cell) -> None:
+    _, high = ground_of(Scene(cell, cell.T_world_pod, (), PoseNoise()))
+    edge, radius = float(high[1]), 0.04
+    world = world_with(cell, Shape(ShapeKind.SPHERE, (radius,)), pose((-2.0, edge - 0.3, radius)))
+    for _ in range(100):
+        world.engine.push("it", np.array([0.0, 4.0, 0.0]), world.engine.pose("it")[:3, 3])
+        world.step()
+    world.wait(1.5)
+    there = world.engine.pose("it")
+    assert there[1, 3] > edge and there[2, 3] > -0.2
+    world.wait(1.0)
+    np.testing.assert_array_equal(world.engine.pose("it"), there)
+    assert world.placed("it").location == OUTSIDE
+
+
+def test_the_sensor_reads_the_pressure_and_not_the_truth(build_world: BuildWorld) -> None:
+    world = build_world()
+    world.suction.vacuum.cup = 2.0 * SEAL_VACUUM
+    assert world.held is None and world.act("vacuum_sensor", "read") is True
+    world.suction.held, world.suction.vacuum.cup = "cube", 0.5 * SEAL_VACUUM
+    assert world.act("vacuum_sensor", "read") is False
 
 
 def test_unknown_devices_and_actions_are_named(build_world: BuildWorld) -> None:
