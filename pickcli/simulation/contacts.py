@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from pickcli.simulation.engine import Touch
 
 FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
+HELD_PRESS = (
+    30.0  # N at one point by which a held item may press on what it is planned to touch: 3 kg on a corner
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,8 @@ class ContactLog:
     robot: name of the robot's body
     cup: the link that may touch what the present segment allows
     exempt: pairs (link, body or other link) that are never counted
-    max_press: N, what the bellows push with at most; a planned contact of the cup is none above that
+    max_press: N, what the bellows push with at most; a planned contact of the cup is none above that, and
+        one of the held item none above ``HELD_PRESS``
     """
 
     def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]], max_press: float) -> None:
@@ -43,8 +47,12 @@ class ContactLog:
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
-        """All so far, in the order of their start."""
+        """All so far, in the order of their start, each with what it has come to by now."""
         return tuple(sorted([*self._closed, *self._open.values()], key=lambda c: (c.t_start, c.a, c.b)))
+
+    def since(self, t: float) -> tuple[Collision, ...]:
+        """Those that began or went on after a time, s."""
+        return tuple(c for c in self.collisions if c.t_end > t)
 
     def update(self, touches: Iterable[Touch], touching: frozenset[str], held: str | None, t: float) -> None:
         """Judge the contact points of one step of the robot and of the held item.
@@ -68,7 +76,8 @@ class ContactLog:
             return True  # the held item's own contacts are judged from its side
         if b not in touching:
             return False
-        return a == held or (a == self._cup and force <= self._max_press)
+        most = {held: HELD_PRESS, self._cup: self._max_press}
+        return force <= most.get(a, -1.0)
 
     def _record(self, a: str, b: str, touch: Touch, t: float) -> None:
         known = self._open.get((a, b))

@@ -70,14 +70,18 @@ def execute(
     pace: how fast the plan's time passes; for tests of pauses and slow robots
     on_progress: called every 0.1 s with (plan time, plan duration, segment)
     on_step: called after every time step, e.g. to film
-    Raises StartError, and StaleError for a plan of another cell.
+    Raises what ``check_start`` does.
     """
     check_start(plan, world)
     return _Run(plan, world, pace, on_progress, on_step).play()
 
 
 def check_start(plan: Plan, world: World) -> None:
-    """Raise unless the plan is for this cell and begins where the robot stands."""
+    """Raise unless the plan is for this cell and begins where the robot stands, its cup as it is.
+
+    Raises StaleError for a plan of another cell, StartError where the robot is elsewhere, InputError where
+    the cup points elsewhere.
+    """
     cell = world.scene.cell
     if plan.cell_fingerprint != cell.fingerprint:
         raise StaleError(
@@ -134,7 +138,7 @@ class _Run:
         has_lost = self.stop is not None and self.stop.cause is StopCause.SEAL_LOST
         for _ in range(round((FALL_TIME if has_lost else END_TIME) / self.world.time_step)):
             self._step()
-        self.world.touching, self.world.is_meeting = frozenset(), False
+        # Where it stands now it may go on touching what it was to touch there.
         return self._record()
 
     def _send(self, commands: Stream) -> None:
@@ -257,7 +261,7 @@ class _Run:
             stopped_in=self.stopped_in.kind if self.stopped_in else None,
             events=tuple(trace.fired),
             missed=() if self.stop else tuple(e for e in plan.events if id(e) not in fired),
-            collisions=tuple(c for c in world.contacts.collisions if c.t_start > self.t_start),
+            collisions=world.contacts.since(self.t_start),
             limit_violations=violations(
                 commands, plan.trajectory.joint_names, cell.robot.limits, world.time_step, cell.speed_scale
             ),

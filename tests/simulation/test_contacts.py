@@ -9,7 +9,7 @@ from pedestal import BuildWorld, cube
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import box
-from pickcli.simulation.contacts import ContactLog
+from pickcli.simulation.contacts import HELD_PRESS, ContactLog
 from pickcli.simulation.engine import Touch
 from pickcli.simulation.world import World
 
@@ -60,6 +60,23 @@ def test_a_planned_contact_that_presses_harder_than_the_bellows_is_a_collision()
     assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "shelf")]
 
 
+def test_a_held_item_that_is_driven_into_what_it_may_touch_is_a_collision() -> None:
+    allowed = frozenset({"shelf"})
+    contacts = log()
+    contacts.update([replace(touch(a="tea", link=""), force=HELD_PRESS)], allowed, "tea", 0.0)
+    assert contacts.collisions == ()
+    contacts.update([replace(touch(a="tea", link=""), force=HELD_PRESS + 0.1)], allowed, "tea", 0.1)
+    (found,) = contacts.collisions
+    assert (found.a, found.b, found.force) == ("tea", "shelf", HELD_PRESS + 0.1)
+
+
+def test_what_goes_on_after_a_time_is_told_since_then() -> None:
+    contacts = log()
+    contacts.update([touch(b="gone"), touch(b="goes on")], NONE, None, 0.0)
+    contacts.update([replace(touch(b="goes on"), force=70.0)], NONE, None, 0.05)
+    assert [(c.b, c.force) for c in contacts.since(0.02)] == [("goes on", 70.0)]
+
+
 def test_links_of_the_robot_that_meet_are_named() -> None:
     contacts = log()
     contacts.update([touch(link="cup", b="robot", link_b="support")], NONE, None, 0.0)
@@ -91,6 +108,25 @@ def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: B
         if found:
             assert 0.0 <= found[0].depth < 5e-3
             assert np.allclose(found[0].position, world.tip[:3, 3], atol=0.03)
+
+
+def test_a_held_item_set_down_on_what_it_may_touch_is_none_until_it_is_driven_in(holding: World) -> None:
+    x, y, z = holding.engine.pose("cube")[:3, 3]
+    table = box("table", (x - 0.1, y - 0.1, z - 0.13), (x + 0.1, y + 0.1, z - 0.03))
+    holding.engine.add_static(table, np.eye(4), (1.0, 1.0, 1.0, 1.0))
+    holding.touching = frozenset({"table"})
+    n_before = len(holding.contacts.collisions)
+    q = holding.q.copy()
+    found = []
+    for _ in range(100):  # the cup points down: the arm lowers it by its elbow
+        q[2] += 2e-4
+        holding.command(q)
+        holding.step()
+        forces = [touch.force for touch in holding.engine.touches("cube") if touch.b == "table"]
+        found.append((max(forces, default=0.0), len(holding.contacts.collisions) - n_before))
+    assert any(0.0 < force < HELD_PRESS and n == 0 for force, n in found)
+    assert max(force for force, _ in found) > HELD_PRESS
+    assert ("cube", "table") in {(c.a, c.b) for c in holding.contacts.collisions[n_before:]}
 
 
 def test_a_held_item_that_hits_something_is_a_collision(holding: World) -> None:
