@@ -65,8 +65,9 @@ class Played:
     @cached_property
     def contacts(self) -> list[Mapping[str, Any]]:
         """Unplanned contacts that are more than a graze."""
-        found = [contact for run in self.executions for contact in run["collisions"]]
-        return [c for c in found if c["force"] > CONTACT_FORCE or c["depth"] > CONTACT_DEPTH]
+        return [
+            c for c in self.record["contacts"] if c["force"] > CONTACT_FORCE or c["depth"] > CONTACT_DEPTH
+        ]
 
     @cached_property
     def loads(self) -> list[tuple[float, float]]:

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
+from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.simulation.camera import overview
-from pickcli.simulation.execute import StartError, execute, fall_of
+from pickcli.simulation.execute import check_start, execute, fall_of
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Fate, disturbances
 from pickcli.trial.ports import Crew, Execution
@@ -25,15 +27,16 @@ from pickcli.trial.score import Drop, Rules
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
 
     from pickcli.planning.context import Planner
+    from pickcli.simulation.contacts import Collision
 
 HOME = "home"
-LONGEST_FALL = 0.7  # s: from the top row to the floor of the hall
+LONGEST_FALL = 2.0  # s: over the shelf, down from the top row to the floor of the hall, and to rest
 FALL_STEP = 0.02  # s
 FALLING = 0.2  # m/s
 LET_GO = 0.5  # s after which a closed valve has let go of anything
@@ -62,6 +65,11 @@ class SimulatedArena:
         """Id of the item that is truly in the cup."""
         return self._world.held
 
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        """Every contact so far that no plan allowed, in motion or not, once and with its largest force."""
+        return self._world.contacts.collisions
+
     def now(self) -> Scene:
         """Where everything really is, without the item that is held."""
         return self._world.now()
@@ -82,35 +90,49 @@ class SimulatedArena:
 
     def execute(self, plan: Plan) -> Execution:
         """Carry out a certified plan to its end or to a stop."""
+        world = self._world
         try:
-            run = _recorded(execute(plan, self._world))
-        except StartError as error:  # nothing has moved: the way out starts from where the robot is
+            check_start(plan, world)
+        except InputError as error:  # nothing has moved: the way out starts from where the robot is
             return Execution(0.0, stopped=str(error))
-        return self._with_disturbances(run, "" if plan.grasp is None else plan.grasp.item)
+        run = execute(plan, world)
+        target = "" if plan.grasp is None else plan.grasp.item
+        return self._settled(_recorded(run), run.t_start, run.releases, target)
 
     def release(self) -> Execution:
         """Close the valve where the robot stands and wait until the item is let go."""
-        return self._with_disturbances(_let_go(self._world, LET_GO), "")
+        world = self._world
+        began, n_releases = world.t, len(world.suction.releases)
+        _let_go(world, LET_GO)
+        return self._settled(Execution(LET_GO), began, world.suction.releases[n_releases:], "")
 
-    def _with_disturbances(self, run: Execution, target: str) -> Execution:
-        """The record with what else has moved since the one before; of the target, only a fall of its own."""
-        let_go = {drop.item for drop in run.drops}
-        waited = self._let_fall(let_go)
+    def _settled(self, run: Execution, began: float, releases: Iterable[Release], target: str) -> Execution:
+        """The record of what began at a time, once nothing falls any more.
+
+        With contacts, falls, and what else has moved since the record before; of the target, only a fall.
+        """
+        world = self._world
+        self._let_fall()
+        falls = [fall_of(world, release) for release in releases]
         now = self.now()
-        found = disturbances(self._recorded, now, let_go, Rules.drop_limit)
+        found = disturbances(self._recorded, now, {fall.item for fall in falls}, Rules.drop_limit)
         self._recorded = now
-        kept = tuple(d for d in found if d.item != target or d.fate is Fate.FELL)
-        return replace(run, disturbed=kept, duration=run.duration + waited)
+        return replace(
+            run,
+            duration=world.t - began,
+            collisions=world.contacts.since(began),
+            drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in falls),
+            disturbed=tuple(d for d in found if d.item != target or d.fate is Fate.FELL),
+        )
 
-    def _let_fall(self, let_go: set[str]) -> float:
-        """Wait, for a while, until nothing falls any more that was not let go. Returns how long, s."""
+    def _let_fall(self) -> None:
+        """Wait, for a while, until nothing falls any more: a fall is over before it is recorded."""
         world, began = self._world, self._world.t
-        others = [placed.id for placed in world.scene.items if placed.id not in let_go]
+        items = [placed.id for placed in world.scene.items]
         while world.t - began < LONGEST_FALL and any(
-            world.engine.speed(item)[0] > FALLING for item in others if item != world.held
+            world.engine.speed(item)[0] > FALLING for item in items if item != world.held
         ):
             world.wait(FALL_STEP)
-        return world.t - began
 
     def picture(self) -> NDArray[np.uint8]:
         """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""
@@ -148,26 +170,18 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
     return Crew(plan, recover, bring, verify, arena)
 
 
-def _let_go(world: World, duration: float) -> Execution:
-    """Pump and valve off where the robot stands, and what that makes fall or touch.
+def _let_go(world: World, duration: float) -> None:
+    """Pump and valve off where the robot stands.
 
-    What the cup, and the item in it, touch by then they may go on touching.
+    What the cup, and the item in it, touch by then they may go on touching, until the robot moves again.
     """
-    began, n_releases = world.t, len(world.suction.releases)
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
     touched = {touch.b for body in bodies for touch in world.engine.touches(body)}
-    world.touching = frozenset(touched | set(bodies))
+    world.touching |= frozenset(touched | set(bodies))
     for device in world.scene.cell.devices.values():
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
     world.wait(duration)
-    world.touching = frozenset()
-    falls = [fall_of(world, release) for release in world.suction.releases[n_releases:]]
-    return Execution(
-        duration=world.t - began,
-        collisions=tuple(c for c in world.contacts.collisions if c.t_start > began),
-        drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in falls),
-    )
 
 
 def _recorded(run: Run) -> Execution:
@@ -175,9 +189,7 @@ def _recorded(run: Run) -> Execution:
         duration=run.duration,
         stopped=_why(run),
         has_item=run.has_item,
-        collisions=run.collisions,
         limit_violations=tuple(str(violation) for violation in run.limit_violations),
-        drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in run.falls),
         events=tuple(_event(fired) for fired in run.events),
         missed=tuple(f"{event.device} {event.action}" for event in run.missed),
         max_lag=run.max_lag,

@@ -237,19 +237,20 @@ class _Trial:
     def result(self) -> TrialResult:
         """Everything measured, with the score of where the items really are."""
         arena, player = self.crew.arena, self.player
+        belief = player.scene()  # it may look once more, before all is counted
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]
         fallen = (Drop(d.item, d.fell) for e in executions for d in e.disturbed if d.fate is Fate.FELL)
         drops = (*(d for e in executions for d in e.drops), *fallen)
         is_judged = self.settings.reality.damage_limits
-        hit = damages(self.before, (c for e in executions for c in e.collisions)) if is_judged else ()
-        final = final_state(self.order, self.before, after, player.scene(), arena.held, drops, hit)
+        hit = damages(self.before, arena.collisions) if is_judged else ()
+        final = final_state(self.order, self.before, after, belief, arena.held, drops, hit)
         points = score(self.order, final, self.bonus)
         return TrialResult(
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
-            final, points, player.clock.simulated, player.clock.now, player.stuck,
+            final, points, arena.collisions, player.clock.simulated, player.clock.now, player.stuck,
         )  # fmt: skip
 
     def _target_result(self, job: Job, score: Score) -> TargetResult:

@@ -33,6 +33,7 @@ class Execution:
     events: one mapping per fired event, with its device, action and distance from where it was due
     missed: events that never fired
     max_lag: m, farthest that the tool was from where it was told to be
+    collisions: contacts that no plan allowed and that began or went on in this time, as far as they had come
     max_load: worst share of the cup's limits while something was held
     disturbed: items that moved since the record before, though nobody meant them to
     path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
@@ -67,6 +68,10 @@ class Arena(Protocol):
     @property
     def held(self) -> str | None:
         """Id of the item that is truly in the cup, for the score alone."""
+
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        """Every contact so far that no plan allowed, in motion or not: for damage and score alone."""
 
     def now(self) -> Scene:
         """Where everything really is, without the item that is held: for perception and the score."""

@@ -62,6 +62,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "reality": result.reality.as_dict(),
         "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
         "final_places": {item.id: item.end for item in result.final.items},
+        "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
         "attempts": [_attempt(attempt) for attempt in result.attempts],
         "claim": CLAIM,
         "made_from": _made_from(result, order_file),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.motion.plan import Plan
@@ -12,6 +13,9 @@ from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import Order, Target
 from pickcli.trial.ports import Execution
 from pickcli.trial.score import FinalState, Score
+
+if TYPE_CHECKING:
+    from pickcli.simulation.contacts import Collision
 
 
 class Outcome(StrEnum):
@@ -97,6 +101,7 @@ class TargetResult:
 class TrialResult:
     """A whole trial.
 
+    collisions: every contact that no plan allowed, in motion or not, once, in the order of their start
     clock: s on the clock of the trial: simulated time and the charge of the planning calls
     aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
     """
@@ -111,6 +116,7 @@ class TrialResult:
     after: Scene
     final: FinalState
     score: Score
+    collisions: tuple[Collision, ...]
     simulated: float  # s
     clock: float
     aborted: str
@@ -123,7 +129,7 @@ class TrialResult:
     @property
     def n_collisions(self) -> int:
         """Contacts that no plan allowed."""
-        return sum(len(e.collisions) for e in self.executions)
+        return len(self.collisions)
 
     @property
     def n_limit_violations(self) -> int:

@@ -36,11 +36,16 @@ def planned(load_ratio: float | None, certificate: object = "yes") -> dict[str, 
     return {"grasp": grasp, "certificate": certificate, "segments": segments}
 
 
-def played(*attempts: dict[str, Any], now: Stood | None = BOOK, is_round: bool = False) -> Played:
+def played(
+    *attempts: dict[str, Any], now: Stood | None = BOOK, is_round: bool = False, contacts: Any = ()
+) -> Played:
     """A trial in which a book stood beside the target, and stands ``now`` where it is afterwards."""
     after = {} if now is None else {"book": now}
     return Played(
-        {"attempts": list(attempts)}, {"book": BOOK}, after, frozenset({"book"} if is_round else ())
+        {"attempts": list(attempts), "contacts": list(contacts)},
+        {"book": BOOK},
+        after,
+        frozenset({"book"} if is_round else ()),
     )
 
 
@@ -49,9 +54,8 @@ def played(*attempts: dict[str, Any], now: Stood | None = BOOK, is_round: bool =
     [(0.4, 0.00005, False), (0.6, 0.0, True), (0.0, 0.0002, True), (0.5, 0.0001, False)],
 )
 def test_contacts_count_from_a_force_or_a_depth(force: float, depth: float, counts: bool) -> None:
-    touched = run(collisions=[{"a": "lance", "b": "book", "force": force, "depth": depth}])
-    assert bool(played(attempt(execution=touched)).contacts) == counts
-    assert bool(played(attempt(recovery=[step(touched)])).contacts) == counts
+    touched = {"a": "lance", "b": "book", "force": force, "depth": depth}
+    assert bool(played(attempt(), contacts=[touched]).contacts) == counts
 
 
 def test_neighbours_that_stay_or_are_nudged_are_not_named() -> None:

@@ -15,6 +15,7 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.simulation.contacts import Collision
 from pickcli.trial.order import Order
 from pickcli.trial.ports import Crew, Execution
 from pickcli.verification.verdict import Verdict
@@ -60,6 +61,7 @@ class FakeCrew:
     planned: list[tuple[str, int, tuple[Grasp, ...]]] = field(default_factory=list)  # item, seed, excluded
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
+    collided: tuple[Collision, ...] = ()  # the world's own record, whatever the executions tell
     waited: list[float] = field(default_factory=list)
     levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
@@ -68,6 +70,10 @@ class FakeCrew:
     def crew(self) -> Crew:
         """This fake in all four roles."""
         return Crew(self.plan, self.recover, self.bring, self.verify, self)
+
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        return self.collided
 
     def has_vacuum(self) -> bool:
         return self.held is not None and not self.lying_sensor

@@ -12,6 +12,13 @@ from order_builders import pick_order
 from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE
+from pickcli.cell.shapes import box
+from pickcli.geometry import pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.simulation.protective_stop import StopCause
+from pickcli.simulation.suction import NO_LOAD, Release
 from pickcli.trial.arena import LET_GO, SimulatedArena
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
@@ -39,6 +46,85 @@ def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena
     assert "refusing to start" in done.stopped
     assert done.duration == 0.0
     np.testing.assert_array_equal(arena.q, before)
+
+
+def rail_forward(arena: SimulatedArena, distance: float, pivot: PivotState = PivotState.STRAIGHT) -> Plan:
+    """From where the robot stands along the rail, in a second."""
+    cell, q = arena.now().cell, arena.q
+    ends = np.stack([q, q + distance * (np.arange(8) == 0)])
+    still = np.zeros((2, 8))
+    trajectory = Trajectory(cell.robot.joint_names, np.array([0.0, 1.0]), ends, still, still)
+    segments = (Segment(SegmentKind.TRANSIT, 0.0, 1.0, pivot, None),)
+    return Plan("forward", cell.fingerprint, "", 0, segments, trajectory, ())
+
+
+def wall_ahead(arena: SimulatedArena, gap: float) -> None:
+    """A wall nobody knows of, that far before the cup."""
+    x, y, z = arena._world.tip[:3, 3]
+    wall = box("wall", (x + gap, y - 0.2, z - 0.2), (x + gap + 0.1, y + 0.2, z + 0.2))
+    arena._world.engine.add_static(wall, np.eye(4), (1.0, 1.0, 1.0, 1.0))
+
+
+def test_a_plan_that_begins_with_the_cup_otherwise_is_a_stop_too(arena: SimulatedArena) -> None:
+    done = arena.execute(rail_forward(arena, 0.01, PivotState.DOWN))
+    assert "refusing to start" in done.stopped and "cup" in done.stopped
+    assert done.duration == 0.0 and arena._world.t == 0.0
+
+
+def test_a_contact_that_grows_after_the_motion_is_told_once_with_all_its_force(arena: SimulatedArena) -> None:
+    wall_ahead(arena, 0.02)
+    done = arena.execute(rail_forward(arena, 0.03))
+    assert done.stop_cause is StopCause.CONTACT and done.collisions
+    n_before = len(arena.collisions)
+    arena._world.command(arena.q + 0.012 * (np.arange(8) == 0))  # a drive that creeps on
+    arena.wait(0.3)
+    grown = arena.collisions[-1]
+    assert grown.b == "wall" and grown.t_end == pytest.approx(arena._world.t)
+    assert grown.force > 2.0 * max(c.force for c in done.collisions)
+    arena.wait(0.3)
+    assert len(arena.collisions) <= n_before + 1
+
+
+def test_a_contact_that_begins_while_the_robot_waits_is_told(arena: SimulatedArena) -> None:
+    assert arena.collisions == ()
+    wall_ahead(arena, 0.005)
+    arena._world.command(arena.q + 0.02 * (np.arange(8) == 0))
+    arena.wait(0.2)
+    assert {c.b for c in arena.collisions} == {"wall"}
+    # It goes on in what is carried out next, and is in its record, but it is the same contact.
+    again = arena.release()
+    assert again.collisions == arena.collisions
+
+
+def test_what_the_cup_was_to_touch_it_may_go_on_touching_where_it_stands(arena: SimulatedArena) -> None:
+    wall_ahead(arena, 0.02)
+    plan = rail_forward(arena, 0.022)
+    touching = replace(plan.segments[0], touching=("wall",))
+    done = arena.execute(replace(plan, segments=(touching,)))
+    arena.wait(0.2)
+    assert done.stopped == "" and arena.collisions == ()
+
+
+def test_a_fall_is_over_before_it_is_told_and_told_once() -> None:
+    scene, item, height = scene_of(ORDER, load_cell("apc2016_delft")), "crayola_24_ct", 2.2
+    T = pose((-0.5, -1.5, height))
+    arena = SimulatedArena(scene.moved(replace(scene.find(item), T_world_item=T)))
+    world, act = arena._world, arena._world.act
+
+    def let_go(device: str, action: str) -> bool | None:
+        if (device, action) == ("valve", "off"):
+            world.suction.releases.append(Release(item, world.t, True, T, NO_LOAD))
+        return act(device, action)
+
+    world.act = let_go  # type: ignore[method-assign]
+    told = arena.release()
+    world.act = act  # type: ignore[method-assign]
+    (drop,) = told.drops
+    assert drop.height == pytest.approx(height, abs=0.1) and told.disturbed == ()
+    assert told.duration > LET_GO
+    arena.wait(0.5)
+    after = arena.release()
+    assert after.drops == () and after.disturbed == ()
 
 
 def test_letting_go_takes_simulated_time(arena: SimulatedArena) -> None:

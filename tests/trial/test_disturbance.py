@@ -106,7 +106,7 @@ def test_every_item_and_the_shelf_is_damaged_once_by_the_worst_hit() -> None:
 
 
 def played(execution: Execution, **levels: object):  # type: ignore[no-untyped-def]
-    fake = FakeCrew(SCENE, executions={"crayola_24_ct": [execution]})
+    fake = FakeCrew(SCENE, executions={"crayola_24_ct": [execution]}, collided=execution.collisions)
     return run_trial(ORDER, fake.crew(), TrialSettings(reality=replace(DEFAULT, **levels)))
 
 
@@ -122,6 +122,18 @@ def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
     (named,) = record["attempts"][0]["execution"]["disturbed"]
     assert named["item"] == BAR and named["fate"] == "fell" and named["fell"] == pytest.approx(1.2)
     assert any(BAR in line and "fell" in line for line in summary(result))
+
+
+def test_a_contact_counts_once_and_by_what_it_came_to_after_the_motion() -> None:
+    told = hit("lance", BAR, 60.0)  # as the execution tells it; it grew while the robot waited
+    fake = FakeCrew(SCENE, executions={"crayola_24_ct": [Execution(4.0, "contact", collisions=(told,))]})
+    fake.executions["recover as planned"] = [Execution(4.0, collisions=(told,))]
+    fake.collided = (replace(told, t_end=8.0, force=600.0), hit("cup", "oreo_mega_stuf", 1.0))
+    result = run_trial(ORDER, fake.crew())
+    assert result.n_collisions == 2 and result.final.damages == ((BAR, Damage.MAJOR),)
+    record = trial_record(result, "order.json", 1.0)
+    assert record["collisions"] == 2 == len(record["contacts"])
+    assert [contact["force"] for contact in record["contacts"]] == [600.0, 1.0]
 
 
 def test_damage_can_be_switched_off() -> None:
