@@ -17,6 +17,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.clearance import check_clearance
+from pickcli.verification.exemptions import exemptions
 from pickcli.verification.parts import farthest, fixtures, parts
 from pickcli.verification.standing import Standing
 from pickcli.verification.states import sample_states
@@ -51,7 +52,9 @@ def judge(scene: Scene, query: Query, waypoints: Array) -> Judgement:
     moving = parts(scene, segment, None if query.held is None else query.held.T_tip_item)
     ends = np.array([0.0, trajectory.duration])
     states = sample_states(scene.cell.robot, trajectory, ends, farthest(moving))
-    found = check_clearance(plan, scene, states, [moving], Standing(plan, fixtures(scene), None))
+    world = Standing(plan, fixtures(scene), None)
+    exempt = exemptions(plan, scene, states, [moving], world)
+    found = check_clearance(plan, states, [moving], world, exempt)
     touching = [str(reason) for reason in found.reasons if reason.what == "collision"]
     return Judgement(not touching, 0.0 if found.reasons else found.minimum, "; ".join(touching))
 

@@ -124,10 +124,11 @@ class BinQuery:
         """By name, how far (3,) what is near counts as moved out of the target's way.
 
         Two solids do not overlap: where their poses say so, by no more than both may be off, one of them is
-        elsewhere. slip: m that the target may go deeper than that on a way that follows a line only nearly
+        elsewhere. slip: m that the target may go deeper than that, or come nearer to what it is clear of and
+        still touch it, on a way that follows a line only nearly
         """
         turned = TURNED * self.scene.noise.angle * self.planner.settings.lift_contact
-        return {name: (max(0.0, -c.gap) + slip + turned) * c.normal for name, c in self.near.items()}
+        return {name: max(0.0, slip + turned - c.gap) * c.normal for name, c in self.near.items()}
 
     def leaving(self, grasp: Grasp) -> AllowedContacts:
         """What target and cup may touch over the first stretch of the lift, and how deep."""

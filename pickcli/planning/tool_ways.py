@@ -29,6 +29,7 @@ ASIDE = sorted(product(SIDEWAYS, UPWARDS), key=lambda yz: float(np.hypot(*yz)))
 STRAIGHT_IN = (0.0, 0.0)
 N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
+LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0.055 are promised
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
@@ -90,6 +91,10 @@ def tool_ways_out(
     """Ways out on which the tool keeps clear of everything and holds the target; or what is in their way."""
     tool = _carrying(query, grasp.pivot)
     found = [pushed @ contact for pushed in query.ways_out.pushes(ways)]
+    # A push that turns the item moves the tool farther than the item's middle.
+    found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
+    if not found:
+        return Reason("touches too long", "lift", "the tool swings out too far where the item turns")
     free = [poses for poses in found if tool.are_free(poses).all() and tool.path_is_free(poses) == -1]
     if not free:
         return _blocked(query, tool, found[0][LIFTED], "lift")

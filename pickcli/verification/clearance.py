@@ -18,11 +18,10 @@ from itertools import count
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
-from pickcli.verification.contacts import exemptions
+from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.parts import Fixture, Part, farthest
 from pickcli.verification.sieve import candidates, own_bounds, relative_reach, windows, world_bounds
 from pickcli.verification.standing import Standing
@@ -99,22 +98,23 @@ class Clearance:
 
 def check_clearance(
     plan: Plan,
-    scene: Scene,
     states: States,
     moving: Sequence[tuple[Part, ...]],
     world: Standing,
+    exempt: Sequence[Exemptions],
     opening: frozenset[tuple[str, str]] = frozenset(),
     needed: float = 0.0,
 ) -> Clearance:
     """Prove that nothing comes near but what is planned to; see the head of this file.
 
+    exempt: of every segment
     opening: pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere
     needed: m that all others keep
     """
     queue: list[tuple[float, int, Pair, int, int, bool]] = []
     ticket = count()
     for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, scene, states, moving[k], world.of(k), k, opening):
+        for bound, pair, i, j in _near(plan, states, moving[k], world.of(k), k, exempt[k], opening):
             queue.append((bound, next(ticket), pair, i, j, False))
     heapq.heapify(queue)
     return _search(plan, queue, ticket, needed)
@@ -161,6 +161,8 @@ def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
     i = min((i, j), key=pair.distance)
     where = f"segment {pair.segment} ({plan.segments[pair.segment].kind})"
     at = f"{pair.names} at {pair.states.times[i]:.3f} s"
+    if pair.b.name in plan.segments[pair.segment].touching and (pair.a.is_cup or pair.a.is_held):
+        at += " (named as touched, but not near where the item or the cup is at rest)"
     if pair.distance(i) <= 0.0:
         return Reason("collision", where, f"{at}, {pair.depth(i) * 1e3:.1f} mm deep")
     apart = f"{pair.distance(i) * 1e3:.2f} mm apart"
@@ -171,16 +173,15 @@ def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
 
 def _near(
     plan: Plan,
-    scene: Scene,
     states: States,
     moving: tuple[Part, ...],
     standing: tuple[Fixture, ...],
     k: int,
+    exempt: Exemptions,
     opening: frozenset[tuple[str, str]],
 ) -> Iterator[tuple[float, Pair, int, int]]:
     """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
     segment = plan.segments[k]
-    exempt = exemptions(plan, scene, k)
     at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
     tested = np.array(
         [

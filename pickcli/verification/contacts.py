@@ -1,14 +1,9 @@
-"""Which pairs are not tested, and why; every other pair is."""
+"""Where a plan may touch anything at all, and where what it touches there is at rest."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from pickcli.cell.robot import Robot
-from pickcli.cell.scene import Scene
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
-from pickcli.verification.parts import Part
 
 
 def releases(plan: Plan) -> tuple[int, ...]:
@@ -35,44 +30,11 @@ def may_touch(plan: Plan, k: int) -> bool:
     return segment.kind is SegmentKind.CONTACT
 
 
-@dataclass(frozen=True)
-class Exemptions:
-    """What one segment does not test.
+def ends_at_rest(plan: Plan, k: int) -> bool:
+    """Whether what segment k touches is touched at rest where the segment ends, and not where it begins.
 
-    touching: names that cup and held item are planned to touch here
+    So it is where the cup is pressed on and where the item is set down; also on the way back along a lift.
     """
-
-    touching: frozenset[str]
-    neighbours: frozenset[frozenset[str]]  # links that a joint connects
-    allowed: frozenset[frozenset[str]]  # the cell's list, each with its reason there
-
-    def is_world_pair_untested(self, part: Part, name: str) -> bool:
-        """Whether a part may touch a body or item of the world."""
-        if part.is_cup or part.is_held:
-            return name in self.touching
-        return frozenset((part.name, name)) in self.allowed
-
-    def is_own_pair_untested(self, a: Part, b: Part) -> bool:
-        """Whether two parts of the arm, or of arm and held item, are left out."""
-        if a.name == b.name:
-            return True
-        if a.is_held or b.is_held:
-            return a.is_cup or b.is_cup
-        names = frozenset((a.name, b.name))
-        # Where no joint moves between two links their pose is the tool maker's business.
-        is_rigid = not ((a.reach > 0.0) != (b.reach > 0.0)).any()
-        return is_rigid or names in self.neighbours or names in self.allowed
-
-
-def exemptions(plan: Plan, scene: Scene, k: int) -> Exemptions:
-    """The exemptions of segment k."""
     segment = plan.segments[k]
-    return Exemptions(
-        touching=frozenset(segment.touching) if may_touch(plan, k) else frozenset(),
-        neighbours=_neighbours(scene.cell.robot),
-        allowed=frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs),
-    )
-
-
-def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
-    return frozenset(frozenset((joint.parent, joint.child)) for joint in robot.joints)
+    is_way_back = plan.recovery is RecoveryLevel.BACKWARDS and segment.kind is SegmentKind.LIFT
+    return is_way_back or segment.kind in (SegmentKind.CONTACT, SegmentKind.PLACE)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool
+from pickcli.cell.robot import PivotState, Tool
 from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import Reason
@@ -29,6 +29,10 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
         return ()
     grasp, item = plan.grasp, scene.find(plan.grasp.item).item
     reasons = list(_seal(grasp, item, scene.cell.robot.tool))
+    if grasp.pivot is PivotState.MOVING:
+        reasons.append(
+            Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
+        )
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
             if segment.pivot is not grasp.pivot:

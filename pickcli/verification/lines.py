@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -26,14 +26,21 @@ STRAIGHT = (
 )
 OFF_LINE = 0.002  # m
 OFF_ANGLE = np.radians(1.0)
-SHORT_TOUCH = (SegmentKind.LIFT, SegmentKind.PLACE, SegmentKind.DEPART)
 FIRST_LIFT = 0.055  # m of the lift, or last of the place, in which the item may touch support and neighbours
+CONTACT_WAY = 0.025  # m: some before the cup can meet an uncertain item, and the stroke of its bellows
+TOUCHED_WAY = {
+    SegmentKind.CONTACT: CONTACT_WAY,
+    SegmentKind.LIFT: FIRST_LIFT,
+    SegmentKind.PLACE: FIRST_LIFT,
+    SegmentKind.DEPART: FIRST_LIFT,
+}
 SPEED_TOLERANCE = 1e-3  # of the contact speed
 
 
 def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
     """All that is promised of the tool's way in single segments."""
     reasons: list[Reason] = []
+    touched = dict.fromkeys(TOUCHED_WAY, 0.0)
     for k, segment in enumerate(plan.segments):
         first, last = states.between(segment.t_start, segment.t_end)
         tips = tip_poses(robot, states.links[:, first : last + 1], segment.pivot)
@@ -42,9 +49,9 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
             reasons += _straight(tips, where)
         if segment.kind is SegmentKind.CONTACT:
             reasons += _contact(plan, robot, segment, tips, where)
-        if segment.kind in SHORT_TOUCH and segment.touching:
-            reasons += _first_lift(tips, where)
-    return tuple(reasons)
+        if segment.kind in touched and segment.touching:
+            touched[segment.kind] += float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())
+    return (*reasons, *_touched_too_long(touched))
 
 
 def _straight(tips: Array, where: str) -> Iterator[Reason]:
@@ -96,7 +103,9 @@ def _fastest_tip(plan: Plan, robot: Robot, segment: Segment) -> float:
     return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())
 
 
-def _first_lift(tips: Array, where: str) -> Iterator[Reason]:
-    way = float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())
-    if way > FIRST_LIFT:
-        yield Reason("touching too long", where, f"{way * 1e3:.1f} mm; at most {FIRST_LIFT * 1e3:.0f} mm may")
+def _touched_too_long(touched: Mapping[SegmentKind, float]) -> Iterator[Reason]:
+    """Contact is planned over a stated way of the tool, all segments of a kind together."""
+    for kind, way in touched.items():
+        if way > (most := TOUCHED_WAY[kind]):
+            told = f"{way * 1e3:.1f} mm of way name what may be touched; at most {most * 1e3:.0f} mm may"
+            yield Reason("touching too long", str(kind), told)

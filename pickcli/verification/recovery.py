@@ -17,7 +17,7 @@ from pickcli.errors import Reason
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.arm import tip_poses
-from pickcli.verification.contacts import exemptions
+from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.parts import Fixture, Part
 from pickcli.verification.solids import distances_to_boxes
 from pickcli.verification.standing import Standing
@@ -83,15 +83,15 @@ def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
 
 
 def check_opening(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
-) -> Opening:
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
+    exempt: Sequence[Exemptions],
+) -> Opening:  # fmt: skip
     """The pairs that are near at the start of a way out, each followed to the end of the motion."""
     if plan.recovery in (None, RecoveryLevel.AS_PLANNED):
         return Opening()
     clearance = scene.cell.clearance
-    exempt = exemptions(plan, scene, 0)
     near = _near_at_start(states, moving[0], world.of(0), clearance)
-    pairs = {pair for pair in near if frozenset(pair) not in exempt.allowed}
+    pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed}
     nearest = dict.fromkeys(sorted(pairs), -np.inf)
     reasons: dict[tuple[str, str], Reason] = {}
     for k, segment in enumerate(plan.segments):

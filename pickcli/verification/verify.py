@@ -17,6 +17,7 @@ from pickcli.errors import Reason, RejectedError, StaleError
 from pickcli.motion.plan import Certificate, Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.verification.clearance import check_clearance
+from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.hold import check_hold
 from pickcli.verification.io import check_io
@@ -73,16 +74,17 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
     world = standing(plan, scene, T_tip_item)
-    opening = check_opening(plan, scene, states, moving, world)
+    exempt = exemptions(plan, scene, states, moving, world)
+    opening = check_opening(plan, scene, states, moving, world, exempt)
     clearance = check_clearance(
-        plan, scene, states, moving, world, opening.pairs, needed_clearance(plan, scene)
+        plan, states, moving, world, exempt, opening.pairs, needed_clearance(plan, scene)
     )
     reasons = (
         *ratios.reasons,
         *clearance.reasons,
         *opening.reasons,
         *check_recovery(plan, scene, states, ratios.velocity),
-        *check_touch(plan, scene, states, moving, world),
+        *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_hold(plan, scene, T_tip_item),

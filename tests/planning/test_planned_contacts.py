@@ -90,8 +90,10 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
     thin = lying_on(cell, BIN, BOOK, None, PoseNoise())
     plan = plan_pick(planner, thin, BIN, BOOK, home)
     assert verify(plan, thin).is_accepted
-    for up, is_too_deep in ((0.010, False), (0.014, True)):  # 4 mm of book, pressed by 1 mm, a stroke of 8
-        raised = replace(thin, T_world_pod=pose((0.0, 0.0, up)))
+    for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
+        tool = replace(cell.robot.tool, cup_stroke=stroke)
+        stiff = replace(cell, robot=replace(cell.robot, tool=tool))
+        raised = replace(thin, cell=stiff, T_world_pod=pose((0.0, 0.0, 0.006)))
         reasons = verify(replace(plan, scene_hash=scene_hash(raised)), raised).reasons
         deep = [r.detail for r in reasons if r.what == "planned contact too deep"]
         assert any(detail.startswith("cup and row_JKL_floor") for detail in deep) is is_too_deep

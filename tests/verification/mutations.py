@@ -30,6 +30,17 @@ def with_segment(k_of: SegmentKind, **changes: object) -> Mutation:
     return change
 
 
+def one_contact(plan: Plan) -> Plan:
+    """Approach and contact as one long contact that may touch."""
+    k = segment(plan, SegmentKind.CONTACT)
+    joined = replace(plan.segments[k], t_start=plan.segments[k - 1].t_start)
+    events = tuple(
+        replace(e, anchor=replace(e.anchor, segment=e.anchor.segment - (e.anchor.segment >= k)))
+        for e in plan.events
+    )
+    return replace(plan, segments=(*plan.segments[: k - 1], joined, *plan.segments[k + 1 :]), events=events)
+
+
 def with_points(edit: Callable[[dict[str, np.ndarray], Plan], None]) -> Mutation:
     """Edit copies of times, positions, velocities and accelerations."""
 
@@ -203,6 +214,10 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "pivots while holding": (
         with_segment(SegmentKind.TRANSFER, pivot=MOVING), "pivots while holding", "transfer",
     ),
+    "contact and grasp while the cup pivots": (
+        lambda p: with_grasp(pivot=MOVING)(with_segment(SegmentKind.CONTACT, pivot=MOVING)(p)),
+        "wrong pivot", "the cup holds while it stands still",
+    ),
     "held item forgotten": (with_segment(SegmentKind.TRANSFER, held=None), "held item forgotten", "transfer"),
     "another item held": (
         with_segment(SegmentKind.RETREAT, held="dove_beauty_bar"), "wrong held item", "retreat",
@@ -220,6 +235,9 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "a gap between segments": (with_segment(SegmentKind.LIFT, t_end=4.0), "segments not contiguous", "lift"),
     "coarse motion called a line": (
         with_segment(SegmentKind.TRANSFER, kind=SegmentKind.RETREAT), "not straight", "retreat",
+    ),
+    "an approach called contact, and the contact a part of it": (
+        one_contact, "touching too long", "contact",
     ),
     "an approach called contact": (
         with_segment(SegmentKind.APPROACH, kind=SegmentKind.CONTACT), "held item forgotten", "",

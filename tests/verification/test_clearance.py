@@ -16,7 +16,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.arm import link_poses
 from pickcli.verification.clearance import FAR, RESOLUTION, Clearance, check_clearance
-from pickcli.verification.contacts import exemptions
+from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.parts import parts, parts_of_segments
 from pickcli.verification.standing import standing
@@ -28,7 +28,8 @@ def check(plan: Plan, scene: Scene) -> Clearance:
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
     world = standing(plan, scene, T_tip_item)
-    return check_clearance(plan, scene, sampled(plan, scene, moving), moving, world)
+    states = sampled(plan, scene, moving)
+    return check_clearance(plan, states, moving, world, exemptions(plan, scene, states, moving, world))
 
 
 def proven(plan: Plan, scene: Scene) -> float:
@@ -54,9 +55,11 @@ def brute_force(plan: Plan, scene: Scene, only: range, dt: float = 0.06) -> floa
 
 def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
     """The smallest distance at each time of segment k."""
-    segment, exempt = plan.segments[k], exemptions(plan, scene, k)
-    moving = parts(scene, segment, pose_in_tool(plan, scene))
-    world = standing(plan, scene, pose_in_tool(plan, scene)).of(k)
+    T_tip_item = pose_in_tool(plan, scene)
+    all_moving, standing_there = parts_of_segments(plan, scene, T_tip_item), standing(plan, scene, T_tip_item)
+    states = sampled(plan, scene, all_moving)
+    exempt = exemptions(plan, scene, states, all_moving, standing_there)[k]
+    moving, world = parts(scene, plan.segments[k], T_tip_item), standing_there.of(k)
     pairs = [(a, b) for a in moving for b in world if not exempt.is_world_pair_untested(a, b.name)]
     pairs += [(a, b) for a, b in combinations(moving, 2) if not exempt.is_own_pair_untested(a, b)]
     links = link_poses(scene.cell.robot, plan.trajectory.sample(times))

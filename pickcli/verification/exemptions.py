@@ -1,0 +1,94 @@
+"""Which pairs are not tested, and why; every other pair is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pickcli.cell.robot import Robot
+from pickcli.cell.scene import Scene
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.contacts import ends_at_rest, may_touch
+from pickcli.verification.parts import Part
+from pickcli.verification.standing import Standing
+from pickcli.verification.states import States
+
+LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound distances from below
+
+
+@dataclass(frozen=True)
+class Exemptions:
+    """What one segment does not test.
+
+    touching: names that cup and held item are planned to touch here, and are near to where that begins
+    """
+
+    touching: frozenset[str]
+    neighbours: frozenset[frozenset[str]]  # links that a joint connects
+    allowed: frozenset[frozenset[str]]  # the cell's list, each with its reason there
+
+    def is_world_pair_untested(self, part: Part, name: str) -> bool:
+        """Whether a part may touch a body or item of the world."""
+        if part.is_cup or part.is_held:
+            return name in self.touching
+        return frozenset((part.name, name)) in self.allowed
+
+    def is_own_pair_untested(self, a: Part, b: Part) -> bool:
+        """Whether two parts of the arm, or of arm and held item, are left out."""
+        if a.name == b.name:
+            return True
+        if a.is_held or b.is_held:
+            return a.is_cup or b.is_cup
+        names = frozenset((a.name, b.name))
+        # Where no joint moves between two links their pose is the tool maker's business.
+        is_rigid = not ((a.reach > 0.0) != (b.reach > 0.0)).any()
+        return is_rigid or names in self.neighbours or names in self.allowed
+
+
+def exemptions(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
+) -> tuple[Exemptions, ...]:
+    """The exemptions of every segment."""
+    neighbours = _neighbours(scene.cell.robot)
+    allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs)
+    return tuple(
+        Exemptions(_touching(plan, scene, states, moving, world, k), neighbours, allowed)
+        for k in range(len(plan.segments))
+    )
+
+
+def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
+    return frozenset(frozenset((joint.parent, joint.child)) for joint in robot.joints)
+
+
+def _touching(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing, k: int
+) -> frozenset[str]:
+    """What segment k names as touched, as far as it lies within the clearance of what is there at rest.
+
+    That is the item, where it is taken or set down; or the empty cup, where a way out of a stop begins.
+    """
+    segment = plan.segments[k]
+    if not segment.touching or not may_touch(plan, k):
+        return frozenset()
+    first, last = states.between(segment.t_start, segment.t_end)
+    i = last if ends_at_rest(plan, k) else first
+    if segment.kind is SegmentKind.CONTACT:
+        held_in = min(k + 1, len(plan.segments) - 1)
+    else:
+        held_in = k - 1 if segment.kind is SegmentKind.DEPART and k > 0 else k
+    resting = [part for part in moving[held_in] if part.is_held]
+    resting = resting or [part for part in moving[k] if part.is_cup]
+    most = scene.cell.clearance + LOOSE
+    near = set()
+    for fixture in world.of(k):
+        if fixture.name in segment.touching:
+            for part in resting:
+                part.solid.place(states.links[part.link, i] @ part.T_link_shape)
+                if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= most:
+                    near.add(fixture.name)
+    for cell_bin in scene.cell.pod.bins.values():  # what lies on a floor may lie on all parts of it
+        if near & set(cell_bin.floor):
+            near |= set(cell_bin.floor)
+    return frozenset(near & set(segment.touching))

@@ -1,0 +1,77 @@
+"""What may be touched is what is near at rest, and no deeper than it is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from handmade import CRAYOLA, Builder, cell, make_scene, move_plan, pick, tip
+
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import pose
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.exemptions import exemptions
+from pickcli.verification.held import pose_in_tool
+from pickcli.verification.parts import parts_of_segments
+from pickcli.verification.standing import standing
+from pickcli.verification.verify import sampled, verify
+
+Q = np.asarray(cell().configurations["home"].q)
+
+
+def box_at(xyz: Sequence[float], noise: float = 0.0) -> Scene:
+    """A box in the air, its middle at a place (3,) in the tool frame."""
+    item = cell().item(CRAYOLA)
+    placed = PlacedItem(CRAYOLA, item, "bin_A", tip(Q) @ pose(xyz))
+    return make_scene(placed, noise=PoseNoise(noise, 0.0))
+
+
+def leaving(scene: Scene, way: Sequence[float], back: float = 0.0) -> Plan:
+    """A way out of a stop that begins with a line on which the cup may touch the box, and goes back then.
+
+    way: (3,) m along the tool's axes. back: m along its axis, afterwards
+    """
+    builder = Builder(Q)
+    there = tip(Q) @ pose(way)
+    builder.line(SegmentKind.DEPART, there, 2.0, touching=(CRAYOLA,))
+    if back:
+        builder.line(SegmentKind.RETREAT, there @ pose((0.0, 0.0, -back)), 2.0)
+    return replace(move_plan(scene, builder), recovery=RecoveryLevel.AS_PLANNED)
+
+
+def told(plan: Plan, scene: Scene) -> str:
+    return "; ".join(map(str, verify(plan, scene).reasons))
+
+
+def test_a_way_out_touches_only_what_it_is_near_to() -> None:
+    """The box is 20 mm ahead and known to 8 mm: the bellows would take what the cup is driven into it."""
+    half = float(cell().item(CRAYOLA).shape.extents[2]) / 2
+    scene = box_at((0.0, 0.0, half + 0.020), noise=0.008)
+    assert "not near where" in told(leaving(scene, (0.0, 0.0, 0.024)), scene)
+    near = box_at((0.0, 0.0, half + 0.001))
+    assert told(leaving(near, (0.0, 0.0, -0.03)), near) == ""
+
+
+def test_the_bellows_do_not_give_sideways() -> None:
+    """The box is 1 mm beside the rim and reaches 6 mm back along the cup, which its bellows take."""
+    size = cell().item(CRAYOLA).shape.extents
+    beside = float(size[1]) / 2 + cell().robot.tool.cup_radius + 0.001
+    scene = box_at((0.0, beside, float(size[2]) / 2 - 0.006))
+    assert "planned contact too deep" in told(leaving(scene, (0.0, 0.005, 0.0), back=0.03), scene)
+    assert told(leaving(scene, (0.0, -0.005, 0.0), back=0.03), scene) == ""
+
+
+def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
+    plan, scene = pick()
+    k = next(k for k, s in enumerate(plan.segments) if s.kind is SegmentKind.LIFT)
+    T = pose_in_tool(plan, scene)
+    moving, world = parts_of_segments(plan, scene, T), standing(plan, scene, T)
+    every = tuple(fixture.name for fixture in world.before)
+    named = [replace(s, touching=every) if j in (k - 1, k) else s for j, s in enumerate(plan.segments)]
+    plan = replace(plan, segments=tuple(named))
+    found = exemptions(plan, scene, sampled(plan, scene, moving), moving, world)
+    floor = set(cell().pod.bins["bin_B"].floor)
+    assert found[k - 1].touching == {CRAYOLA} | floor
+    assert found[k].touching == floor
