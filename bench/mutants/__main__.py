@@ -44,7 +44,7 @@ PACKAGES = (
         ("cell/yaml_reader", "cell/urdf", "cell/consistency", "cell/validate", "cell/reading", "cell/atomic"),
         (
             "tests/cell/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
-            "tests/cell/test_cell_mistakes.py",
+            "tests/cell/test_cell_bounds.py", "tests/cell/test_cell_mistakes.py",
             "tests/cell/test_atomic.py", "tests/cell/test_reading.py", "tests/cell/test_default_cell.py",
         ),
     ),
@@ -68,13 +68,20 @@ PACKAGES = (
     Package(
         "verifier",
         ("verification/limits", "verification/structure", "verification/io", "verification/release",
-         "verification/contacts", "verification/quintic", "verification/lines"),
-        ("tests/verification/test_quintic.py", "tests/verification/test_verify.py"),
+         "verification/contacts", "verification/quintic", "verification/lines", "verification/touch",
+         "verification/hold", "verification/clearance"),
+        ("tests/verification",),
     ),
     Package(
-        "contact and load",
-        ("verification/touch", "verification/hold", "verification/clearance", "cell/cup_limits"),
-        ("tests/cell/test_cup_limits.py", "tests/verification"),
+        "contact rules",
+        ("collision/allowed_contacts", "cell/supports", "cell/touching"),
+        ("tests/collision/test_allowed_contacts.py", "tests/cell/test_supports.py",
+         "tests/cell/test_touching.py"),
+    ),
+    Package(
+        "load rules",
+        ("cell/cup_limits", "grasping/holding"),
+        ("tests/cell/test_cup_limits.py", "tests/grasping/test_holding.py"),
     ),
 )  # fmt: skip
 

@@ -79,8 +79,8 @@ def _local_support(shape: Shape, n: Array) -> Array:
         return np.asarray(n * (shape.size[0] / max(float(np.linalg.norm(n)), 1e-300)))
     radius, length = shape.size
     across = float(np.hypot(n[0], n[1]))
-    rim = n[:2] * (radius / across) if across > 1e-12 else np.zeros(2)
-    return np.array([rim[0], rim[1], np.copysign(length / 2, n[2])])
+    outwards = radius / across if across > 1e-12 else 0.0
+    return np.array([n[0] * outwards, n[1] * outwards, np.copysign(length / 2, n[2])])
 
 
 def _shadow_overlap(a: Solid, b: Solid, n: Array) -> float:
@@ -121,8 +121,7 @@ def _are_apart(a: Solid, b: Solid) -> bool:
         if float(x @ s) > _ROUNDING * float(np.linalg.norm(x)):
             return True  # all of A - B lies beyond the plane through s: 0 is outside
         step = s - x
-        t = float(np.clip(-(x @ step) / max(float(step @ step), 1e-300), 0.0, 1.0))
-        x = x + t * step
+        x = x - float(x @ step) / max(float(step @ step), 1e-300) * step  # between x and s, for x @ s <= 0
         if float(x @ x) < 1e-16:
             return False
     return False

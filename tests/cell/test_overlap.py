@@ -115,3 +115,66 @@ def test_a_solid_thinner_than_what_is_taken_off_becomes_a_sliver() -> None:
     plate = Solid(Shape(ShapeKind.BOX, (0.2, 0.1, 0.01)), np.eye(4))
     np.testing.assert_allclose(plate.shrunk(0.002).shape.extents, (0.196, 0.096, 0.006))
     np.testing.assert_allclose(plate.shrunk(0.5).shape.extents, (0.1902, 0.0902, 0.0002))
+
+
+turns = st.tuples(angles, angles, angles).map(lambda rpy: pose(rpy=rpy))
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda n: np.linalg.norm(n) > 0.1)
+depths = st.floats(0.0, 0.9)
+
+
+def _met(a: Solid, b: Solid, n: Array, depth: float) -> Solid:
+    """b moved to where its farthest point along -n lies ``depth`` m behind a's farthest point along n."""
+    return Solid(b.shape, pose(a.support(n) - depth * n - b.support(-n)) @ b.T)
+
+
+@given(shapes, turns, shapes, turns, directions, depths)
+@example(CAN, pose(), CAN, pose(rpy=(1.0, 0.7, 0.0)), (0.3, 0.4, 0.8), 0.5)
+@example(
+    CAN, pose(), Shape(ShapeKind.BOX, (0.1, 0.06, 0.04)), pose(rpy=(1.0, 0.7, 0.4)), (0.3, 0.4, 0.8), 0.5
+)
+def test_solids_that_a_plane_parts_but_for_a_touch_do_not_overlap(
+    a: Shape, T_a: Array, b: Shape, T_b: Array, n: tuple[float, float, float], depth: float
+) -> None:
+    """Wherever that plane lies: corner on rim, rim on rim, edge on mantle."""
+    one, direction = Solid(a, T_a), np.array(n) / np.linalg.norm(n)
+    other = _met(one, Solid(b, T_b), direction, depth * TOUCH)
+    assert overlap_depth(one, other) == 0.0
+    assert overlap_depth(other, one) == 0.0
+
+
+@given(boxes, turns, places, directions, st.floats(0.02, 0.2), st.floats(0.1, 0.99))
+def test_a_ball_stands_in_a_box_as_deep_as_its_radius_exceeds_its_distance(
+    box: Shape, T: Array, T_world: Array, n: tuple[float, float, float], radius: float, share: float
+) -> None:
+    """As long as its middle is outside: over a face, an edge or a corner."""
+    size, depth = box.extents / 2, share * radius
+    outside = np.array(n) / np.linalg.norm(n)
+    surface = np.where(abs(outside) > 0.3, np.copysign(size, outside), outside * size)
+    normal = np.where(abs(outside) > 0.3, outside, 0.0)
+    middle = surface + (radius - depth) * normal / np.linalg.norm(normal)
+    one = Solid(box, T_world)
+    ball = Solid(Shape(ShapeKind.SPHERE, (radius,)), T_world @ pose(middle) @ T)
+    expected = depth if depth > TOUCH else 0.0
+    assert overlap_depth(one, ball) == pytest.approx(expected, abs=1e-9)
+    assert overlap_depth(ball, one) == pytest.approx(expected, abs=1e-9)
+
+
+@given(places, st.floats(-0.5, 0.5), st.floats(0.2, 1.3), st.floats(0.003, 0.02))
+def test_a_can_along_an_edge_stands_in_it_as_deep_as_its_radius_exceeds_its_distance(
+    T_world: Array, along: float, angle: float, depth: float
+) -> None:
+    """A can much longer than the box, and its middle anywhere beside it."""
+    can = Shape(ShapeKind.CYLINDER, (0.03, 0.3))
+    outwards = np.array([np.cos(angle), np.sin(angle), 0.0])
+    box = Solid(Shape(ShapeKind.BOX, (0.1, 0.06, 0.04)), T_world)
+    middle = np.array([0.05, 0.03, 0.2 * along]) + (0.03 - depth) * outwards
+    assert overlap_depth(box, Solid(can, T_world @ pose(middle))) == pytest.approx(depth, abs=1e-9)
+    assert overlap_depth(Solid(can, T_world @ pose(middle)), box) == pytest.approx(depth, abs=1e-9)
+
+
+def test_solids_far_apart_do_not_overlap_and_a_solid_overlaps_itself() -> None:
+    for shape in (Shape(ShapeKind.BOX, (0.1, 0.06, 0.04)), CAN, Shape(ShapeKind.SPHERE, (0.03,))):
+        one = Solid(shape, np.eye(4))
+        assert one.radius == pytest.approx(np.linalg.norm(shape.extents) / 2)
+        assert overlap_depth(one, Solid(shape, pose((2 * one.radius, 0.0, 0.0)))) == 0.0
+        assert overlap_depth(one, one) == pytest.approx(min(shape.extents))

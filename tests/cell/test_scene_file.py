@@ -14,8 +14,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.cell.displacement import Displacement
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
+from pickcli.cell.overlap import Solid, overlap_depth
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.errors import InputError, StaleError
@@ -287,3 +289,124 @@ def test_an_item_may_lie_so_far_out_of_its_bin_and_no_farther(
             read_scene(written)
     else:
         assert read_scene(written).items
+
+
+def _read(scene: Scene, path: Path, noise: float = 0.0, pod_error: Displacement | None = None) -> Scene:
+    write_scene(replace(scene, noise=PoseNoise(noise, 0.0), pod_error=pod_error or Displacement()), path)
+    return read_scene(path)
+
+
+def _lowered(scene: Scene, item: PlacedItem, *, dz: float = 0.0, dx: float = 0.0, dy: float = 0.0) -> Scene:
+    return scene.moved(replace(item, T_world_item=pose((dx, dy, dz)) @ item.T_world_item))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_an_item_may_sink_into_its_floor_by_5_mm_and_its_noise(
+    cell: Cell, written: Path, noise: float
+) -> None:
+    scene = make_scene(cell)
+    first = replace(
+        scene.items[0], T_world_item=cell.pod.bins["bin_A"].T_pod_bin
+        @ pose((0.33, 0.0, cell.pod.bins["bin_A"].floor_back + scene.items[0].item.shape.extents[2] / 2))
+    )  # fmt: skip
+    alone = replace(scene, items=(first,))
+    assert _read(_lowered(alone, first, dz=-0.0049 - noise), written, noise)
+    with pytest.raises(InputError, match=f"reaches {5.1 + 1000 * noise:.1f} mm under the floor of bin_A"):
+        _read(_lowered(alone, first, dz=-0.0051 - noise), written, noise)
+
+
+def _in_tote(cell: Cell, dz: float) -> PlacedItem:
+    """A box on the tote's bottom, or deeper."""
+    item = cell.item("crayola_24_ct")
+    T = cell.tote.T_world_tote @ pose((0.0, 0.0, float(item.shape.extents[2]) / 2 + dz))
+    return PlacedItem("one", item, TOTE, T)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_an_item_may_stand_in_the_tote_by_5_mm_and_its_noise(
+    cell: Cell, tmp_path: Path, noise: float
+) -> None:
+    scene, path = make_scene(cell), tmp_path / "tote.json"
+    assert _read(replace(scene, items=(_in_tote(cell, -0.0049 - noise),)), path, noise)
+    with pytest.raises(InputError, match=r"items\[0\]\.position: one stands .* mm deep in .*tote"):
+        _read(replace(scene, items=(_in_tote(cell, -0.0053 - noise),)), path, noise)
+
+
+def test_where_the_pod_may_stand_elsewhere_an_item_may_stand_deeper(cell: Cell, tmp_path: Path) -> None:
+    """By as much as the pod's farthest corner may be off: 3 mm here."""
+    scene, path = replace(make_scene(cell), items=(_in_tote(cell, -0.007),)), tmp_path / "tote.json"
+    assert _read(scene, path, pod_error=Displacement(0.003, 0.0, 0.0))
+    with pytest.raises(InputError, match="mm deep in"):
+        _read(scene, path, pod_error=Displacement(0.001, 0.0, 0.0))
+    corner = max(float(np.linalg.norm(body.T_parent_shape[:2, 3])) for body in cell.pod.bodies)
+    assert _read(scene, path, pod_error=Displacement(0.0, 0.0, 0.0025 / corner))
+    with pytest.raises(InputError, match="mm deep in"):
+        _read(scene, path, pod_error=Displacement(0.0, 0.0, 0.0015 / corner))
+
+
+@pytest.mark.parametrize("length", [1.0009, 0.9991, 1.0011, 0.9989])
+def test_a_quaternion_is_a_unit_within_a_thousandth_and_is_normalised(written: Path, length: float) -> None:
+    before = read_scene(written)
+    q = np.array(json.loads(written.read_text())["items"][0]["quaternion"]) * length
+    edit(written, _set("items", 0, "quaternion", value=q.tolist()))
+    if abs(length - 1.0) > 1e-3:
+        with pytest.raises(InputError, match=r"items\[0\]\.quaternion: expected a length of 1"):
+            read_scene(written)
+    else:
+        T = read_scene(written).items[0].T_world_item
+        np.testing.assert_allclose(T, before.items[0].T_world_item, atol=1e-12)
+
+
+def test_an_item_may_lie_anywhere_in_its_bin_and_nowhere_far_beside_it(cell: Cell, tmp_path: Path) -> None:
+    """Its middle within 0.15 m of the bin's room, in each direction."""
+    bin_, path = cell.pod.bins["bin_E"], tmp_path / "astray.json"
+    item = cell.item("crayola_24_ct")
+    low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
+    high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
+    middle = (low + high) / 2
+    for axis in range(3):
+        for edge, outwards in ((low, -1.0), (high, 1.0)):
+            for beyond, is_astray in ((0.149, False), (0.151, True)):
+                p = middle.copy()
+                p[axis] = edge[axis] + outwards * beyond
+                placed = PlacedItem("one", item, "bin_E", cell.T_world_pod @ bin_.T_pod_bin @ pose(p))
+                scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.1, 3.0), seed=0)
+                write_scene(scene, path)
+                try:
+                    read_scene(path)
+                except InputError as error:
+                    assert ("one is 0.15 m away from bin_E" in str(error)) is is_astray
+                else:
+                    assert not is_astray
+
+
+def test_the_deepest_of_several_solids_is_named(cell: Cell, tmp_path: Path) -> None:
+    scene = make_scene(cell)
+    first = scene.items[0]
+    sunk = _lowered(replace(scene, items=(first,)), first, dy=-0.1, dz=-0.004)
+    message = ""
+    try:
+        _read(sunk, tmp_path / "s.json")
+    except InputError as error:
+        message = str(error)
+    solids = {
+        body.name: overlap_depth(
+            Solid(first.item.shape, sunk.items[0].T_world_item),
+            Solid(body.shape, sunk.T_world_pod @ body.T_parent_shape), 0.005,
+        )
+        for body in cell.pod.bodies
+    }  # fmt: skip
+    deepest = max(solids, key=lambda name: solids[name])
+    assert f"{first.id} stands {1000 * solids[deepest]:.1f} mm deep in {deepest}" in message
+
+
+def test_overlaps_are_allowed_by_the_mean_noise_of_both(cell: Cell, tmp_path: Path) -> None:
+    below = make_scene(cell).items[0]
+    for sunk, is_refused in ((0.0014, False), (0.0016, True)):
+        T = pose((0, 0, float(below.item.shape.extents[2]) - sunk)) @ below.T_world_item
+        scene = replace(make_scene(cell), items=(below, replace(below, id="above", T_world_item=T)))
+        if is_refused:
+            with pytest.raises(InputError, match=r"overlap by 1\.6 mm"):
+                _read(scene, tmp_path / "s.json")
+        else:
+            assert _read(scene, tmp_path / "s.json")

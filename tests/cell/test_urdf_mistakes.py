@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.urdf import read_urdf
 from pickcli.errors import InputError
+from pickcli.geometry import pose
 
 Refused = Callable[[Callable[[], object]], str]
 
@@ -149,3 +151,72 @@ def test_a_damaged_file_is_read_or_refused(
         read_urdf(write(folder, GOOD[:at] + put + GOOD[at + 1 :]))
     except InputError as error:
         assert "robot.urdf" in str(error)
+
+
+def test_what_the_format_leaves_out_means_nothing(tmp_path: Path) -> None:
+    """No weight, no offset, no turn; the figures of a fixed and of an endless joint."""
+    text = GOOD.replace('xyz="0 0 1" rpy="0 0 0"', 'rpy="0.1 0 0"').replace(
+        "<collision><geometry>", '<collision><origin xyz="1 2 3"/><geometry>'
+    )
+    text = text.replace('type="prismatic"', 'type="continuous"')
+    text = text.replace("</robot>", '<link name="tip"/>' + THIRD.format("hand", "tip"))
+    chain = read_urdf(write(tmp_path, text))
+    assert [link.mass for link in chain.links] == [0.0, 2.0, 0.0, 0.0]
+    np.testing.assert_array_equal(chain.joints[0].T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
+    np.testing.assert_array_equal(chain.joints[1].T_parent_joint, np.eye(4))
+    np.testing.assert_array_equal(chain.links[1].shapes[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
+    assert (chain.joints[1].lower, chain.joints[1].upper) == (-np.inf, np.inf)
+    assert (chain.joints[2].lower, chain.joints[2].upper) == (0.0, 0.0)
+    assert chain.joints[2].axis.tolist() == [0.0, 0.0, 1.0]
+    assert chain.name == "two" and chain.links[1].shapes[0].name == "arm_0"
+
+
+def test_shapes_are_told_by_name_or_else_by_number(tmp_path: Path) -> None:
+    solid = '<collision><geometry><box size="1 2 3"/></geometry></collision>'
+    more = (
+        '<collision name="can"><geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>'
+        '<collision><geometry><sphere radius="0.2"/></geometry></collision>'
+    )
+    shapes = read_urdf(write(tmp_path, GOOD.replace(solid, solid + more))).links[1].shapes
+    assert [(s.name, s.shape.kind.value, s.shape.size) for s in shapes] == [
+        ("arm_0", "box", (1.0, 2.0, 3.0)), ("can", "cylinder", (0.1, 0.4)), ("arm_2", "sphere", (0.2,)),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("old", "taken", "refused_", "problem"),
+    [
+        ('size="1 2 3"', 'size="1 2 10"', 'size="1 2 10.01"', "at most 10 m"),
+        ('size="1 2 3"', 'size="1e-9 2 3"', 'size="0 2 3"', "sizes over 0 m"),
+        ('size="1 2 3"', 'size="1 1e-9 3"', 'size="1 -1 3"', "sizes over 0 m"),
+        ('value="2"', 'value="10000"', 'value="10001"', "at most 10000 kg"),
+        ('value="2"', 'value="1e-9"', 'value="-1"', "over 0 kg"),
+        ('xyz="0 0 1"', 'xyz="-10 0 10"', 'xyz="0 -10.1 1"', "expected xyz within 10 m"),
+        ('rpy="0 0 0"', 'rpy="-12.6 0 12.6"', 'rpy="0 12.7 0"', "expected rpy within 12.6 rad"),
+        ('lower="-1" upper="1"', 'lower="-12.6" upper="1"', 'lower="-12.7" upper="1"', "within 12.6 of 0"),
+        ('lower="-1" upper="1"', 'lower="-1" upper="12.6"', 'lower="-1" upper="12.7"', "within 12.6 of 0"),
+        ('lower="0" upper="0.5"', 'lower="-100" upper="100"', 'lower="-101" upper="100"', "within 100 of 0"),
+        ('xyz="0 0 2"', 'xyz="0 0 1e-6"', 'xyz="0 0 0.9e-6"', "the axis has no direction"),
+        ('xyz="0 0 2"', 'xyz="0 0 1e6"', 'xyz="0 0 1.1e6"', "the axis has no direction"),
+    ],
+)
+def test_a_figure_goes_as_far_as_stated_and_no_farther(
+    tmp_path: Path, refused: Refused, old: str, taken: str, refused_: str, problem: str
+) -> None:
+    assert GOOD.count(old) == 1
+    assert read_urdf(write(tmp_path, GOOD.replace(old, taken)))
+    assert problem in refused(lambda: read_urdf(write(tmp_path, GOOD.replace(old, refused_))))
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('<robot name="x"></robot>', "has no <link>; add them"),
+        ('<robot name="x"><link name="a"/></robot>', "has no <joint>; add them"),
+        (GOOD.replace('<parent link="base"/>', '<parent link="bass"/>'), "no link is named 'bass'"),
+        (GOOD.replace("<geometry>", "<geometry><sphere radius='1'/>"), "expected exactly one shape"),
+        (GOOD.replace('<box size="1 2 3"/>', ""), "expected exactly one shape"),
+    ],
+)
+def test_what_is_no_chain_is_told_as_such(tmp_path: Path, refused: Refused, text: str, problem: str) -> None:
+    assert problem in refused(lambda: read_urdf(write(tmp_path, text)))

@@ -143,3 +143,79 @@ def test_unreadable_files_are_named(tmp_path: Path, refused: Refused) -> None:
     assert "not a regular file" in refused(lambda: read_yaml(tmp_path))
     assert "at most" in refused(lambda: read_yaml(big))
     assert "byte 3 is not UTF-8" in refused(lambda: read_yaml(binary))
+
+
+@given(value=plain)
+def test_json_in_ascii_means_the_same_here(folder: Path, value: object) -> None:
+    """With what lies beyond 16 bits as two escapes."""
+    assert read(folder, json.dumps(value)).data == value
+
+
+@pytest.mark.parametrize("text", ["\U0001f4e6", "\U00010000", "\U0010ffff", "a\U0001d11e\\b", "\\\U0001f600"])
+def test_two_escapes_of_json_are_one_character(folder: Path, text: str) -> None:
+    assert read(folder, json.dumps([text])).data == [text]
+
+
+def test_escapes_after_a_backslash_are_no_character(folder: Path) -> None:
+    text = r"\ud83d\udce6"
+    assert read(folder, json.dumps([text])).data == [text]
+
+
+def test_a_megabyte_is_read_and_no_byte_more(folder: Path, refused: Refused) -> None:
+    assert len(read(folder, "a" * 1_000_000).data) == 1_000_000
+    assert "at most 1000000 bytes are read" in refused(lambda: read(folder, "a" * 1_000_001))
+
+
+def test_thirty_two_levels_are_read_and_no_more(folder: Path, refused: Refused) -> None:
+    assert read(folder, "[" * 33 + "]" * 33).data
+    assert "nested deeper than 32 levels" in refused(lambda: read(folder, "[" * 34 + "]" * 34))
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_integers_are_exact_up_to_nineteen_digits(folder: Path, sign: str) -> None:
+    for n, kind in ((18 - len(sign), int), (19 - len(sign), int), (20 - len(sign), float), (300, float)):
+        data = read(folder, sign + "9" * n).data
+        assert type(data) is kind and data == kind(sign + "9" * n)
+
+
+@pytest.mark.parametrize("n", [1, 20, 21, 22, 60])
+def test_twenty_mistakes_are_told_and_the_others_counted(folder: Path, refused: Refused, n: int) -> None:
+    lines = refused(lambda: read(folder, "".join(f"k{i}: no\n" for i in range(n)))).splitlines()
+    assert len(lines) == min(n, 20) + (n > 20)
+    assert n <= 20 or lines[-1].endswith(f"file.yaml: and {n - 20} more")
+
+
+def test_a_mistake_stands_at_its_key_or_at_the_nearest_parent(folder: Path) -> None:
+    source = read(folder, "a:\n  b:\n    - 1\n    - [2, 3]\n")
+    for key, place in (
+        (("a", "b"), (2, 3)), (("a", "b", 1), (4, 7)), (("a", "b", 1, 1), (4, 11)),
+        (("a", "b", 1, 7), (4, 7)), (("a", "c"), (1, 1)), (("a", "c", "d"), (1, 1)), ((), (1, 1)),
+    ):  # fmt: skip
+        source.add(key, "wrong")
+        assert (source.problems[-1].line, source.problems[-1].column) == place
+    assert source.problems[1].text == "a.b[1]: wrong" and source.problems[-1].text == "wrong"
+
+
+def test_the_same_mistake_is_told_once(folder: Path, refused: Refused) -> None:
+    source = read(folder, "a: 1\nb: 2\n")
+    for key in ("b", "a", "b"):
+        source.add((key,), "wrong")
+    lines = refused(source.check).splitlines()
+    assert [line.split("file.yaml:")[1] for line in lines] == ["1:1: a: wrong", "2:1: b: wrong"]
+
+
+def test_a_source_without_marks_points_to_the_beginning(tmp_path: Path, refused: Refused) -> None:
+    source = Source(tmp_path / "x")
+    source.add(("a", 0), "wrong")
+    assert refused(source.check) == f"{tmp_path / 'x'}:1:1: a[0]: wrong"
+
+
+def test_a_file_that_is_cut_off_is_called_by_its_kind(tmp_path: Path, refused: Refused) -> None:
+    for name, kind in (("a.json", "JSON"), ("a.yaml", "YAML")):
+        (tmp_path / name).write_text('{"a": [1,\n 2\n')
+        assert f"{name}:3:1: not {kind}: " in refused(lambda name=name: read_yaml(tmp_path / name))
+
+
+@pytest.mark.parametrize("text", ["'a': !!str 1\n", "a: !x 1\n"])
+def test_tags_are_refused(folder: Path, refused: Refused, text: str) -> None:
+    assert "is not allowed; leave it out" in refused(lambda: read(folder, text))

@@ -126,3 +126,44 @@ def test_a_place_near_the_centre_of_mass_is_loaded_least() -> None:
     ratios = [held(BOTTLE, (0.0, d, 0.0335)).at_rest(orientations).ratio for d in np.linspace(0.0, 0.08, 9)]
     assert ratios == sorted(ratios)
     assert ratios[-1] > 2.0 * ratios[0]
+
+
+@given(st.lists(st.tuples(vectors, vectors, vectors), min_size=1, max_size=4))
+def test_the_load_of_a_motion_is_the_worst_of_its_states(states: list[tuple[Array, Array, Array]]) -> None:
+    hold = held(BOTTLE, (0.01, 0.02, 0.05))
+    each = [hold.in_motion(moving(FORWARD, a, w, alpha)) for a, w, alpha in states]
+    a, w, alpha = (np.array(column) for column in zip(*states, strict=True))
+    n = len(states)
+    whole = hold.in_motion(TipMotion(np.tile(pose(R=FORWARD), (n, 1, 1)), np.zeros((n, 3)), w, a, alpha))
+    for name in ("pull", "shear", "moment", "twist", "ratio"):
+        assert getattr(whole, name) == pytest.approx(max(getattr(one, name) for one in each), abs=1e-12)
+
+
+def test_the_load_at_rest_is_the_worst_of_all_orientations() -> None:
+    hold, orientations = held(BOTTLE, (0.01, 0.02, 0.05)), np.stack([DOWN, FORWARD, np.eye(3)])
+    each = [hold.at_rest(R[None]) for R in orientations]
+    for name in ("pull", "shear", "moment", "twist", "ratio"):
+        assert getattr(hold.at_rest(orientations), name) == max(getattr(one, name) for one in each)
+
+
+@given(vectors.map(lambda v: rotation_rpy(*v)), vectors)
+def test_at_rest_is_a_motion_without_speed(R: Array, p: Array) -> None:
+    hold = held(BOTTLE, tuple(0.01 * p))
+    rest, motion = hold.at_rest(R[None]), hold.in_motion(moving(R))
+    for name in ("pull", "shear", "moment", "twist", "ratio"):
+        assert getattr(rest, name) == pytest.approx(getattr(motion, name), abs=1e-9)
+
+
+def test_an_item_beside_the_cup_loads_it_by_hand_in_every_figure() -> None:
+    """0.52 kg at (0.01, 0.02, 0.05) m, gravity along the tool's x: torque p x F about the tip."""
+    weight = 0.52 * GRAVITY
+    load = held(BOTTLE, (0.01, 0.02, 0.05)).at_rest(FORWARD[None])
+    assert (load.pull, load.shear) == pytest.approx((0.0, weight), abs=1e-9)
+    assert (load.moment, load.twist) == pytest.approx((0.05 * weight, 0.02 * weight))
+    lip, slip = load.moment / 0.6, np.hypot(load.shear / 21.0, load.twist / 0.21)
+    assert load.ratio == pytest.approx(max(lip, slip))
+
+
+def test_a_load_is_told_in_its_units() -> None:
+    load = held(BOTTLE, (0.0, 0.03, 0.0)).at_rest(FORWARD[None])
+    assert str(load) == "pull 0.0 N, shear 5.1 N, moment 0.00 Nm, twist 0.15 Nm"
