@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cell.overlap import TOUCH
 from pickcli.cell.patches import feature, patch
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.cell.shapes import Body
 from pickcli.cell.touching import Gaps, Solids, gaps
 from pickcli.geometry import Array
 
@@ -163,9 +163,6 @@ class Supports:
         ground = np.array([c.normal for c in left if _carries(c)]).reshape(-1, 3)
         if len(ground) == 0 or any(_carries(c.seen_from(c.b)) for c in left if c.b in self._items):
             return False
-        if placed.item.shape.kind is ShapeKind.CYLINDER:  # along its axis it does not roll
-            axis = placed.T_world_item[:3, 2]
-            ground = ground - (ground @ axis)[:, None] * axis
         return bool(np.hypot(ground[:, 0], ground[:, 1]).max() <= np.sin(LEVEL))
 
     @cached_property

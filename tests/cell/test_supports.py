@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.displacement import Displacement
+from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.supports import Supports, supports_of
 from pickcli.geometry import pose
 
@@ -139,3 +142,181 @@ def test_every_contact_is_seen_from_both_sides(cell: Cell) -> None:
     (other,) = [c for c in touching[book.id] if c.b == box.id]
     assert one.gap == other.gap
     np.testing.assert_array_equal(one.normal, -other.normal)
+
+
+def shaped(cell: Cell, size: tuple[float, ...], kind: ShapeKind = ShapeKind.BOX, mass: float = 0.2) -> Item:
+    """An item of any shape, as heavy as told."""
+    return replace(cell.item("crayola_24_ct"), shape=Shape(kind, size), mass=mass)
+
+
+def at(
+    cell: Cell, name: str, item: Item, x: float, y: float, z: float, rpy: tuple[float, ...] = (0, 0, 0)
+) -> PlacedItem:
+    """An item with its middle z over the back part of the floor, in the bin's frame."""
+    cell_bin = cell.pod.bins[BIN]
+    T = pose([x, y, cell_bin.floor_back + z], rpy=rpy)
+    return PlacedItem(name, item, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ T)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.pi / 4])
+def test_a_board_on_its_edge_stands_if_no_tilt_of_the_world_throws_it_over(
+    cell: Cell, angle: float, yaw: float
+) -> None:
+    """One degree, and what its pose may be off: its middle 80 mm high must stay over its foot."""
+    noise, least = PoseNoise(0.0, float(np.radians(angle))), 0.16 * np.tan(np.radians(1.0 + angle))
+    for width, stands in ((least + 0.0004, True), (least - 0.0004, False)):
+        board = at(cell, "board", shaped(cell, (width, 0.1, 0.16)), 0.3, 0.0, 0.08, (0.0, 0.0, yaw))
+        assert of(cell, board, noise=noise).stays("board") is stands
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_what_overhangs_stays_while_its_middle_is_over_what_carries_it(
+    cell: Cell, direction: tuple[int, int]
+) -> None:
+    """And over it still when the world is tilted by a degree: 30 mm high, that is half a millimetre."""
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    for short, stays in ((0.0008, True), (0.0003, False)):
+        x, y = ((0.05 - short) * d for d in direction)
+        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.3 + x, y, 0.08)
+        supports = of(cell, below, above)
+        assert supports.carriers("above") == ("below",)
+        assert supports.stays("above") is stays
+
+
+def test_what_carries_an_item_counts_as_smaller_by_what_both_poses_may_be_off(cell: Cell) -> None:
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    for short, stays in ((0.0048, True), (0.0042, False)):
+        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.35 - short, 0.0, 0.08)
+        assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).stays("above") is stays
+
+
+@pytest.mark.parametrize(("degrees", "stays"), [(9.8, True), (10.8, False)])
+def test_on_a_slope_an_item_stays_as_steep_as_friction_holds_it(
+    cell: Cell, degrees: float, stays: bool
+) -> None:
+    """A friction of 0.2 is 11.3 degrees, of which one is kept for a tilt of the world."""
+    turn = (0.0, float(np.radians(degrees)), 0.0)
+    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), 0.3, 0.0, 0.05, turn)
+    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
+    above = PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+    assert of(cell, below, above).stays("above") is stays
+
+
+@pytest.mark.parametrize(("degrees", "carries"), [(0.0, True), (69.0, True), (71.0, False), (90.0, False)])
+def test_a_face_carries_weight_up_to_seventy_degrees_of_slope(
+    cell: Cell, degrees: float, carries: bool
+) -> None:
+    """Beyond that an item seems to hang in the air, and would fall straight down."""
+    turn = (0.0, float(np.radians(degrees)), 0.0)
+    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), 0.25, 0.0, 0.09, turn)
+    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
+    above = PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+    contacts = of(cell, below, above).touching["above"]
+    assert not any(c.b == "above" for c in contacts)
+    normals = [c.normal for c in contacts if c.b == "below"]
+    np.testing.assert_allclose(normals[0], -below.T_world_item[:3, 2], atol=1e-9)
+    assert any(c.normal[2] == -1.0 for c in contacts[1:]) is not carries
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_solids_touch_up_to_what_settled_items_and_their_noise_leave(cell: Cell, noise: float) -> None:
+    for more, touches in ((-0.0001, True), (0.0001, False)):
+        gap = 0.0015 + 2 * noise + more
+        one = at(cell, "one", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+        other = at(cell, "other", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.1 + gap, 0.025)
+        contacts = of(cell, one, other, noise=PoseNoise(noise, 0.0)).touching["one"]
+        assert ("other" in {c.b for c in contacts}) is touches
+
+
+def test_what_hangs_in_the_air_is_carried_by_the_next_thing_under_it(cell: Cell) -> None:
+    flat = shaped(cell, (0.1, 0.1, 0.02))
+    low, high = at(cell, "low", flat, 0.3, 0.0, 0.01), at(cell, "high", flat, 0.32, 0.0, 0.0301)
+    beside = at(cell, "beside", flat, 0.3, 0.11, 0.05)
+    hanging = at(cell, "hanging", flat, 0.3, 0.0, 0.08)
+    supports = of(cell, low, high, beside, hanging)
+    assert supports.carriers("hanging") == ("high",)
+    assert supports.lying_on("high") == ("hanging",)
+    (contact,) = [c for c in supports.touching["hanging"] if c.b == "high"]
+    assert contact.gap == pytest.approx(0.0299) and contact.normal.tolist() == [0.0, 0.0, -1.0]
+    elsewhere = replace(high, location="bin_B")
+    assert of(cell, low, elsewhere, hanging).carriers("hanging") == ("low",)
+    assert "floor" in of(cell, hanging).carriers("hanging")[0]
+
+
+def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> None:
+    """On the sloping front of the floor, behind it a box that is taken away."""
+    cell_bin, radius = cell.pod.bins[BIN], 0.03
+    can = shaped(cell, (radius, 0.05), ShapeKind.CYLINDER)
+    x = cell_bin.floor_flat_from - 0.06
+    front = np.interp(x, [SLOPE_FROM, cell_bin.floor_flat_from], [cell_bin.floor_front, cell_bin.floor_back])
+    slope = np.arctan2(cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - SLOPE_FROM)
+    up = pose([x, 0.0, float(front)], rpy=(0.0, float(slope), 0.0))
+    lying = pose([0.0, 0.0, radius], rpy=(np.pi / 2, 0.0, 0.0))
+    placed = PlacedItem("can", can, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ up @ lying)
+    behind = at(cell, "behind", shaped(cell, (0.1, 0.1, 0.1)), x + radius + 0.0505, 0.0, 0.052)
+    supports = of(cell, placed, behind)
+    assert "behind" in {c.b for c in supports.touching["can"]}
+    assert supports.falling("behind") == ("can",) and supports.rolling("behind") == ()
+
+
+def test_what_presses_is_counted_where_all_of_its_weight_goes_down(cell: Cell) -> None:
+    """A table on one foot: a weight far out on it overturns it, one near the middle does not."""
+    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
+    for x, mass, stays in (
+        (0.01, 0.2, True), (0.03, 0.2, True), (0.05, 0.2, False), (0.05, 0.05, True), (0.015, 5.0, True),
+        (0.025, 5.0, False),
+    ):  # fmt: skip
+        weight = at(cell, "weight", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.3 + x, 0.0, 0.07)
+        supports = of(cell, foot, board, weight)
+        assert supports.carriers("weight") == ("board",)
+        assert supports.stays("board") is stays, (x, mass)
+
+
+def test_the_weight_of_a_whole_pile_counts(cell: Cell) -> None:
+    """Two on each other press at the middle of both, weighted by their masses."""
+    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
+    lower = at(cell, "lower", shaped(cell, (0.06, 0.02, 0.02), mass=0.2), 0.3, 0.0, 0.07)
+    for mass, stays in ((0.2, True), (4.0, False)):
+        upper = at(cell, "upper", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.326, 0.0, 0.09)
+        supports = of(cell, foot, board, lower, upper)
+        assert supports.carriers("upper") == ("lower",)
+        assert supports.stays("board") is stays
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_near_are_those_whose_gap_may_be_below_the_reach(cell: Cell, noise: float) -> None:
+    flat, gap = shaped(cell, (0.1, 0.1, 0.02)), 0.02
+    one = at(cell, "one", flat, 0.3, 0.0, 0.05)
+    other = at(cell, "other", flat, 0.3, 0.1 + gap, 0.05)
+    elsewhere = replace(other, id="elsewhere", location="bin_B")
+    supports = of(cell, one, other, elsewhere, noise=PoseNoise(noise, 0.0))
+    bound = 2 * noise
+    found = {c.b: c for c in supports.near("one", gap - bound + 1e-6)}
+    assert "other" in found and "elsewhere" not in found and "one" not in found
+    assert found["other"].gap == pytest.approx(gap)
+    np.testing.assert_allclose(found["other"].normal, cell.T_world_pod[:3, 1], atol=1e-9)
+    assert "other" not in {c.b for c in supports.near("one", gap - bound - 1e-6)}
+    assert "elsewhere" in {c.b for c in supports.near("one", 0.0, frozenset({"elsewhere"}))}
+
+
+def test_near_bodies_of_the_pod_count_as_grown_by_the_error_of_its_pose(cell: Cell) -> None:
+    one = at(cell, "one", shaped(cell, (0.1, 0.1, 0.02)), 0.25, 0.0, 0.06)
+    exact = Scene(cell, cell.T_world_pod, (one,), EXACT)
+    grown = replace(exact, pod_error=Displacement(0.004, 0.003, 0.0))
+    (name,) = of(cell, one).carriers("one")
+    gap = {c.b: c.gap for c in supports_of(exact).near("one", 0.2)}
+    less = {c.b: c.gap for c in supports_of(grown).near("one", 0.2)}
+    assert name in gap and set(less) >= set(gap)
+    assert all(less[n] <= gap[n] + 1e-9 for n in gap)
+    assert max(gap[n] - less[n] for n in gap) == pytest.approx(0.004, abs=1e-3)
+
+
+def test_of_what_falls_the_highest_goes_first_and_names_decide_between_equals(cell: Cell) -> None:
+    base = at(cell, "base", shaped(cell, (0.2, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    small = shaped(cell, (0.04, 0.04, 0.04))
+    b, a = at(cell, "b", small, 0.25, 0.0, 0.07), at(cell, "a", small, 0.35, 0.0, 0.07)
+    top = at(cell, "top", shaped(cell, (0.03, 0.03, 0.02)), 0.25, 0.0, 0.1)
+    assert of(cell, base, b, a, top).falling("base") == ("top", "a", "b")
