@@ -15,9 +15,9 @@ import hashlib
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -34,12 +34,16 @@ from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.scene_file import read_scene
+from pickcli.cell.supports import supports_of
 from pickcli.errors import NoPlanError
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.precompute.recipe import code_digest
+from pickcli.seeds import derived_rng
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.output import write_output
@@ -47,6 +51,7 @@ from pickcli.trial.output import write_output
 FOLDER = Path("runs/fresh")
 GRAVITY = 9.81  # m/s^2
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
+CANNOT_BE_CLEARED = "cannot be cleared"  # what is in the way stays, or carries what stays
 DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its items cannot be stowed in
 
 
@@ -151,7 +156,8 @@ def undelivered(played: Played, scene: Scene, warm: Planner) -> list[dict[str, A
     """Every target that was not delivered, with its reason and whether it counts as deliverable.
 
     Deliverable is what the tool can hold and what can be planned exactly where it stands, once everything
-    that the tool can hold is gone from its bin: that could have been moved out of the way.
+    that the tool can hold is gone from its bin: that could have been moved out of the way. Where nothing of
+    the kind could go first, be it that the target or something that stays rests on it, that is told apart.
     """
     found = []
     for line in played.record["items"]:
@@ -167,7 +173,12 @@ def _why_not(copies: list[PlacedItem], scene: Scene, warm: Planner) -> str:
     """Why none of the copies of a target is deliverable, "" if one is."""
     if not any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies):
         return "cannot be held"
-    return "" if _is_plannable(copies, scene, warm) else "no plan when cleared"
+    tool = warm.cell.robot.tool
+    if not any(_is_plannable(copy, _cleared(scene, copy, tool), warm) for copy in copies):
+        return "no plan when cleared"
+    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tool), warm) for copy in copies):
+        return CANNOT_BE_CLEARED
+    return ""
 
 
 def is_holdable(item: Item, tool: Tool) -> bool:
@@ -177,17 +188,50 @@ def is_holdable(item: Item, tool: Tool) -> bool:
     return any(float(tool.cup_limits.ratio(wrench, share)) <= 1.0 for share in shares)
 
 
-def _is_plannable(copies: list[PlacedItem], scene: Scene, warm: Planner) -> bool:
-    home, tool = warm.cell.configurations["home"], warm.cell.robot.tool
-    for copy in copies:
-        kept = (p for p in scene.items if p.location != copy.location or not is_holdable(p.item, tool))
-        cleared = replace(scene, items=(*(p for p in kept if p is not copy), copy))
-        try:
-            plan_pick(warm, cleared, copy.location, copy.id, Start(home.q, home.pivot))
-        except NoPlanError:
-            continue
-        return True
-    return False
+def _cleared(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
+    """The scene with nothing left in the target's bin but the target and what the tool cannot hold."""
+    here = scene.in_location(target.location)
+    return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tool)))
+
+
+def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
+    """The scene without what could go before the target.
+
+    What carries the target stays, so does what has no grasp as it lies, and what carries that.
+    """
+    supports = supports_of(scene)
+    here = {p.id: p for p in scene.in_location(target.location)}
+    todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tool)]
+    stay = set(todo)
+    while todo:
+        below = [name for name in supports.carriers(todo.pop()) if name in here and name not in stay]
+        stay.update(below)
+        todo += below
+    return _without(scene, (p for name, p in here.items() if name not in stay))
+
+
+def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
+    """Whether any face within reach as an item lies would hold it, whatever is around it."""
+    cell_bin = scene.cell.pod.bins[placed.location]
+    T_bin_item = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
+    rng = derived_rng("has grasp", placed.id)
+    found = sample_grasps(placed.id, placed.item, T_bin_item, tool, cell_bin, rng, WIDE)
+    return bool(found.grasps)
+
+
+def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
+    for placed in gone:
+        scene = scene.without(placed.id)
+    return scene
+
+
+def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
+    home = warm.cell.configurations["home"]
+    try:
+        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.pivot))
+    except NoPlanError:
+        return False
+    return True
 
 
 def play_all(wanted: Sequence[Job], processes: int) -> list[dict[str, Any]]:
@@ -212,7 +256,8 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
     missed = [target["why_not"] for trial in trials for target in trial["missed"]]
     planned, measured = np.array([load for t in trials for load in t["loads"]]).reshape(-1, 2).T
     rejected, certified = (sum(trial[key] for trial in trials) for key in ("rejected", "certified"))
-    deliverable = sum(delivered) + missed.count("")
+    reachable = sum(delivered) + missed.count("")
+    deliverable = reachable + missed.count(CANNOT_BE_CLEARED)
     return {
         "trials": len(trials),
         "items_in_tote_mean": float(np.mean(delivered)),
@@ -223,7 +268,9 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "neighbours_moved": sum(len(trial["neighbours_moved"]) for trial in trials),
         "aborted": sum(bool(trial["aborted"]) for trial in trials),
         "delivered_share": sum(delivered) / deliverable if deliverable else 1.0,
-        "missed_deliverable": missed.count(""),
+        "delivered_share_of_clearable": sum(delivered) / reachable if reachable else 1.0,
+        "missed_deliverable": deliverable - sum(delivered),
+        "missed_cannot_be_cleared": missed.count(CANNOT_BE_CLEARED),
         "missed_cannot_be_held": missed.count("cannot be held"),
         "missed_no_plan_when_cleared": missed.count("no plan when cleared"),
         "holds": len(planned),
@@ -300,6 +347,7 @@ def show(figures: dict[str, Any], console: Console) -> None:
     console.print(table)
     for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "score_share",
                 "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
+                "missed_cannot_be_cleared", "delivered_share_of_clearable",
                 "holds", "load_worst", "clock_s_mean", "delivery_s_mean", "planning_ms",
                 "verification_ms"):  # fmt: skip
         console.print(f"{key}: {figures[key]}", highlight=False)

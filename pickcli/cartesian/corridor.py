@@ -6,7 +6,7 @@ holds it back, and every grasp of one that is not follows the same few corridors
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -24,6 +24,7 @@ LEAST_LIFT = 0.02  # m
 TIGHT = 0.10  # m of room in the mouth, below which turning the item is tried
 ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
 BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
+ROLLS = np.radians(np.arange(5.0, 91.0, 5.0))  # about the bin's axis that are tried, to either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +86,11 @@ def corridors(
     """
     options: list[Corridor] = []
     reasons: list[Reason] = []
+    half_width = float(shape.reach(T_bin_item[:3, :3])[1])
     for turns in _turns(cell_bin, T_bin_item, shape):
         reach = shape.reach(_turned(*turns) @ T_bin_item[:3, :3])
-        fitting = _options(cell_bin, T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach, turns, first)
+        low, high = T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach
+        fitting = _options(cell_bin, low, high, turns, first, half_width)
         if isinstance(fitting, Reason):
             reasons.append(fitting)
         else:
@@ -128,8 +131,8 @@ def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
     return rotation_rpy(roll, pitch, yaw)
 
 
-def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, float]]:
-    """Turns (yaw, pitch) to try: none, and those that make the item narrower or lower where it is tight."""
+def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
+    """Turns (yaw, pitch, roll) to try: none, and what makes the item narrower or lower where it is tight."""
     R = T_bin_item[:3, :3]
     yaws = np.radians(np.arange(-24.0, 25.0, 2.0))
     pitches = np.radians(np.arange(-8.0, 9.0, 1.0))
@@ -137,7 +140,21 @@ def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, 
     yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, cell_bin.mouth_width) else 0.0
     heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
     pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.mouth_height) else 0.0
-    return list(dict.fromkeys([(0.0, 0.0), (yaw, 0.0), (yaw, pitch)]))
+    level = [(0.0, 0.0, 0.0), (yaw, 0.0, 0.0), (yaw, pitch, 0.0)]
+    return list(dict.fromkeys([*level, *_rolls(cell_bin, R, shape)]))
+
+
+def _rolls(cell_bin: Bin, R: Array, shape: Shape) -> list[tuple[float, float, float]]:
+    """The least roll to either side with which an item fits through the mouth that does not as it lies."""
+    room = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - 2 * LEAST_LIP_DISTANCE
+    rolls = (0.0, *ROLLS.tolist())
+    fitting = []
+    for side in (1.0, -1.0):
+        reaches = (shape.reach(_turned(0.0, 0.0, side * roll) @ R)[1:] for roll in rolls)
+        fits = [bool((2 * reach <= room).all()) for reach in reaches]
+        if any(fits) and not fits[0]:
+            fitting.append((0.0, 0.0, side * rolls[fits.index(True)]))
+    return fitting
 
 
 def _is_tighter(halves: list[float], room: float) -> bool:
@@ -146,7 +163,7 @@ def _is_tighter(halves: list[float], room: float) -> bool:
 
 
 def _options(
-    cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float], first: float
+    cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float, float], first: float, half_width: float
 ) -> list[Corridor] | Reason:
     """Corridors that fit through the mouth, shortest way first."""
     spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
@@ -159,12 +176,12 @@ def _options(
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
     heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.mouth_height - above - high[2])
     moves = [
-        np.array([dx, least + dy, dz, *turns, 0.0])
+        np.array([dx, least + dy, dz, *turns])
         for dz, dx, dy in product(heights, BACK, ASIDE)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
-    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.0)), tuple(d)))
-    return [_corridor(d, float(high[0]), first) for d in moves]
+    moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
+    return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width)]
 
 
 def _heights(need: float, most: float) -> list[float]:
@@ -185,3 +202,16 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
     freed[3:] = lift[3:] * (part / aside if aside > 0.0 else freed[2] / lift[2])
     out = np.array([-(front + lift[0] + RETREAT_DISTANCE), *np.zeros(5)])
     return Corridor(freed, lift, (lift + np.minimum(out, 0.0),))
+
+
+def _rolling(corridor: Corridor, half_width: float) -> list[Corridor]:
+    """The corridor, and where it rolls also those that roll as little in the first stretch as sinks no side.
+
+    half_width: m, of the item as it lies. What rolls brings one side down: onto what lies below.
+    """
+    roll, rise = corridor.lift[5], corridor.freed[2]
+    if roll == 0.0:
+        return [corridor]
+    level = float(np.arcsin(min(1.0, rise / half_width)))
+    rolls = dict.fromkeys((float(roll), float(np.clip(roll, -level, level)), 0.0))
+    return [replace(corridor, freed=np.array([*corridor.freed[:5], r])) for r in rolls]

@@ -28,9 +28,9 @@ CLEAR_CHANCE = 0.5  # that moving something aside helps
 CLEAR_CALLS = 4  # planning calls that finding out what is in the way takes, about
 
 MOST_FAILURES = 8  # motions in vain for one target
-MOST_REFUSALS = 6  # looks at one unchanged scene that may lead to no plan
+MOST_REFUSALS = 12  # looks at one unchanged scene that may lead to no plan
 MOST_CLEARED = 8  # items that are moved aside for one target
-MOST_CLEARINGS = 2  # looks at one unchanged scene with nothing found that could be moved
+MOST_CLEARINGS = 4  # looks at one unchanged scene with nothing found that could be moved
 
 
 class Move(StrEnum):

@@ -11,6 +11,8 @@ import pytest
 
 from bench import fresh
 from pickcli.cell.load import load_cell
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import pose
 
 CELL = load_cell("apc2016_delft")
 
@@ -57,6 +59,40 @@ def test_targets_that_nothing_could_deliver_are_left_out_and_counted() -> None:
     figures = fresh.summary([trial(items_in_tote=9, missed=gone)])
     assert figures["delivered_share"] == pytest.approx(9 / 10)
     assert figures["missed_cannot_be_held"] == figures["missed_no_plan_when_cleared"] == 1
+
+
+def test_what_could_only_be_cleared_by_magic_counts_as_missed_and_is_told_apart() -> None:
+    figures = fresh.summary([trial(items_in_tote=9, missed=[{"why_not": "cannot be cleared"}])])
+    assert figures["delivered_share"] == pytest.approx(9 / 10)
+    assert figures["delivered_share_of_clearable"] == 1.0
+    assert figures["missed_deliverable"] == figures["missed_cannot_be_cleared"] == 1
+
+
+def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
+    """In one stack the target lies on a box; in another a box lies under a dumbbell; a bar lies free."""
+    on_box, heavy = (
+        ("kleenex_tissue_box", "crayola_24_ct"),
+        ("staples_index_cards", "fitness_gear_3lb_dumbbell"),
+    )
+    scene = _stacks(on_box, heavy, ("dove_beauty_bar",))
+    left = fresh._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}
+    all_gone = fresh._cleared(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    assert {p.id for p in all_gone.items} == {"crayola_24_ct", "fitness_gear_3lb_dumbbell"}
+
+
+def _stacks(*stacks: tuple[str, ...]) -> Scene:
+    """Items of bin_E in stacks side by side, each flat on the one before."""
+    cell_bin, items = CELL.pod.bins["bin_E"], []
+    for k, names in enumerate(stacks):
+        top = cell_bin.floor_back
+        for name in names:
+            item = CELL.item(name, 2016)
+            height = float(item.shape.extents[2])
+            at = pose((0.3, 0.1 * (k - 1), top + height / 2))
+            top += height
+            items.append(PlacedItem(name, item, "bin_E", CELL.T_world_pod @ cell_bin.T_pod_bin @ at))
+    return Scene(CELL, CELL.T_world_pod, tuple(items), PoseNoise())
 
 
 def test_shares_without_a_hold_are_missing_and_not_zero() -> None:

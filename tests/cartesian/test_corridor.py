@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import cast
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -88,12 +89,37 @@ def test_an_item_that_only_fits_when_turned_is_turned() -> None:
     assert all(abs(c.lift[3] + 0.35) < 0.02 for c in found)
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.05, np.pi])
+def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
+    extents = (0.145, 0.31, 0.02)  # the mouth is 299 mm wide, the bin behind it may be wider
+    T_bin_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, yaw])
+    found = corridors(BIN, T_bin_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, 100)
+    assert isinstance(found, tuple)
+    assert {np.sign(c.lift[5]) for c in found} == {-1.0, 1.0}
+    for c in found:
+        moved = pushes(c, np.eye(4), T_bin_item[:3, 3]) @ T_bin_item
+        out = corners(moved[-1], extents)
+        assert np.ptp(out[:, 1]) <= BIN.mouth_width - 2 * LEAST_LIP_DISTANCE + 1e-9
+        assert np.ptp(out[:, 2]) <= BIN.mouth_height - 2 * LEAST_LIP_DISTANCE + 1e-9
+    # Some sink no side of it while it may touch what it lies on.
+    first = [pushes(c, np.eye(4), T_bin_item[:3, 3])[0] @ T_bin_item for c in found]
+    lowest = [corners(T, extents)[:, 2].min() for T in first]
+    assert sum(z >= -0.0101 for z in lowest) >= len(found) // 2
+
+
+def test_what_fits_as_it_lies_is_not_rolled() -> None:
+    found = corridors(
+        BIN, pose([0.2, 0.0, 0.0]), Shape(ShapeKind.BOX, (0.1, 0.2, 0.05)), ghost(), ghost(), FIRST, 100
+    )
+    assert isinstance(found, tuple) and all(c.lift[5] == 0.0 for c in found)
+
+
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
     reason = corridors(
-        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.1, 0.23)), ghost(), ghost(), FIRST, MOST
+        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.28, 0.23)), ghost(), ghost(), FIRST, MOST
     )
     assert isinstance(reason, Reason)
-    assert "100 x 230 mm" in reason.detail
+    assert "280 x 230 mm" in reason.detail
 
 
 def test_higher_lifts_are_tried_and_a_wall_is_named() -> None:
