@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Iterable
 from dataclasses import astuple
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def digest(content: Any) -> str:
 def numbers(values: Array | float | Iterable[float]) -> list[Any]:
     """Numbers rounded to 1e-9 as plain lists; infinities as text, minus zero as zero."""
     flat = np.asarray(values, dtype=float).ravel()
-    return [round(v, _DIGITS) + 0.0 if np.isfinite(v) else str(v) for v in flat.tolist()]
+    return [round(v, _DIGITS) + 0.0 if isfinite(v) else str(v) for v in flat.tolist()]
 
 
 def _robot(robot: Robot) -> dict[str, Any]:

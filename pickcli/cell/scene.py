@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from pickcli.cell.displacement import UNMOVED, Displacement
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Body
+from pickcli.cell.station import Pod
 from pickcli.geometry import Array, inverse
 
 TOTE = "tote"  # the location of delivered items; the other locations are bin names
@@ -53,8 +54,7 @@ class Scene:
     @cached_property
     def pod_bodies(self) -> tuple[Body, ...]:
         """The pod's bodies in its frame, each grown to wherever the error of its pose may put it."""
-        bodies = self.cell.pod.bodies
-        return tuple(map(self.pod_error.swept, bodies)) if self.pod_error != UNMOVED else tuple(bodies)
+        return _swept(self.cell.pod, self.pod_error)
 
     @property
     def T_nominal_pod(self) -> Array:
@@ -95,3 +95,9 @@ class Scene:
     def without(self, item_id: str) -> Scene:
         """The scene without one instance."""
         return replace(self, items=tuple(i for i in self.items if i.id != item_id))
+
+
+@lru_cache(maxsize=8)
+def _swept(pod: Pod, error: Displacement) -> tuple[Body, ...]:
+    """A pod's bodies, each grown to wherever an error of its pose may put it: the same in every look."""
+    return tuple(map(error.swept, pod.bodies)) if error != UNMOVED else tuple(pod.bodies)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import astuple
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from pickcli.cell.atomic import write_text
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.fingerprint import digest, numbers
+from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
@@ -89,23 +91,25 @@ def scene_hash(scene: Scene) -> str:
 
 
 def _item_content(placed: PlacedItem) -> list[Any]:
-    item = placed.item
-    return [
-        placed.id,
-        placed.location,
+    return [placed.id, placed.location, *_figures(placed.item), _coarse(placed.T_world_item)]
+
+
+@lru_cache(maxsize=256)
+def _figures(item: Item) -> tuple[Any, ...]:
+    """What an item is, wherever it lies."""
+    return (
         item.name,
         item.year,
         item.shape.kind.value,
         numbers(item.shape.size),
         numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
         [[face, *numbers([share]), numbers(item.area(face))] for face, share in sorted(item.seals.items())],
-        _coarse(placed.T_world_item),
-    ]
+    )
 
 
 def _coarse(T: Array) -> list[float]:
     """A pose rounded to 1e-7: far over the noise of turning it into a quaternion and back."""
-    return [round(float(v), 7) + 0.0 for v in T[:3].ravel()]
+    return [round(v, 7) + 0.0 for v in T[:3].ravel().tolist()]
 
 
 def _pose(source: Source, key: tuple[str | int, ...], model: PoseModel) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +42,19 @@ class World:
 
     def indices(self, names: Iterable[str]) -> list[int]:
         """Solids with one of these names. Raises UnknownNameError for a name that none has."""
-        wanted = set(names)
-        for name in sorted(wanted - set(self.names)):
-            raise UnknownNameError("body or item", name, sorted(set(self.names)), "collision scene")
-        return [b for b, name in enumerate(self.names) if name in wanted]
+        wanted = sorted(set(names))
+        for name in wanted:
+            if name not in self._by_name:
+                raise UnknownNameError("body or item", name, sorted(self._by_name), "collision scene")
+        return sorted(b for name in wanted for b in self._by_name[name])
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[int]]:
+        """Indices of the solids with each name."""
+        found: dict[str, list[int]] = {}
+        for b, name in enumerate(self.names):
+            found.setdefault(name, []).append(b)
+        return found
 
     def is_kept(self, without: frozenset[str]) -> NDArray[np.bool_]:
         """(B,) False for the items named. Raises UnknownNameError for any other name."""

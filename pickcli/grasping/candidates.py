@@ -7,6 +7,7 @@ one, by inverse kinematics and collisions along every line, stands in ``planning
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 
@@ -30,6 +31,7 @@ TRIES_PER_PLACE = 8
 SIDE = 0.15  # what a side grasp costs: it needs room beside the item
 ROLLING = 0.3  # and more where the cup makes the item roll before it holds
 HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
+TILTS = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of the most that the cup may be tilted
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
 
 
@@ -145,12 +147,15 @@ def _kind(along: Array) -> tuple[str | None, PivotState, float]:
 
 def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:
     """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip."""
-    for tilt in np.linspace(0.0, most, 5):
-        T = tilted(T_bin_tip, float(tilt))
-        at_tip = T[:3, 3] - PIVOT_LENGTH * T[:3, 2]
-        rise = T[2, 0] / max(-T[0, 0], 1e-3)  # per m towards the mouth, along the tool's +x
-        if at_tip[2] + rise * at_tip[0] >= LANCE_CLEAR:
-            return float(tilt)
+    (x, _, z), height = T_bin_tip[:3, :3].T[:, [0, 2]].tolist(), float(T_bin_tip[2, 3])
+    from_mouth = float(T_bin_tip[0, 3])
+    for tilt in TILTS:
+        c, s = cos(tilt * most), sin(tilt * most)
+        along = c * x[0] - s * z[0], c * x[1] - s * z[1]  # of the tilted tool's x axis, into the bin and up
+        down = c * z[0] + s * x[0], c * z[1] + s * x[1]  # of its z axis
+        rise = along[1] / max(-along[0], 1e-3)  # per m towards the mouth
+        if height - PIVOT_LENGTH * down[1] + rise * (from_mouth - PIVOT_LENGTH * down[0]) >= LANCE_CLEAR:
+            return tilt * most
     return 0.0
 
 

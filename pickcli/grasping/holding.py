@@ -10,7 +10,7 @@ from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.geometry import Array
-from pickcli.kinematics.held_body import GRAVITY, HeldBody
+from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 
 
@@ -70,8 +70,7 @@ class Hold:
 
     def at_rest(self, R_world_tip: Array) -> Load:
         """The worst load at rest over tool orientations (N, 3, 3): no slower motion loads the cup less."""
-        force = self.body.mass * GRAVITY * R_world_tip[:, 2]
-        return self._worst(np.hstack([force, np.cross(self.body.p_tip_com, force)]))
+        return self._worst(self.body.weight(R_world_tip))
 
     def in_motion(self, motion: TipMotion) -> Load:
         """The worst load over the states of a motion in time."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.cell.shapes import ShapeKind
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array, pose
 from pickcli.grasping.region import TaskSpaceRegion
 
 
@@ -105,15 +106,17 @@ def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
 
 def turned(T_item_tip: Array, angle: float) -> Array:
     """The same cup placement turned about the cup's own axis by ``angle`` rad."""
-    T = T_item_tip.copy()
-    T[:3, :3] = T_item_tip[:3, :3] @ rotation_axis_angle((0.0, 0.0, 1.0), angle)
+    T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
+    x, y = T_item_tip[:3, 0], T_item_tip[:3, 1]
+    T[:3, 0], T[:3, 1] = c * x + s * y, c * y - s * x
     return T
 
 
 def tilted(T_item_tip: Array, angle: float) -> Array:
     """The same cup placement tilted about the tool's y axis, so that its x axis rises by ``angle`` rad."""
-    T = T_item_tip.copy()
-    T[:3, :3] = T_item_tip[:3, :3] @ rotation_axis_angle((0.0, 1.0, 0.0), angle)
+    T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
+    x, z = T_item_tip[:3, 0], T_item_tip[:3, 2]
+    T[:3, 0], T[:3, 2] = c * x - s * z, c * z + s * x
     return T
 
 

@@ -46,6 +46,11 @@ class HeldBody:
         spin = alpha @ self.inertia + _cross(omega, omega @ self.inertia)
         return np.concatenate([force, spin - force @ S], axis=1)
 
+    def weight(self, R_world_tip: Array) -> Array:
+        """What the cup exerts on the body at rest, (N, 6) as of ``wrench``, in orientations (N, 3, 3)."""
+        force = self.mass * GRAVITY * R_world_tip[:, 2]
+        return np.concatenate([force, -force @ _skew(self.p_tip_com)], axis=1)
+
     def path_wrench(self, motion: TipMotion) -> tuple[Array, Array, Array]:
         """The wrench along a path as a u + b x + c, by path acceleration u and squared path speed x.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.geometry import Array, is_pose, pose
+from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
-from pickcli.grasping.surfaces import faces, tilt_on
+from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp
 
 CELL = load_cell("apc2016_delft")
@@ -113,3 +115,13 @@ def test_no_candidate_is_on_a_face_that_does_not_seal() -> None:
 def test_the_best_grasp_of_a_box_is_next_to_its_centre_of_mass() -> None:
     best = next(g for g in sampled("staples_index_cards", FLAT, WIDE) if g.face == "+z")
     assert np.linalg.norm(best.T_item_tip[:2, 3]) < 0.005
+
+
+@given(st.floats(-3.0, 3.0), st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3))
+def test_turns_and_tilts_are_rotations_about_the_tool_s_own_axes(angle: float, rpy: list[float]) -> None:
+    T = pose((0.1, -0.2, 0.3), rpy=rpy)
+    for moved, axis in ((turned(T, angle), (0.0, 0.0, 1.0)), (tilted(T, angle), (0.0, 1.0, 0.0))):
+        np.testing.assert_allclose(moved, T @ pose(R=rotation_axis_angle(axis, angle)), atol=1e-12)
+    assert (
+        tilted(pose(), 0.1)[2, 0] < 0.0 < tilted(pose(rpy=(np.pi, 0.0, 0.0)), 0.1)[2, 0]
+    )  # cup down: x rises
