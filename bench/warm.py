@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import Scene
@@ -13,11 +16,18 @@ from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import Order, OrderKind
 
 
-def planner() -> Planner:
-    """A planner with the default cell's own roadmap and trajectory database, built if they are missing."""
+def planner(max_tool_speed: float | None = None) -> Planner:
+    """A planner with the default cell's own roadmap and trajectory database, built if they are missing.
+
+    max_tool_speed: m/s, a limit that the cell states on top; the stored paths are free at any speed
+    """
     cell = load_cell("apc2016_delft")
     paths = ensure_artifacts(cell)
-    return Planner(cell, read_roadmap(paths.roadmap, cell), read_database(paths.trajectories, cell))
+    stored = read_roadmap(paths.roadmap, cell), read_database(paths.trajectories, cell)
+    if max_tool_speed is not None:
+        cell = replace(cell, max_tool_speed=max_tool_speed)
+        cell = replace(cell, fingerprint=fingerprint(cell))
+    return Planner(cell, *stored)
 
 
 def fresh_scene(cell: Cell, seed: int) -> tuple[Order, Scene]:

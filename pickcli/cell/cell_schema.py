@@ -208,6 +208,9 @@ class CellModel(FileModel):
     joint_limits: dict[Name, JointLimitModel] = Field(description="limits by planned joint")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(description="a factor in (0, 1]")
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
+    max_tool_speed: Annotated[float, Field(ge=0.01, le=10)] | None = Field(
+        None, description="m/s of the tool's tip, 0.01 to 10; none if left out"
+    )
     tool: ToolModel = Field(description="the tool")
     pod: PodModel = Field(description="the shelf")
     tote: ToteModel = Field(description="the tote")

@@ -22,6 +22,7 @@ _TOLD = {
     "allowed": "the allowed pairs",
     "clearance": "the clearance",
     "speed_scale": "the speed scale",
+    "max_tool_speed": "the limit of the tool's speed",
 }
 
 
@@ -69,7 +70,7 @@ def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
     went = _others(then["solids"], now["solids"], moved)
     old = replace(cell, T_world_pod=_pose(then["T_world_pod"]))
     return CellChange(
-        tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"][name]),
+        tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"].get(name)),
         came,
         went,
         _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in came]),

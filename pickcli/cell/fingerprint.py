@@ -39,13 +39,16 @@ def fingerprint(cell: Cell) -> str:
 
 def rules(cell: Cell) -> dict[str, Any]:
     """What every motion depends on: all of the canonical content but the solids around the robot."""
-    return {
+    found = {
         "robot": _robot(cell.robot),
         "displacement": numbers(astuple(cell.pod.displacement)),
         "allowed": sorted([pair.a, pair.b] for pair in cell.allowed_pairs),
         "clearance": numbers(cell.clearance),
         "speed_scale": numbers(cell.speed_scale),
     }
+    if cell.max_tool_speed is not None:
+        found["max_tool_speed"] = numbers(cell.max_tool_speed)
+    return found
 
 
 def solid(body: Body) -> list[Any]:

@@ -58,6 +58,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
         items=load_items(),
         speed_scale=model.speed_scale,
         clearance=model.clearance,
+        max_tool_speed=model.max_tool_speed,
     )
     return replace(cell, fingerprint=fingerprint(cell))
 

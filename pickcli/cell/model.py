@@ -53,6 +53,7 @@ class Cell:
     items: dict[tuple[str, int], Item]  # by (name, year)
     speed_scale: float  # of all velocity and acceleration limits
     clearance: float  # m, margin that every planned motion keeps outside of planned contacts
+    max_tool_speed: float | None = None  # m/s of the tool's tip, in every motion
     fingerprint: str = field(default="")  # SHA-256 over all that the validity of a motion depends on
 
     def item(self, name: str, year: int = 2016) -> Item:

@@ -129,6 +129,7 @@ def _cell(path: Path) -> dict[str, Any]:
         "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
         "items": len(cell.items),
         "speed_scale": cell.speed_scale,
+        "max_tool_speed": cell.max_tool_speed,
         "clearance_m": cell.clearance,
     }
 

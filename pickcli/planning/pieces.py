@@ -19,7 +19,7 @@ from pickcli.planning.landing import Landing, Step
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05
-SLOWER_THAN_ALLOWED = 0.98  # of the tool's contact speed: timing bounds it between points, nearly
+SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
 STANDING = 1e-6  # joint units of path below which a piece does not move at all
 
 

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pickcli.cell.robot import PivotState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.context import Planner
 from pickcli.planning.payload import carried_load, path_load
-from pickcli.planning.pieces import Piece
+from pickcli.planning.pieces import SLOWER_THAN_ALLOWED, Piece
 from pickcli.planning.promises import broken_promise, mended
 from pickcli.timing.chords import trajectory_chords
 from pickcli.timing.path_constraint import PathConstraint
@@ -132,18 +134,34 @@ def _timed_once(
 
     The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
     """
-    parts = [RunPart(p.kind, p.waypoints, p.scale * slower, p.max_tool_speed, p.blend) for p in pieces]
+    most = planner.cell.max_tool_speed
+    cap = None if most is None else SLOWER_THAN_ALLOWED * most
+    parts = [
+        RunPart(p.kind, p.waypoints, p.scale * slower, _lower(p.max_tool_speed, cap), p.blend) for p in pieces
+    ]
 
     def is_free(part: int, chords: Array, slack: Array) -> int:
         return pieces[part].checker.path_is_free(chords, slack)
 
+    # A cell's own limit holds for both places of the cup, whichever it is in.
+    pivots = [pieces[-1].pivot] if most is None else [PivotState.STRAIGHT, PivotState.DOWN]
+
     def tool_speed(Q: Array, dQ: Array) -> Array:
-        pivot = pieces[-1].pivot
-        ahead, behind = (planner.arm.tips(Q + h * dQ, pivot)[:, :3, 3] for h in (NUDGE, -NUDGE))
-        return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))
+        return np.asarray(np.max([_tip_travel(planner.arm, Q, dQ, pivot) for pivot in pivots], axis=0))
 
     blends = is_free if are_blends_proven else None
     try:
         return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed, constraint=limit)
     except NoPlanError as error:
         return error.reasons[0]
+
+
+def _lower(*speeds: float | None) -> float | None:
+    """The lowest of limits in m/s, of which None is none."""
+    return min((speed for speed in speeds if speed is not None), default=None)
+
+
+def _tip_travel(arm: Arm, Q: Array, dQ: Array, pivot: PivotState) -> Array:
+    """(M,) m that the tip goes per unit of a path, at Q (M, n) in the direction of dQ (M, n)."""
+    ahead, behind = (arm.tips(Q + h * dQ, pivot)[:, :3, 3] for h in (NUDGE, -NUDGE))
+    return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))

@@ -30,6 +30,7 @@ from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP, States, sample_states
 from pickcli.verification.structure import check_structure
 from pickcli.verification.support import check_support
+from pickcli.verification.tool_speed import check_tool_speed
 from pickcli.verification.touch import check_touch
 from pickcli.verification.verdict import Verdict
 
@@ -40,6 +41,7 @@ CHECKS = (
     "support: what is taken is nothing that others rest on or lean on",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
+    "tool speed: nowhere over the cell's limit, where it states one",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "events: anchors, leads, order, pivot states",
     "recovery: a way out of a stop as its level says; what is near at its start opens and never deepens",
@@ -87,6 +89,7 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
         *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
+        *check_tool_speed(plan, scene.cell),
         *check_hold(plan, scene, T_tip_item),
         *check_io(plan, scene),
         *check_release(plan, scene, T_tip_item),

@@ -12,6 +12,7 @@ from pickcli.cell.model import Cell
 YAML_MATTERS = {
     "clearance": ("clearance: 0.003", "clearance: 0.006"),
     "speed": ("speed_scale: 1.0", "speed_scale: 0.9"),
+    "tool speed": ("speed_scale: 1.0", "speed_scale: 1.0\nmax_tool_speed: 0.25"),
     "velocity": ("max_velocity: 1.0,", "max_velocity: 1.1,"),
     "jerk": ("max_jerk: 40.0", "max_jerk: 50.0"),
     "base": ("T_world_base: {xyz: [-1.758", "T_world_base: {xyz: [-1.757"),

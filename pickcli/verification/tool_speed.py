@@ -1,0 +1,25 @@
+"""The cell's limit of the tool's speed, which holds in every motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.motion.plan import Plan
+from pickcli.verification.lines import SPEED_TOLERANCE, fastest_tip
+
+
+def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
+    """The tip is nowhere faster than ``max_tool_speed``, whether the cup is straight or turned down."""
+    limit = cell.max_tool_speed
+    if limit is None:
+        return
+    for k, segment in enumerate(plan.segments):
+        if segment.t_end <= segment.t_start:
+            continue
+        speed = max(fastest_tip(plan, cell.robot, segment, p) for p in (PivotState.STRAIGHT, PivotState.DOWN))
+        if not speed <= limit * (1.0 + SPEED_TOLERANCE):
+            where = f"segment {k} ({segment.kind})"
+            yield Reason("tool speed", where, f"{speed:.4f} m/s, the cell allows {limit}")

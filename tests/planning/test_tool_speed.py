@@ -1,0 +1,67 @@
+"""A cell's limit of the tool's speed holds in every planned motion, and the verifier sees to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.fingerprint import fingerprint
+from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene_file import scene_hash
+from pickcli.motion.plan import Plan
+from pickcli.planning.context import Planner
+from pickcli.planning.move import plan_move
+from pickcli.planning.pick import Start
+from pickcli.verification.verify import verify
+
+LIMIT = 0.3  # m/s
+
+
+def limited(cell: Cell, speed: float) -> Cell:
+    slow = replace(cell, max_tool_speed=speed)
+    return replace(slow, fingerprint=fingerprint(slow))
+
+
+def moved(planner: Planner, pivot: PivotState = PivotState.STRAIGHT) -> tuple[Plan, Scene]:
+    cell = planner.cell
+    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    start = Start(cell.configurations["home"].q, pivot)
+    return plan_move(planner, scene, start, cell.configurations["midway"].q), scene
+
+
+def fastest(planner: Planner, plan: Plan, pivot: PivotState) -> float:
+    """By the Jacobian at every half millisecond, unlike planner and verifier."""
+    t = np.arange(0.0, plan.trajectory.duration, 5e-4)
+    states = zip(plan.trajectory.sample(t), plan.trajectory.sample(t, 1), strict=True)
+    return max(float(np.linalg.norm(planner.arm.jacobian(q, pivot)[:3] @ dq)) for q, dq in states)
+
+
+@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, pivot: PivotState) -> None:
+    planner = Planner(limited(cell, LIMIT))
+    plan, scene = moved(planner, pivot)
+    speeds = [fastest(planner, plan, place) for place in (PivotState.STRAIGHT, PivotState.DOWN)]
+    assert 0.9 * LIMIT < max(speeds) <= LIMIT
+    verdict = verify(plan, scene)
+    assert verdict.is_accepted, verdict.reasons
+
+
+def test_the_lower_the_limit_the_longer_the_motion(cell: Cell) -> None:
+    durations = [moved(Planner(limited(cell, speed)))[0].trajectory.duration for speed in (0.1, 0.3, 0.9)]
+    assert durations[0] > 2.0 * durations[1] > 2.0 * durations[2]
+
+
+def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: Planner) -> None:
+    free, _ = moved(planner)
+    most = max(fastest(planner, free, place) for place in (PivotState.STRAIGHT, PivotState.DOWN))
+    for limit, is_accepted in ((1.01 * most, True), (0.99 * most, False)):
+        slow = limited(cell, limit)
+        scene = Scene(slow, slow.T_world_pod, (), PoseNoise())
+        bound = replace(free, cell_fingerprint=slow.fingerprint, scene_hash=scene_hash(scene))
+        verdict = verify(bound, scene)
+        assert verdict.is_accepted is is_accepted
+        assert is_accepted or [reason.what for reason in verdict.reasons] == ["tool speed"]
