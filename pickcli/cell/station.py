@@ -34,6 +34,12 @@ class Bin:
     ceiling_back: float  # z of the ceiling at the back, m
     floor: tuple[str, ...] = ()  # names of the pod's bodies that carry what lies in this bin
 
+    @property
+    def volume(self) -> float:
+        """Of the clear inside, as high as over the flat part of its floor, m^3."""
+        width, height = self.y_range[1] - self.y_range[0], self.ceiling_back - self.floor_back
+        return self.depth * width * height
+
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
         """Height of the middle of a base that lies on the floor, in m in the bin frame, and its pitch in rad.
 

@@ -32,6 +32,7 @@ class Fillings:
 
     cost: (F,) of each, for how its items lie and for the order and access they leave
     is_cramming: (F,) where instead only room is saved, until everything is in
+    may_raise: whether things may stand higher than the mouth
     """
 
     cell_bin: Bin
@@ -39,9 +40,10 @@ class Fillings:
     lying: Lying
     cost: Array
     is_cramming: Bools
+    may_raise: bool
 
     @classmethod
-    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int) -> Fillings:
+    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> Fillings:
         """With every item outside; every other filling is begun with care, the rest by cramming."""
         shape = (n, len(items))
         low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING)
@@ -49,7 +51,7 @@ class Fillings:
             np.zeros((*shape, 3, 3)), low.copy(), Boxes(low, high), np.zeros(shape),
             np.zeros(shape, bool), np.full(shape, OUTSIDE),
         )  # fmt: skip
-        return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1)
+        return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
 
     def holds(self, k: int) -> Bools:
         """(F,) which hold item k."""
@@ -69,7 +71,7 @@ class Fillings:
         """Put item k elsewhere in every filling that gets better so, or worse by about the tolerance."""
         of = np.repeat(np.arange(len(self.cost)), N_SPOTS)
         there = self._without(k, of)
-        spots = random_spots(self.cell_bin, self.items[k], there, self.is_cramming[of], rng)
+        spots = random_spots(self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng)
         own = there.own.sum(axis=1) - there.own[:, k] + spots.own
         own[self._carries(k)[of]] = np.inf
         limit = self.cost + tolerance * rng.exponential(size=len(self.cost))

@@ -27,11 +27,15 @@ class Contents:
 
 
 def lay_out(
-    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, may_raise: bool = False
 ) -> list[tuple[PlacedItem, ...]]:
-    """The contents of a bin a little above where they will lie, best first; nothing if they found no room."""
+    """The contents of a bin a little above where they will lie, best first; nothing if they found no room.
+
+    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    """
     cell_bin = scene.cell.pod.bins[bin_name]
-    fillings = fill(cell_bin, [entry.item for entry in contents], np.random.default_rng(seed))
+    items = [entry.item for entry in contents]
+    fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise)
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
     full = np.flatnonzero(fillings.is_full())
     best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]

@@ -6,7 +6,7 @@ hold. Targets of the order are not treated differently from the rest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pickcli.cell.model import Cell
@@ -20,6 +20,7 @@ from pickcli.trial.layout import Contents, lay_out
 Progress = Callable[[int, int, str], None]
 
 N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
+N_RAISING = 10  # more of them, with things raised inside
 
 
 def make_scene(
@@ -55,26 +56,34 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
         return ()
     _refuse_too_much(scene, bin_name, contents)
     reason = Reason("no room", bin_name, "for all of them at once")
-    for attempt in range(N_ATTEMPTS):
-        layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
-        if not layouts:
-            break
-        for layout in layouts:
-            rested = settle(scene, layout)
-            if not isinstance(rested, Reason):
-                return rested
-            reason = rested
+    for layout in _layouts(scene, bin_name, contents, seed):
+        rested = settle(scene, layout)
+        if not isinstance(rested, Reason):
+            return rested
+        reason = rested
     raise InputError(
         f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
         "take another seed or put fewer items into this bin"
     )
 
 
+def _layouts(
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
+) -> Iterator[tuple[PlacedItem, ...]]:
+    """One after the other; those in which everything enters the mouth as it stands come first."""
+    for attempt in range(N_ATTEMPTS):
+        layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
+        if not layouts:
+            break
+        yield from layouts
+    for attempt in range(N_RAISING):
+        key = derived_seed("raised layout", seed, bin_name, attempt)
+        yield from lay_out(scene, bin_name, contents, key, may_raise=True)
+
+
 def _refuse_too_much(scene: Scene, bin_name: str, contents: Sequence[Contents]) -> None:
     """Raise InputError, before any search, for more than the bin has room for if all were liquid."""
-    cell_bin = scene.cell.pod.bins[bin_name]
-    width, height = cell_bin.y_range[1] - cell_bin.y_range[0], cell_bin.ceiling_back - cell_bin.floor_back
-    room = 1e3 * cell_bin.depth * width * height
+    room = 1e3 * scene.cell.pod.bins[bin_name].volume
     volume = 1e3 * sum(entry.item.shape.volume for entry in contents)
     if volume > room:
         raise InputError(

@@ -26,9 +26,12 @@ STRICT_FROM = 2 / 3  # of the moves, from where on it may not
 GOOD = 0.3  # cost after which no better is sought
 
 
-def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator) -> Fillings:
-    """Fillings of a bin, in no order; those that are not full lack what found no room."""
-    fillings = _all_in(cell_bin, items, rng)
+def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator, may_raise: bool = False) -> Fillings:
+    """Fillings of a bin, in no order; those that are not full lack what found no room.
+
+    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    """
+    fillings = _all_in(cell_bin, items, may_raise, rng)
     n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0
     for k in range(n_moves):
         fillings.tidy_up()
@@ -41,10 +44,10 @@ def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator) -> Fill
     return fillings
 
 
-def _all_in(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator) -> Fillings:
+def _all_in(cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator) -> Fillings:
     """Begun again until everything is in, but not for ever."""
     for _ in range(N_ROUNDS):
-        fillings = Fillings.empty(cell_bin, items, N_FILLINGS)
+        fillings = Fillings.empty(cell_bin, items, N_FILLINGS, may_raise)
         order = _large_first(items, rng)
         for done, k in enumerate(order):
             _put_in(fillings, k, order[:done], rng)

@@ -21,6 +21,7 @@ GAPS = (0.003, 0.028)  # m between neighbours and to walls
 SNUG = 0.004  # m more than the least where room must be saved
 CEILING_GAP = 0.010  # m
 MOUTH_GAP = 0.026  # m that the mouth is higher than what was stowed through it
+RAISING_GAP = 0.002  # m that the bin is higher than the diagonal of what is raised in it
 DROP = 0.001  # m over what it will lie on
 LEVEL = 0.005  # m within which tops carry together
 LEAST_SUPPORT = 0.6  # share of a base that level tops carry, on all sides of its centre
@@ -52,10 +53,13 @@ class Lying:
     own: Array
 
 
-def random_spots(cell_bin: Bin, item: Item, there: Lying, is_snug: Bools, rng: np.random.Generator) -> Lying:
+def random_spots(
+    cell_bin: Bin, item: Item, there: Lying, is_snug: Bools, may_raise: bool, rng: np.random.Generator
+) -> Lying:
     """A place (N,) for one item in each of N fillings.
 
     there: M items in each, (N, M); is_snug: (N,) where no room is wasted: square and close together
+    may_raise: whether it may stand higher than the mouth, brought in lying and raised inside
     """
     n = len(there.own)
     kinds, weights = zip(*stances(item), strict=True)
@@ -75,7 +79,9 @@ def random_spots(cell_bin: Bin, item: Item, there: Lying, is_snug: Bools, rng: n
     reach = item.shape.reach(R)
     boxes = Boxes(centre - reach, centre + reach)
     is_across = quarter % 2 == 1
-    possible = _is_inside(cell_bin, boxes) & (height <= cell_bin.mouth_height - MOUTH_GAP)
+    possible = _is_inside(cell_bin, boxes) & (
+        _enters_upright(cell_bin, height) | (may_raise & _can_be_raised(cell_bin, item, height))
+    )
     possible &= (own > 0.0) | (gap(boxes.column, there.boxes) >= GAPS[0]).all(axis=1)
     # On the slope nothing rolls down and nothing stands thin across it.
     is_flat = middle[:, 0] - half[:, 0] >= cell_bin.floor_flat_from
@@ -151,6 +157,19 @@ def _is_inside(cell_bin: Bin, boxes: Boxes) -> Bools:
     is_short = (boxes.low[:, 0] >= lower[0]) & (boxes.high[:, 0] <= upper[0] - GAPS[0])
     is_narrow = (boxes.low[:, 1] >= lower[1] + GAPS[0]) & (boxes.high[:, 1] <= upper[1] - GAPS[0])
     return np.asarray(is_below & is_short & is_narrow)
+
+
+def _enters_upright(cell_bin: Bin, height: Array) -> Bools:
+    """Whether things of such heights pass the mouth as they stand."""
+    return np.asarray(height <= cell_bin.mouth_height - MOUTH_GAP)
+
+
+def _can_be_raised(cell_bin: Bin, item: Item, height: Array) -> Bools:
+    """Whether an item that came in lying can be tipped up to a height (N,), about its thinnest side."""
+    thin, middle, _ = np.sort(item.shape.extents)
+    enters_lying = _enters_upright(cell_bin, thin) & (middle <= cell_bin.mouth_width)
+    clear = cell_bin.ceiling_back - cell_bin.floor_back - RAISING_GAP
+    return np.asarray(enters_lying & (np.hypot(height, thin) <= clear))
 
 
 def _is_leaning(cell_bin: Bin, boxes: Boxes, is_across: Bools) -> Bools:

@@ -20,8 +20,9 @@ CELL = load_cell("apc2016_delft")
 NAMES = sorted(i.name for i in CELL.items.values() if i.year == 2016 and i.shape.volume < 1.2e-3)
 
 
-def filled(bin_name: str, names: list[str], seed: int) -> Fillings:
-    return fill(CELL.pod.bins[bin_name], [CELL.item(name) for name in names], np.random.default_rng(seed))
+def filled(bin_name: str, names: list[str], seed: int, may_raise: bool = False) -> Fillings:
+    items = [CELL.item(name) for name in names]
+    return fill(CELL.pod.bins[bin_name], items, np.random.default_rng(seed), may_raise)
 
 
 def best_of(fillings: Fillings) -> int:
@@ -101,6 +102,39 @@ def test_what_does_not_fit_is_left_outside() -> None:
     fillings = filled("bin_H", ["hanes_tube_socks"] * 6, 1)
     assert not fillings.is_full().any()
     assert np.all((fillings.lying.boxes.low[..., 0] > 1.0) == (fillings.lying.own >= 1000.0))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_socks_beside_paper_towels_are_raised_inside_where_they_may_be(seed: int) -> None:
+    """200 mm lying beside 150 mm is more than the 272 mm of the bin; standing they are 100 mm wide."""
+    names = ["hanes_tube_socks", "kleenex_paper_towels", "dove_beauty_bar"]
+    assert not filled("bin_D", names, seed).is_full().any()
+    fillings = filled("bin_D", names, seed, may_raise=True)
+    assert fillings.is_full().any()
+    socks = fillings.lying.boxes[fillings.is_full()][:, 0]
+    np.testing.assert_allclose((socks.high - socks.low)[:, 2], 0.2, atol=0.03)
+
+
+@given(
+    st.sampled_from(sorted(CELL.pod.bins)),
+    st.lists(st.sampled_from(sorted(i.name for i in CELL.items.values() if i.year == 2016)), max_size=3),
+    st.booleans(),
+    st.integers(0, 10**6),
+)
+@settings(max_examples=12, deadline=None)
+def test_what_stands_higher_than_the_mouth_was_tipped_up_under_the_ceiling(
+    bin_name: str, names: list[str], may_raise: bool, seed: int
+) -> None:
+    names = [*names, "hanes_tube_socks"]
+    cell_bin, fillings = CELL.pod.bins[bin_name], filled(bin_name, names, seed, may_raise)
+    for of in np.flatnonzero(fillings.is_full()):
+        for item, T in zip(fillings.items, fillings.poses(int(of)), strict=True):
+            up = int(np.abs(T[2, :3]).argmax())
+            height, thin = item.shape.extents[up], item.shape.extents.min()
+            if height > cell_bin.mouth_height:
+                assert may_raise
+                assert np.hypot(height, thin) < cell_bin.ceiling_back - cell_bin.floor_back
+                assert np.median(item.shape.extents) <= cell_bin.mouth_width
 
 
 def _pair(front: float, back: float) -> Boxes:
