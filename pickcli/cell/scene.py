@@ -28,6 +28,15 @@ class PlacedItem:
 
 
 @dataclass(frozen=True, eq=False)
+class HeldItem:
+    """What is in the cup. ``id`` may also stand among the scene's items: where it was seen."""
+
+    id: str
+    item: Item
+    T_tip_item: Array  # (4, 4) as it hangs in the tool frame
+
+
+@dataclass(frozen=True, eq=False)
 class PoseNoise:
     """Bounds of the error of every item pose: the true pose lies within them."""
 
@@ -42,7 +51,7 @@ class PoseNoise:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Cell + where the pod stands now + items and their poses. What the arm holds is no part of it."""
+    """Cell + where the pod stands now + items and their poses + what the cup holds, None if nothing."""
 
     cell: Cell
     T_world_pod: Array  # (4, 4) as it stands now
@@ -50,6 +59,7 @@ class Scene:
     noise: PoseNoise  # of the item poses in this scene
     seed: int = 0
     pod_error: Displacement = UNMOVED  # how far the pod may stand from T_world_pod
+    held: HeldItem | None = None
 
     @cached_property
     def pod_bodies(self) -> tuple[Body, ...]:
@@ -83,6 +93,12 @@ class Scene:
         elsewhere = sorted({i.location for i in self.items if id_or_name in (i.id, i.item.name)})
         hint = f"it is in {' and '.join(elsewhere)}" if elsewhere else ""
         raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene", hint)
+
+    def item(self, item_id: str) -> Item:
+        """What an instance is, in the cup or not. Raises UnknownNameError."""
+        if self.held is not None and self.held.id == item_id:
+            return self.held.item
+        return self.find(item_id).item
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
         """All items of a bin or of the tote."""

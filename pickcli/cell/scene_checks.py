@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.model import Cell
 from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
 from pickcli.cell.scene import TOTE, Scene
-from pickcli.cell.scene_schema import SceneModel
+from pickcli.cell.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.cell.yaml_reader import Source
 from pickcli.geometry import inverse
 
@@ -21,21 +21,35 @@ MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin befor
 def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
     """Ids of their own, known items and known places; raises at once, for the rest needs them."""
     locations = [*cell.pod.bins, TOTE]
-    seen: set[str] = set()
+    seen: dict[str, PlacedItemModel] = {}
     for i, item in enumerate(model.items):
         if item.id in seen:
             source.add(("items", i, "id"), f"{item.id!r} stands twice; give each instance an id of its own")
-        seen.add(item.id)
-        if (item.name, item.year) not in cell.items:
-            known = [name for name, year in cell.items if year == item.year]
-            close = [] if source.is_full else get_close_matches(item.name, known, n=1)
-            hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
-            source.add(("items", i, "name"), f"unknown item {item.name!r} of {item.year}; {hint}")
+        seen[item.id] = item
+        _check_item(source, ("items", i, "name"), item, cell)
         if item.location not in locations:
             source.add(
                 ("items", i, "location"), f"unknown place {item.location!r}; known: {', '.join(locations)}"
             )
+    if model.held is not None:
+        _check_item(source, ("held", "name"), model.held, cell)
+        same = seen.get(model.held.id)
+        if same is not None and (same.name, same.year) != (model.held.name, model.held.year):
+            source.add(
+                ("held", "id"), f"{same.id!r} is a {same.name} of {same.year} among the items; correct one"
+            )
     source.check()
+
+
+def _check_item(
+    source: Source, key: tuple[str | int, ...], item: PlacedItemModel | HeldModel, cell: Cell
+) -> None:
+    """The cell knows the item."""
+    if (item.name, item.year) not in cell.items:
+        known = [name for name, year in cell.items if year == item.year]
+        close = [] if source.is_full else get_close_matches(item.name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
+        source.add(key, f"unknown item {item.name!r} of {item.year}; {hint}")
 
 
 def check_places(source: Source, scene: Scene) -> None:

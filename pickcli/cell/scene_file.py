@@ -21,9 +21,9 @@ from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_checks import check_names, check_overlaps, check_places, check_standing
-from pickcli.cell.scene_schema import PoseModel, SceneModel
+from pickcli.cell.scene_schema import HeldModel, PoseModel, SceneModel
 from pickcli.cell.validate import validate
 from pickcli.cell.yaml_reader import Source, read_yaml
 from pickcli.errors import StaleError
@@ -56,6 +56,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         noise=PoseNoise(model.noise.position, model.noise.angle),
         seed=model.seed,
         pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
+        held=_held(source, model.held, cell),
     )
     check_places(source, scene)
     check_standing(source, scene)
@@ -75,11 +76,12 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
 def scene_hash(scene: Scene) -> str:
     """SHA-256 (hex) of what the validity of a motion in this scene depends on.
 
-    The cell, what its cup bears, where the pod stands, the bounds of both errors, and every item's figures
-    and pose; not the seed and not the order of the items. Survives writing and reading.
+    The cell, what its cup bears, where the pod stands, the bounds of both errors, every item's figures and
+    pose, and what the cup holds; not the seed and not the order of the items. Survives writing and reading.
     """
     return digest(
         {
+            **({} if scene.held is None else {"held": _held_content(scene.held)}),
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
@@ -92,6 +94,10 @@ def scene_hash(scene: Scene) -> str:
 
 def _item_content(placed: PlacedItem) -> list[Any]:
     return [placed.id, placed.location, *_figures(placed.item), _coarse(placed.T_world_item)]
+
+
+def _held_content(held: HeldItem) -> list[Any]:
+    return [held.id, *_figures(held.item), _coarse(held.T_tip_item)]
 
 
 @lru_cache(maxsize=256)
@@ -112,6 +118,12 @@ def _coarse(T: Array) -> list[float]:
     return [round(v, 7) + 0.0 for v in T[:3].ravel().tolist()]
 
 
+def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | None:
+    if model is None:
+        return None
+    return HeldItem(model.id, cell.items[model.name, model.year], _pose(source, ("held",), model))
+
+
 def _pose(source: Source, key: tuple[str | int, ...], model: PoseModel) -> Array:
     length = float(np.linalg.norm(model.quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
@@ -125,7 +137,7 @@ def _pose(source: Source, key: tuple[str | int, ...], model: PoseModel) -> Array
 
 def _to_text(scene: Scene) -> str:
     """One line per item, so that scenes can be read and compared."""
-    head = {
+    head: dict[str, Any] = {
         "format": "apc scene",
         "version": 1,
         "cell": {"name": scene.cell.name, "fingerprint": scene.cell.fingerprint},
@@ -134,9 +146,15 @@ def _to_text(scene: Scene) -> str:
         "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
         "seed": scene.seed,
     }
+    if scene.held is not None:
+        head["held"] = _held_values(scene.held)
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
     return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"
+
+
+def _held_values(held: HeldItem) -> dict[str, Any]:
+    return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
 
 
 def _item_values(placed: PlacedItem) -> dict[str, Any]:

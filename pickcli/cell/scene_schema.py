@@ -53,6 +53,14 @@ class PlacedItemModel(PoseModel):
     location: Text = Field(description="a bin's name, or 'tote'")
 
 
+class HeldModel(PoseModel):
+    """What is in the cup; the pose is that of the item's middle in the tool frame."""
+
+    id: Text = Field(description="a name of its own in this scene, or that of the item where it was seen")
+    name: Text = Field(description="an item's name")
+    year: int = Field(description="2015 or 2016")
+
+
 class SceneModel(FileModel):
     """A whole scene file."""
 
@@ -65,4 +73,5 @@ class SceneModel(FileModel):
     )
     noise: NoiseModel = Field(description="bounds of the error of the item poses")
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
+    held: HeldModel | None = Field(default=None, description="what is in the cup")
     items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pickcli.cell.robot import Tool
 from pickcli.geometry import Array
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
+from pickcli.motion.plan import Grasp
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,17 @@ class Load:
     moment: float
     twist: float
     ratio: float
+
+    def of(self, grasp: Grasp) -> Grasp:
+        """The grasp with this as the load of its motion."""
+        return replace(
+            grasp,
+            moment=self.moment,
+            pull=self.pull,
+            shear=self.shear,
+            twist=self.twist,
+            load_ratio=self.ratio,
+        )
 
     def __str__(self) -> str:
         return (

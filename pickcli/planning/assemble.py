@@ -7,7 +7,6 @@ the key waypoints. The motion stops only on the item and over the tote.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from pickcli.planning.coarse import Coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.events import schedule
 from pickcli.planning.pieces import COARSE_BLEND, PickMotion, Piece, moving, way_in, way_out, way_up
+from pickcli.planning.promises import thrown
 from pickcli.planning.proven import carried_run, proven_run
 from pickcli.timing.run import TimedRun
 from pickcli.timing.sequence import concatenate
@@ -52,8 +52,7 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
     if isinstance(scheduled, Reason):
         return scheduled
     segments, trajectory, events = scheduled
-    load = carried.load
-    return Plan(
+    plan = Plan(
         query=label,
         cell_fingerprint=planner.cell.fingerprint,
         scene_hash=scene_hash(query.scene),
@@ -61,16 +60,10 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=replace(
-            grasp,
-            moment=load.moment,
-            pull=load.pull,
-            shear=load.shear,
-            twist=load.twist,
-            load_ratio=load.ratio,
-        ),
+        grasp=carried.load.of(grasp),
         speed_scale=item.speed_scale,
     )
+    return thrown(planner.arm, plan, planner.cell.devices) or plan
 
 
 def assemble_move(

@@ -6,15 +6,17 @@ end is measured here, before anybody is told of the plan, and mended by narrower
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pieces import Piece
 from pickcli.timing.run import TimedRun
@@ -25,6 +27,7 @@ OFF_LINE = 0.0018  # m; 0.002 are promised
 OFF_ANGLE = np.radians(0.9)  # 1 degree is promised
 NARROWER = 0.4  # of a blend, where the tool left its line
 SLOWER = 0.98  # beyond what the excess asks for
+RELEASE_SPEED = 0.095  # m/s from the command to let go on; 0.1 are promised
 SPEED_STEP = 1e-3  # s over which a speed is measured
 
 
@@ -61,6 +64,22 @@ def broken_promise(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequen
         return Reason(
             "contact speed", f"{pieces[k].kind}", f"{speed:.4f} m/s, the tool takes {contact_speed}"
         )
+    return None
+
+
+def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None:
+    """That the tool still moves fast when the command to let go is given, or None."""
+    last = next((s for s in reversed(plan.segments) if s.held is not None), None)
+    for event in plan.events:
+        is_release = devices[event.device].kind is DeviceKind.VALVE and event.action == "off"
+        if last is None or not is_release or event.t_trigger is None:
+            continue
+        times = np.arange(event.t_trigger, last.t_end + SPEED_STEP, SPEED_STEP)
+        p = arm.tips(plan.trajectory.sample(times), last.pivot)[:, :3, 3]
+        speed = float(np.linalg.norm(np.diff(p, axis=0), axis=1).max(initial=0.0)) / SPEED_STEP
+        if speed > RELEASE_SPEED:
+            detail = f"{speed:.3f} m/s where the command is given, at most {RELEASE_SPEED}"
+            return Reason("released too fast", f"{last.kind}", detail)
     return None
 
 

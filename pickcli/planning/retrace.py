@@ -12,14 +12,17 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.cell.robot import Limits
-from pickcli.cell.scene import Scene
+from pickcli.cell.robot import Limits, Robot
+from pickcli.cell.scene import HeldItem, PlacedItem, Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import LimitError, NoPlanError, Reason
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
+from pickcli.grasping.holding import Hold
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.payload import carried_load
 from pickcli.timing.stop import resume
 
 FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart
@@ -67,6 +70,22 @@ class StoppedMotion:
         held = [s.t_end for s in self.plan.segments if s.held is not None]
         return held[-1] if held else None
 
+    def in_the_cup(self, robot: Robot, placed: PlacedItem) -> HeldItem:
+        """What the motion took, if it took it as planned: the cup is pressed on beyond the surface.
+
+        Args:
+            robot: The robot.
+            placed: The item where it lay when the motion was planned.
+        """
+        assert self.plan.grasp is not None
+        T_tip_item = inverse(self.plan.grasp.T_item_tip)
+        for segment in self.plan.segments:
+            if segment.kind is SegmentKind.CONTACT:
+                q = self.plan.trajectory.sample(segment.t_end)
+                tip = Arm(robot).tip(np.ravel(q), segment.pivot)
+                T_tip_item = np.asarray(inverse(tip) @ placed.T_world_item)
+        return HeldItem(placed.id, placed.item, T_tip_item)
+
 
 def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
     """With the empty tool along the whole way that it came, to where the plan began."""
@@ -80,12 +99,12 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
     Args:
         stopped: The motion that stopped while, for all that is known, it carried its item.
         bringing: On to where it would have let the item go, or back to where it took it.
-        scene: The scene as it is seen now, with the item in it, wherever it was seen last.
+        scene: The scene as it is seen now, and with the item that the cup holds.
         limits: Of the joints.
         seed: Noted in the plan.
 
     Raises:
-        NoPlanError: The motion does not carry anything where it stopped.
+        NoPlanError: The motion does not carry anything where it stopped, or the cup would not bear it.
     """
     where = f"{bringing} with the item of {stopped.plan.query}"
     taken, let_go = stopped.taken_at, stopped.let_go_at
@@ -93,9 +112,22 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
         raise NoPlanError(where, [Reason("nothing to bring", where, "it is not carried where it stopped")])
     until = let_go if bringing is Bringing.ON else taken
     found = _retraced(stopped, scene, limits, seed, until=until, carries=True, where=where)
+    if not isinstance(found, Reason):
+        found = _loaded(found, scene)
     if isinstance(found, Reason):
         raise NoPlanError(where, [found])
     return found
+
+
+def _loaded(plan: Plan, scene: Scene) -> Plan | Reason:
+    """The plan with the load on the cup of this motion, which is not that of the one that stopped."""
+    assert plan.grasp is not None and scene.held is not None
+    robot, grasp = scene.cell.robot, plan.grasp
+    hold = Hold.of(scene.held.item, grasp.face, scene.held.T_tip_item, robot.tool)
+    load = carried_load(Arm(robot), plan.segments[0].pivot, plan.trajectory, hold)
+    if load.ratio > 1.0:
+        return Reason("does not hold", plan.query, f"{load}, {load.ratio:.2f} of the limit")
+    return replace(plan, grasp=load.of(grasp))
 
 
 def _retraced(

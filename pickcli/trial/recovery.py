@@ -89,7 +89,9 @@ class _Recovery:
         ways = [Bringing.BACK, Bringing.ON]
         if self.attempt.execution.stop_cause is StopCause.SENSOR:
             ways.reverse()
-        scene, stopped = self._with_item(self.player.scene()), self.stopped
+        stopped = self.stopped
+        scene, taken = self.player.scene(), self.before.find(self.attempt.item)
+        scene = replace(scene, held=stopped.in_the_cup(scene.cell.robot, taken))
         for way in ways:
             seed = derived_seed("bring", self.player.settings.seed, self.attempt.item, self.attempt.number)
 
@@ -98,12 +100,6 @@ class _Recovery:
 
             if self._tried(f"bring {way}", plan, scene):
                 return
-
-    def _with_item(self, scene: Scene) -> Scene:
-        """The scene with the item in it, where it was seen last: plans that carry it look for it there."""
-        if any(placed.id == self.attempt.item for placed in scene.items):
-            return scene
-        return replace(scene, items=(*scene.items, self.before.find(self.attempt.item)))
 
     def _bring_arm_out(self) -> None:
         """Level after level, again and again, until the arm is out or the time is over."""

@@ -27,7 +27,7 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     """All that concerns the cup and the item; () for a plan without a grasp."""
     if plan.grasp is None or T_tip_item is None:
         return ()
-    grasp, item = plan.grasp, scene.find(plan.grasp.item).item
+    grasp, item = plan.grasp, scene.item(plan.grasp.item)
     reasons = list(_seal(grasp, item, scene.cell.robot.tool))
     if grasp.pivot is PivotState.MOVING:
         reasons.append(
@@ -40,6 +40,8 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
                     Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.pivot}")
                 )
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
+    if plan.segments[0].held is not None and scene.held is not None:
+        reasons += _as_grasped(scene, grasp, inverse(scene.held.T_tip_item), "in the cup")
     if not item.suction:
         reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
     return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
@@ -109,13 +111,17 @@ def _sign(value: float) -> str:
 
 
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
-    """At the end of contact the tip is where the grasp says, pressed on by what noise and bellows allow."""
+    """At the end of contact the tip is where the grasp says."""
     robot = scene.cell.robot
     tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.pivot)[0]
-    wanted = scene.find(grasp.item).T_world_item @ grasp.T_item_tip
-    off = inverse(wanted) @ tip
+    yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
+
+
+def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:
+    """The tip (4, 4) is where the grasp says, pressed on by what noise and bellows allow."""
+    off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
-    most = scene.noise.bound(scene.find(grasp.item).item) + robot.tool.cup_stroke
+    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.cup_stroke
     if not -ON_SURFACE <= pressed <= most:
         yield Reason(
             "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"

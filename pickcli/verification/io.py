@@ -14,11 +14,15 @@ from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.verification.arm import link_poses, tip_poses
+from pickcli.verification.lines import fastest_tip
 
 TIME_TOLERANCE = 1e-6  # s
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
 OPENS_WITHIN = 0.005  # m before the cup is pressed on: farther off, vacuum leaks and light items are dragged
 CLOSES_WITHIN = 0.010  # m before the place of release
+# m/s of the tool from the command to let go on: an item that leaves the cup at it, from the highest place
+# that is allowed, lands 25 mm aside. From when the valve is closed on the tool stands.
+RELEASE_SPEED, STANDING = 0.1, 0.002
 
 
 def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -109,8 +113,20 @@ def _release(
     yield from _needed("valve off", valves, last.t_start, last.t_end)
     for event in valves:
         yield from _near(plan, scene, last, event.t_trigger, CLOSES_WITHIN, "valve off")
+        yield from _slow(plan, scene, last, event)
     released = max((e.t_trigger for e in valves if e.t_trigger is not None), default=last.t_end)
     yield from _kept(find(DeviceKind.PUMP, "off") + valves, first.t_start, released - TIME_TOLERANCE)
+
+
+def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Reason]:
+    """The tool is nearly at rest where the item is let go: it is set down or dropped, and not thrown."""
+    for t, most in ((event.t_trigger, RELEASE_SPEED), (event.t_anchor, STANDING)):
+        if t is not None and t < last.t_end:
+            speed = fastest_tip(plan, scene.cell.robot, last.pivot, t, last.t_end)
+            if speed > most:
+                detail = f"the tool moves at {speed:.3f} m/s from {t:.3f} s on, at most {most} m/s"
+                yield Reason("released too fast", "valve off", detail)
+                return
 
 
 def _is_on(on: list[Event], off: list[Event], t: float) -> Iterator[Reason]:

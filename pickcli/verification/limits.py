@@ -87,7 +87,7 @@ def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
     for k, segment in enumerate(plan.segments):
         if segment.held is None:
             continue
-        scale = scene.find(segment.held).item.speed_scale * scene.cell.speed_scale
+        scale = scene.item(segment.held).speed_scale * scene.cell.speed_scale
         piece = _cut(plan.trajectory, segment.t_start, segment.t_end)
         if scale < 1.0:
             ratios = _ratios(piece, 1, limits.velocity)

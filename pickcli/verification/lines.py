@@ -88,16 +88,16 @@ def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str
     aside = float(np.linalg.norm(way - (way @ axis) * axis))
     if way @ axis <= 0.0 or aside > OFF_LINE:
         yield Reason("not along the tool axis", where, f"{aside * 1e3:.2f} mm aside")
-    speed = fastest_tip(plan, robot, segment, segment.pivot)
+    speed = fastest_tip(plan, robot, segment.pivot, segment.t_start, segment.t_end)
     limit = robot.tool.contact_speed
     if speed > limit * (1.0 + SPEED_TOLERANCE):
         yield Reason("contact speed", where, f"{speed:.4f} m/s, the tool takes {limit}")
 
 
-def fastest_tip(plan: Plan, robot: Robot, segment: Segment, pivot: PivotState) -> float:
-    """Greatest speed of the tip in m/s over every millisecond of a segment, the cup at rest in one place."""
-    n = max(2, int(np.ceil((segment.t_end - segment.t_start) * 1e3)) + 1)
-    times = np.linspace(segment.t_start, segment.t_end, n)
+def fastest_tip(plan: Plan, robot: Robot, pivot: PivotState, t_start: float, t_end: float) -> float:
+    """Greatest speed of the tip in m/s over every millisecond between two times, the cup in one place."""
+    n = max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1)
+    times = np.linspace(t_start, t_end, n)
     p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), pivot)[:, :3, 3]
     # The chord over a millisecond is the mean speed in it.
     return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())

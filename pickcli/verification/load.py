@@ -15,11 +15,12 @@ from pickcli.cell.item import Item
 from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Grasp, Plan
 from pickcli.verification.arm import link_poses, tip_poses
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like
 STEP = 1e-3  # s
+SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples otherwise
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
@@ -37,7 +38,7 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
     if len(times) == 0:
         return
     assert plan.grasp is not None
-    item, limits = scene.find(plan.grasp.item).item, scene.cell.robot.tool.cup_limits
+    item, limits = scene.item(plan.grasp.item), scene.cell.robot.tool.cup_limits
     for what, ratios in (
         ("pull and moment", limits.lip(wrenches, vacuum_share)),
         ("shear and twist", limits.slip(wrenches, vacuum_share)),
@@ -46,6 +47,22 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
         if ratios[i] > 1.0:
             at = f"{ratios[i]:.2f} of what the cup bears at {times[i]:.3f} s: {_told(wrenches[i])}"
             yield Reason("does not hold", f"{item.name}, {what}", at)
+    yield from _stated(plan.grasp, wrenches, float(limits.ratio(wrenches, vacuum_share).max()))
+
+
+def _stated(grasp: Grasp, wrenches: Array, ratio: float) -> Iterator[Reason]:
+    """What the plan says of the load is what the load is."""
+    found = {
+        "pull": float(np.maximum(0.0, -wrenches[:, 2]).max()),
+        "shear": float(np.hypot(wrenches[:, 0], wrenches[:, 1]).max()),
+        "moment": float(np.hypot(wrenches[:, 3], wrenches[:, 4]).max()),
+        "twist": float(np.abs(wrenches[:, 5]).max()),
+        "load_ratio": ratio,
+    }
+    for name, value in found.items():
+        stated = float(getattr(grasp, name))
+        if abs(value - stated) > max(SAME_LEAST, SAME_SHARE * value):
+            yield Reason("load not as stated", f"grasp.{name}", f"{stated:.3f} stated, {value:.3f} found")
 
 
 def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
@@ -69,7 +86,7 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
     times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
     robot = scene.cell.robot
     tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].pivot)
-    return times[1:-1], wrenches(tips, T_tip_item, scene.find(plan.grasp.item).item, STEP)
+    return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), STEP)
 
 
 def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:

@@ -80,7 +80,7 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
     for body in robot.links[cup].shapes:
         found += _pivoted(robot, segment.pivot, body)
     if segment.held is not None and T_tip_item is not None:
-        bound = scene.noise.bound(scene.find(segment.held).item)
+        bound = scene.noise.bound(scene.item(segment.held))
         found += _pivoted(robot, segment.pivot, held_body(scene, segment.held, T_tip_item), bound, True)
     return tuple(found)
 
@@ -102,7 +102,7 @@ def farthest(moving: tuple[Part, ...]) -> Array:
 
 def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
     """The held item in the cup link."""
-    return Body(item_id, scene.find(item_id).item.shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
+    return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
 
 
 def _pivoted(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
@@ -29,14 +29,15 @@ def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[R
 
 def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterator[Reason]:
     assert plan.grasp is not None
-    placed, T = scene.find(plan.grasp.item), release_pose(plan, scene, k, T_tip_item)
+    T = release_pose(plan, scene, k, T_tip_item)
     where = bin_at(scene, T)
-    return _in_tote(scene, placed, T) if where is None else _in_bin(scene, placed, T, where)
+    placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), where or TOTE, T)
+    return _in_tote(scene, placed) if where is None else _in_bin(scene, placed)
 
 
-def _in_tote(scene: Scene, placed: PlacedItem, T_world_item: Array) -> Iterator[Reason]:
+def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     tote = scene.cell.tote
-    T = inverse(tote.T_world_tote) @ T_world_item
+    T = inverse(tote.T_world_tote) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
     half = np.array(tote.inner[:2]) / 2
@@ -49,9 +50,10 @@ def _in_tote(scene: Scene, placed: PlacedItem, T_world_item: Array) -> Iterator[
         )
 
 
-def _in_bin(scene: Scene, placed: PlacedItem, T_world_item: Array, bin_name: str) -> Iterator[Reason]:
+def _in_bin(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
+    bin_name = placed.location
     cell_bin = scene.cell.pod.bins[bin_name]
-    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ T_world_item
+    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low = T[:3, 3] - reach
     if low[0] < 0.0:

@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
-from pickcli.geometry import Array, inverse
+from pickcli.cell.item import Item
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Plan
 from pickcli.verification.arm import link_poses, tip_poses
 from pickcli.verification.contacts import releases
 from pickcli.verification.parts import Fixture, fixtures
+
+SAME_PLACE = 0.005  # m, beyond twice what poses may be off, up to which what is seen is what the cup holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +39,7 @@ class Standing:
 
 def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
     """The fixtures of every segment. T_tip_item: (4, 4) of the item where one is held."""
-    before = fixtures(scene)
+    before = _not_in_the_cup(plan, scene, fixtures(scene))
     ends = releases(plan)
     if not ends or plan.grasp is None or T_tip_item is None:
         return Standing(plan, before, None)
@@ -44,8 +47,31 @@ def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
     where = bin_at(scene, T)
     if where is None:
         return Standing(plan, before, None)
-    placed = replace(scene.find(plan.grasp.item), location=where, T_world_item=T)
-    return Standing(plan, before, fixtures(scene.moved(placed)))
+    name = plan.grasp.item
+    placed = PlacedItem(name, scene.item(name), where, T)
+    return Standing(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
+
+
+def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tuple[Fixture, ...]:
+    """What stands when the plan begins: what is seen elsewhere than in the cup stands where it is seen."""
+    held = scene.held
+    if held is None or plan.segments[0].held != held.id:
+        return found
+    robot, q = scene.cell.robot, plan.trajectory.sample(0.0)
+    T = tip_poses(robot, link_poses(robot, q), plan.segments[0].pivot)[0] @ held.T_tip_item
+    most = SAME_PLACE + 2.0 * scene.noise.bound(held.item)
+    return tuple(
+        replace(fixture, name=f"{held.id} as seen") if fixture.name == held.id else fixture
+        for fixture in found
+        if fixture.name != held.id or _apart(fixture.T_world_shape, T, held.item) > most
+    )
+
+
+def _apart(T_a: Array, T_b: Array, item: Item) -> float:
+    """m, no point of an item at two poses is farther apart."""
+    off = inverse(T_a) @ T_b
+    radius = float(np.linalg.norm(item.shape.extents)) / 2
+    return float(np.linalg.norm(off[:3, 3])) + rotation_angle(off[:3, :3]) * radius
 
 
 def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:

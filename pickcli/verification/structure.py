@@ -22,7 +22,7 @@ def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Everything that the other checks take for granted; they run only when this finds nothing."""
     reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
-        reasons = [*_segments(plan), *_names(plan, scene), *_holding(plan)]
+        reasons = [*_segments(plan), *_names(plan, scene), *_beginning(plan, scene), *_holding(plan)]
     return tuple(reasons)
 
 
@@ -89,14 +89,14 @@ def _segments(plan: Plan) -> Iterator[Reason]:
 def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Items and bodies that segments and grasp speak of must exist."""
     cell = scene.cell
-    items = {placed.id for placed in scene.items}
+    taken = {placed.id for placed in scene.items} | ({scene.held.id} if scene.held is not None else set())
     bodies = {b.name for b in cell.pod.bodies + cell.tote.bodies + cell.obstacles.bodies}
-    if plan.grasp is not None and plan.grasp.item not in items:
+    if plan.grasp is not None and plan.grasp.item not in taken:
         yield Reason("unknown item", "grasp", f"{plan.grasp.item} is not in the scene")
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
         for name in segment.touching:
-            if name not in items | bodies:
+            if name not in taken | bodies:
                 yield Reason("unknown name", where, f"{name} may be touched but is not in the scene")
         if segment.touching and not may_touch(plan, k):
             yield Reason(
@@ -107,6 +107,20 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         if segment.held is not None and (plan.grasp is None or segment.held != plan.grasp.item):
             yield Reason("wrong held item", where, f"{segment.held}, not the item of the grasp")
+
+
+def _beginning(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """What the plan begins with in the cup is what the scene says that the cup holds."""
+    first, held = plan.segments[0].held, None if scene.held is None else scene.held.id
+    if first is not None and held is None:
+        yield Reason(
+            "not in the cup",
+            "start",
+            f"the plan begins holding {first}; the scene has no `held` that says so",
+        )
+    elif first != held:
+        said = "an empty cup" if first is None else f"{first} in it"
+        yield Reason("not in the cup", "start", f"the cup holds {held}, the plan begins with {said}")
 
 
 def _holding(plan: Plan) -> Iterator[Reason]:

@@ -19,7 +19,10 @@ def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
     for k, segment in enumerate(plan.segments):
         if segment.t_end <= segment.t_start:
             continue
-        speed = max(fastest_tip(plan, cell.robot, segment, p) for p in (PivotState.STRAIGHT, PivotState.DOWN))
+        span = segment.t_start, segment.t_end
+        speed = max(
+            fastest_tip(plan, cell.robot, pivot, *span) for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+        )
         if not speed <= limit * (1.0 + SPEED_TOLERANCE):
             where = f"segment {k} ({segment.kind})"
             yield Reason("tool speed", where, f"{speed:.4f} m/s, the cell allows {limit}")

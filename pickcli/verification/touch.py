@@ -113,9 +113,8 @@ class _Pair:
 
     def _uncertain(self, name: str) -> float:
         """m that any point of a solid may be from where its pose says."""
-        found = [placed.item for placed in self.scene.items if placed.id == name]
-        if found:
-            return self.scene.noise.bound(found[0])
+        if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
+            return self.scene.noise.bound(self.scene.item(name))
         for body in self.scene.pod_bodies:
             if body.name == name:
                 reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2

@@ -18,7 +18,7 @@ from pickcli.cell.displacement import Displacement
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.overlap import Solid, overlap_depth
-from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import from_quaternion, pose
@@ -73,6 +73,27 @@ def test_the_hash_survives_generations_of_files(cell: Cell, written: Path) -> No
         write_scene(scene, written.with_name(f"{generation}.json"))
         scene = read_scene(written.with_name(f"{generation}.json"))
     assert scene_hash(scene) == scene_hash(make_scene(cell))
+
+
+def test_what_the_cup_holds_comes_back_and_counts(cell: Cell, tmp_path: Path) -> None:
+    scene = make_scene(cell)
+    held = HeldItem("bottle", cell.item("dasani_water_bottle"), pose((0.01, 0.0, 0.04), rpy=(0.1, 0.2, 0.3)))
+    holding = replace(scene, held=held)
+    write_scene(holding, tmp_path / "scene.json")
+    back = read_scene(tmp_path / "scene.json")
+    assert back.held is not None and (back.held.id, back.held.item.name) == ("bottle", "dasani_water_bottle")
+    np.testing.assert_allclose(back.held.T_tip_item, held.T_tip_item, atol=1e-15)
+    turned = replace(holding, held=replace(held, T_tip_item=np.eye(4)))
+    assert scene_hash(back) == scene_hash(holding)
+    assert len({scene_hash(each) for each in (scene, holding, turned)}) == 3
+
+
+def test_mistakes_in_what_the_cup_holds_are_told(cell: Cell, written: Path, refused: Refused) -> None:
+    held = {"id": "x", "name": "elephant", "year": 2016, "position": [0, 0, 0.04], "quaternion": [0, 0, 0, 1]}
+    edit(written, _set("held", value=held))
+    assert "held.name: unknown item 'elephant' of 2016" in refused(lambda: read_scene(written))
+    edit(written, _set("held", value={**held, "name": "dasani_water_bottle", "id": "crayola_24_ct#0"}))
+    assert "held.id: 'crayola_24_ct#0' is a crayola_24_ct of 2016" in refused(lambda: read_scene(written))
 
 
 quaternions = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)

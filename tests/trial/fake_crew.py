@@ -106,7 +106,7 @@ class FakeCrew:
 
     def bring(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
         assert stopped.plan.grasp is not None
-        scene.find(stopped.plan.grasp.item)  # where it was seen last
+        assert scene.held is not None, "a plan that carries says what"
         if f"bring {bringing}" in self.no_plan:
             raise NoPlanError("bring", [Reason("nothing to bring")])
         return self._motion(f"bring {bringing} {stopped.plan.query}", seed, stopped.plan.grasp)

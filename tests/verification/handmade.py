@@ -16,6 +16,8 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import scene_hash
 from pickcli.geometry import Array, interpolate, pose, rotation_vector
+from pickcli.grasping.holding import Hold
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -173,11 +175,24 @@ def pick() -> tuple[Plan, Scene]:
     b.joint(SegmentKind.TRANSFER, solve(above, configurations["tote"]), 2.5, held=CRAYOLA)
     b.line(SegmentKind.PLACE, pose((-1.0455, -0.6165, 0.82), R=above[:3, :3]), 0.8, held=CRAYOLA)
     b.line(SegmentKind.DEPART, above, 0.8)
-    return bound(_with_events(b, T_item_tip), scene), scene
+    plan = _with_events(b, T_item_tip)
+    pressed = pose((0.0, 0.0, -0.002)) @ np.linalg.inv(T_item_tip)
+    return bound(loaded(plan, pressed), scene), scene
+
+
+def loaded(plan: Plan, T_tip_item: Array) -> Plan:
+    """The plan with the load of its motion on the cup, by the planner's model."""
+    assert plan.grasp is not None
+    item, robot = cell().item(plan.grasp.item), cell().robot
+    held = [s for s in plan.segments if s.held is not None]
+    times = np.linspace(held[0].t_start, held[-1].t_end, 8000)
+    motion = Arm(robot).tip_motion(*(plan.trajectory.sample(times, d) for d in range(3)), held[0].pivot)
+    load = Hold.of(item, plan.grasp.face, T_tip_item, robot.tool).in_motion(motion)
+    return replace(plan, grasp=load.of(plan.grasp))
 
 
 def _with_events(b: Builder, T_item_tip: Array) -> Plan:
-    grasp = Grasp(CRAYOLA, "frontal", "-z", STRAIGHT, T_item_tip, 0.1, 0.1, 1.0, 1.0, 0.0, 0.2)
+    grasp = Grasp(CRAYOLA, "frontal", "-z", STRAIGHT, T_item_tip, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0)
     kinds = [s.kind for s in b.segments]
     contact, retreat, put = (
         kinds.index(k) for k in (SegmentKind.CONTACT, SegmentKind.RETREAT, SegmentKind.PLACE)

@@ -41,6 +41,20 @@ def one_contact(plan: Plan) -> Plan:
     return replace(plan, segments=(*plan.segments[: k - 1], joined, *plan.segments[k + 1 :]), events=events)
 
 
+def let_go_in_motion(plan: Plan) -> Plan:
+    """The place ends, and the valve closes, while the tool still goes down."""
+    k = segment(plan, SegmentKind.PLACE)
+    t = plan.segments[k].t_start + 0.4
+    segments = list(plan.segments)
+    segments[k], segments[k + 1] = replace(segments[k], t_end=t), replace(segments[k + 1], t_start=t)
+    events = list(plan.events)
+    for i in (3, 4):
+        event = plan.events[i]
+        anchored = t + event.anchor.offset
+        events[i] = replace(event, t_anchor=anchored, t_trigger=anchored - event.lead)
+    return replace(plan, segments=tuple(segments), events=tuple(events))
+
+
 def with_points(edit: Callable[[dict[str, np.ndarray], Plan], None]) -> Mutation:
     """Edit copies of times, positions, velocities and accelerations."""
 
@@ -205,6 +219,12 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "another lead": (with_event(1, lead=0.1), "wrong lead", "valve on"),
     "a lead shorter than the device's": (with_event(1, 0.0, 0.03, lead=0.02), "wrong lead", "valve on"),
     "another device": (with_event(0, device="vacuum"), "unknown device", "vacuum"),
+    "a smaller load than there is": (with_grasp(shear=0.1), "load not as stated", "grasp.shear"),
+    "a smaller share of what the cup bears": (
+        with_grasp(load_ratio=0.01), "load not as stated", "grasp.load_ratio",
+    ),
+    "a larger moment than there is": (with_grasp(moment=3.0), "load not as stated", "grasp.moment"),
+    "let go in motion": (let_go_in_motion, "released too fast", "valve off"),
     "not resolved": (with_event(0, t_trigger=None), "not resolved", "pump"),
     "anchored by the wrong way": (
         with_event(1, anchor=Anchor(AnchorKind.ARC_LENGTH, 2, 0.02)), "wrong anchor time", "valve on",

@@ -99,5 +99,5 @@ def test_each_limit_of_the_cup_counts(limits: CupLimits, expected: str) -> None:
 
 def test_an_item_that_may_be_heavier_than_stated_must_hold_as_such() -> None:
     _, scene = pick()
-    assert told(changed(scene, mass=1.6, mass_error=0.0)) == []
+    assert not any("does not hold" in t for t in told(changed(scene, mass=1.6, mass_error=0.0)))
     assert any("does not hold" in t for t in told(changed(scene, mass=1.6, mass_error=1.0)))

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from handmade import CRAYOLA, Builder, bound, cell, make_scene, pick, tip
 
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
+from pickcli.verification.held import pose_in_tool
 from pickcli.verification.verify import verify
 
 OPENING, SLOWLY, JOG = RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.JOG
@@ -95,12 +96,22 @@ def test_a_way_out_switches_nothing() -> None:
     assert "not a way out" in reasons(plan, scene)
 
 
+def _taken() -> tuple[Grasp, Array]:
+    """A grasp, and the pose of its item in the tool."""
+    plan, scene = pick()
+    T_tip_item = pose_in_tool(plan, scene)
+    assert plan.grasp is not None and T_tip_item is not None
+    return plan.grasp, T_tip_item
+
+
 @pytest.mark.parametrize("level", [SLOWLY, JOG])
 def test_a_slow_way_out_carries_nothing(level: RecoveryLevel) -> None:
     scene = in_the_air()
-    plan, (taken, _) = plan_of(moved([-0.01]), scene, level), pick()
+    (grasp, T_tip_item), moves = _taken(), moved([-0.01])
+    scene = replace(scene, held=HeldItem(CRAYOLA, cell().item(CRAYOLA), T_tip_item))
+    plan = plan_of(moves, scene, level)
     carried = tuple(replace(s, held=CRAYOLA) for s in plan.segments)
-    verdict = verify(replace(plan, segments=carried, grasp=taken.grasp), scene)
+    verdict = verify(replace(plan, segments=carried, grasp=grasp), scene)
     assert any("carries an item" in str(reason) for reason in verdict.reasons)
 
 

@@ -15,6 +15,7 @@ from handmade import (
     bound,
     cell,
     crayola_scene,
+    loaded,
     make_scene,
     move_plan,
     pick,
@@ -30,6 +31,7 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.verification.held import pose_in_tool
 from pickcli.verification.states import MAX_STEP
 from pickcli.verification.verify import certify, verify
 
@@ -65,7 +67,9 @@ def test_every_mutation_is_rejected_for_its_reason(name: str) -> None:
 @pytest.mark.parametrize("speed", [0.9, 1.0])
 def test_a_slower_plan_stays_good(speed: float) -> None:
     plan, scene = pick()
-    assert verify(scaled(speed)(plan), scene).is_accepted
+    T_tip_item = pose_in_tool(plan, scene)
+    assert T_tip_item is not None
+    assert verify(loaded(scaled(speed)(plan), T_tip_item), scene).is_accepted
 
 
 def test_another_scene_and_another_cell_are_stale() -> None:
