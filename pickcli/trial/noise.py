@@ -15,7 +15,7 @@ from pickcli.cell.displacement import UNMOVED, Displacement, displaced
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.seeds import derived_rng
-from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.places import OUTSIDE, nearest_place
 from pickcli.simulation.reality import IDEAL, Reality
 from pickcli.trial.pod_shift import random_displacement
 
@@ -35,19 +35,22 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
         reality: Levels of outliers and of the error of the pod's pose.
 
     Returns:
-        Items in bins and tote, displaced; what lies on the floor of the hall is not seen. The pod stands
-        where it is estimated to stand, and the bounds of that error are stated as ``pod_error``.
+        Items in bins and tote, displaced, each in the place that its seen pose is in or nearest to; what lies
+        on the floor of the hall is not seen. The pod stands where it is estimated to stand, and the bounds of
+        that error are stated as ``pod_error``.
     """
+    error = _pod_error(reality)
+    off = random_displacement(error, derived_rng("pod estimate", seed))
+    # The true pod stands off the estimated one by what the bounds speak of.
+    T_world_pod = true.T_world_pod @ inverse(displaced(np.eye(4), off.x, off.y, off.yaw))
+    seen = replace(true, noise=noise, T_world_pod=T_world_pod, pod_error=error)
     items = tuple(
         _displaced(placed, noise, reality, derived_rng("pose noise", seed, placed.id, look))
         for placed in true.items
         if placed.location != OUTSIDE
     )
-    error = _pod_error(reality)
-    off = random_displacement(error, derived_rng("pod estimate", seed))
-    # The true pod stands off the estimated one by what the bounds speak of.
-    T_world_pod = true.T_world_pod @ inverse(displaced(np.eye(4), off.x, off.y, off.yaw))
-    return replace(true, items=items, noise=noise, T_world_pod=T_world_pod, pod_error=error)
+    placed = (replace(item, location=nearest_place(seen, item.T_world_item)) for item in items)
+    return replace(seen, items=tuple(placed))
 
 
 def _pod_error(reality: Reality) -> Displacement:

@@ -16,6 +16,7 @@ from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.simulation.contacts import Collision
+from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import Order
 from pickcli.trial.ports import Crew, Execution
 from pickcli.verification.verdict import Verdict
@@ -30,9 +31,18 @@ def scene_of(order: Order, cell: Cell) -> Scene:
         for name in names:
             seen[name] = seen.get(name, 0) + 1
             item_id = name if seen[name] == 1 else f"{name}#{seen[name]}"
-            T = cell.pod.bins[bin_name].T_pod_bin @ pose((0.2, 0.0, 0.05))
+            T = middle_of(cell, bin_name)
             items.append(PlacedItem(item_id, cell.item(name, order.year), bin_name, T))
     return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
+
+
+def middle_of(cell: Cell, place: str) -> Array:
+    """The middle of a bin, of the tote, or of the hall."""
+    if place == TOTE:
+        return cell.tote.T_world_tote @ pose((0.0, 0.0, 0.05))
+    if place == OUTSIDE:
+        return pose((-2.0, 0.0, 0.05))
+    return cell.pod.bins[place].T_pod_bin @ pose((0.2, 0.0, 0.05))
 
 
 @dataclass
@@ -41,7 +51,8 @@ class FakeCrew:
 
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
     clings: items that stay in the cup when their motion stops
-    lying_sensor: it denies whatever is in the cup
+    lying_sensor: it denies whatever is in the cup; clogged: it affirms, whatever is
+    durations: s of motions other than the default, by how their query begins
     stuck: levels of recovery that have no plan, by round; the last entry holds for ever
     blocked: items that cannot be picked while another one is in their bin
     executions: per item, what its executions are, one after the other; then it is delivered
@@ -53,6 +64,8 @@ class FakeCrew:
     clings: frozenset[str] = frozenset()
     blocked: dict[str, str] = field(default_factory=dict)
     lying_sensor: bool = False
+    clogged: bool = False
+    durations: dict[str, float] = field(default_factory=dict)
     stuck: list[frozenset[str]] = field(default_factory=list)
     executions: dict[str, list[Execution]] = field(default_factory=dict)
     duration: float = DURATION
@@ -76,7 +89,7 @@ class FakeCrew:
         return self.collided
 
     def has_vacuum(self) -> bool:
-        return self.held is not None and not self.lying_sensor
+        return self.clogged or (self.held is not None and not self.lying_sensor)
 
     def wait(self, duration: float) -> None:
         self.waited.append(duration)
@@ -122,16 +135,16 @@ class FakeCrew:
         if plan.grasp is None:
             assert self.held is None, "recoveries are planned for the empty tool"
             script = self.executions.get(plan.query, [])
-            return script.pop(0) if script else Execution(self.duration)
+            return script.pop(0) if script else Execution(plan.trajectory.duration)
         if plan.query.startswith("bring"):
             self.releases_into = TOTE if plan.query.startswith("bring on") else None
-            return Execution(self.duration)
+            return Execution(plan.trajectory.duration)
         script = self.executions.get(plan.grasp.item, [])
         if script:
             self.held = plan.grasp.item if plan.grasp.item in self.clings else None
             return script.pop(0)
         self.put(plan.grasp.item, plan.query.partition(" into ")[2] or TOTE)
-        return Execution(self.duration, has_item=True)
+        return Execution(plan.trajectory.duration, has_item=True)
 
     def release(self) -> Execution:
         if self.held is not None and self.releases_into is not None:
@@ -141,10 +154,13 @@ class FakeCrew:
 
     def put(self, item: str, location: str) -> None:
         """An item gets elsewhere."""
-        self.scene = self.scene.moved(replace(self.scene.find(item), location=location))
+        T = middle_of(self.scene.cell, location)
+        self.scene = self.scene.moved(replace(self.scene.find(item), location=location, T_world_item=T))
 
     def _motion(self, query: str, seed: int, grasp: Grasp | None) -> Plan:
         zeros = np.zeros((2, 8))
         names = ("rail", "s", "l", "e", "u", "r", "b", "t")
-        trajectory = Trajectory(names, np.array([0.0, self.duration]), zeros, zeros, zeros)
+        known = (seconds for begin, seconds in self.durations.items() if query.startswith(begin))
+        duration = next(known, self.duration)
+        trajectory = Trajectory(names, np.array([0.0, duration]), zeros, zeros, zeros)
         return Plan(query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0})

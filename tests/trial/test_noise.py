@@ -13,7 +13,7 @@ from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import PoseNoise, Scene
-from pickcli.geometry import is_pose, rotation_angle, transform_points
+from pickcli.geometry import is_pose, pose, rotation_angle, transform_points
 from pickcli.trial.noise import perceive
 
 ORDER = pick_order(
@@ -71,3 +71,23 @@ def test_without_noise_the_truth_is_seen() -> None:
     seen = perceive(SCENE, PoseNoise(), 5, 7)
     for true, guess in zip(SCENE.items, seen.items, strict=True):
         np.testing.assert_allclose(guess.T_world_item, true.T_world_item, atol=1e-15)
+
+
+def test_an_item_is_where_its_seen_pose_is_and_not_where_the_truth_says() -> None:
+    item = SCENE.find("kleenex_paper_towels")
+    told = SCENE.moved(replace(item, location="bin_L"))  # it lies in bin_B
+    assert perceive(told, PoseNoise(), 0, 1).find(item.id).location == "bin_B"
+
+
+@pytest.mark.parametrize("off", [(0.0, 0.0, -0.003), (-0.201, 0.0, 0.0), (0.0, 0.2, 0.0)])
+def test_what_is_seen_a_little_outside_of_its_bin_is_in_the_nearest(off: tuple[float, float, float]) -> None:
+    """A thin book under its floor, a centre before the mouth, or within the divider to the next bin."""
+    bin_b = SCENE.cell.pod.bins["bin_B"]
+    low = 0.001 + bin_b.floor_back - 0.05 if off[2] else 0.0
+    y = bin_b.y_range[1] + 0.001 - 0.2 if off[1] else 0.0
+    T = bin_b.T_pod_bin @ pose((0.2 + off[0], y + off[1], 0.05 + off[2] + low))
+    seen = perceive(
+        SCENE.moved(replace(SCENE.find("kleenex_paper_towels"), T_world_item=T)), PoseNoise(), 0, 1
+    )
+    assert SCENE.cell.pod.bin_of_point(T[:3, 3]) != "bin_B"
+    assert seen.find("kleenex_paper_towels").location == "bin_B"
