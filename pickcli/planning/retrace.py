@@ -97,8 +97,9 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
     """With the item to where it can be let go: the plan ends with it still in the cup, at rest.
 
     Args:
-        stopped: The motion that stopped while, for all that is known, it carried its item.
-        bringing: On to where it would have let the item go, or back to where it took it.
+        stopped: The motion that stopped while, for all that is known, it carried its item, be it beyond where
+            it was to let it go.
+        bringing: To where it was to let the item go, or back to where it took it.
         scene: The scene as it is seen now, and with the item that the cup holds.
         limits: Of the joints.
         seed: Noted in the plan.
@@ -108,7 +109,7 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
     """
     where = f"{bringing} with the item of {stopped.plan.query}"
     taken, let_go = stopped.taken_at, stopped.let_go_at
-    if taken is None or let_go is None or not taken < stopped.path_time < let_go:
+    if taken is None or let_go is None or not taken < stopped.path_time:
         raise NoPlanError(where, [Reason("nothing to bring", where, "it is not carried where it stopped")])
     until = let_go if bringing is Bringing.ON else taken
     found = _retraced(stopped, scene, limits, seed, until=until, carries=True, where=where)
@@ -158,7 +159,8 @@ def _retraced(
     if is_back:
         passed.reverse()
     marks = [plan.trajectory.duration - s.t_start if is_back else s.t_end for s in passed]
-    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, carries)
+    held = next((s.held for s in plan.segments if s.held is not None), None) if carries else None
+    segments = _segments(passed, _times(trajectory, whole, begin, marks), is_back, held)
     if not segments:
         return Reason("nothing to do", where, "the way is too short")
     grasp = plan.grasp if carries else None
@@ -171,9 +173,10 @@ def _retraced(
 
 
 def _segments(
-    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, carries: bool
+    passed: Sequence[Segment], ends: Sequence[float], is_back: bool, held: str | None
 ) -> tuple[Segment, ...]:
     """The segments gone through, with their new times; pieces without any duration are left out."""
+    carries = held is not None
     segments: list[Segment] = []
     t = 0.0
     pivot = passed[0].pivot
@@ -183,10 +186,12 @@ def _segments(
         kind = old.kind
         if is_back and not carries:
             kind = _BACKWARDS.get(old.kind, old.kind)
+        elif is_back and kind is SegmentKind.DEPART:  # what was not let go goes down again
+            kind = SegmentKind.PLACE
         is_off = kind is SegmentKind.DEPART and not segments
         keeps_contact = carries or is_off
         touching = old.touching if keeps_contact else ()
-        segments.append(Segment(kind, t, end, pivot, old.held if carries else None, touching))
+        segments.append(Segment(kind, t, end, pivot, held, touching))
         t = end
     return tuple(segments)
 

@@ -17,12 +17,12 @@ from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import check_start, execute, fall_of
 from pickcli.simulation.execution import Execution as Run
-from pickcli.simulation.execution import FiredEvent
+from pickcli.simulation.execution import Fall, FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Fate, disturbances
-from pickcli.trial.ports import Crew, Execution
+from pickcli.trial.ports import LET_GO_TIME, Crew, Execution
 from pickcli.trial.score import Drop, Rules
 from pickcli.verification.verify import verify
 
@@ -39,7 +39,6 @@ HOME = "home"
 LONGEST_FALL = 2.0  # s: over the shelf, down from the top row to the floor of the hall, and to rest
 FALL_STEP = 0.02  # s
 FALLING = 0.2  # m/s
-LET_GO = 0.5  # s after which a closed valve has let go of anything
 
 
 class SimulatedArena:
@@ -103,8 +102,8 @@ class SimulatedArena:
         """Close the valve where the robot stands and wait until the item is let go."""
         world = self._world
         began, n_releases = world.t, len(world.suction.releases)
-        _let_go(world, LET_GO)
-        return self._settled(Execution(LET_GO), began, world.suction.releases[n_releases:], "")
+        _let_go(world, LET_GO_TIME)
+        return self._settled(Execution(LET_GO_TIME), began, world.suction.releases[n_releases:], "")
 
     def _settled(self, run: Execution, began: float, releases: Iterable[Release], target: str) -> Execution:
         """The record of what began at a time, once nothing falls any more.
@@ -113,15 +112,15 @@ class SimulatedArena:
         """
         world = self._world
         self._let_fall()
-        falls = [fall_of(world, release) for release in releases]
+        drops = _drops(fall_of(world, release) for release in releases)
         now = self.now()
-        found = disturbances(self._recorded, now, {fall.item for fall in falls}, Rules.drop_limit)
+        found = disturbances(self._recorded, now, {drop.item for drop in drops}, Rules.drop_limit)
         self._recorded = now
         return replace(
             run,
             duration=world.t - began,
             collisions=world.contacts.since(began),
-            drops=tuple(Drop(fall.item, fall.height, fall.is_wanted) for fall in falls),
+            drops=drops,
             disturbed=tuple(d for d in found if d.item != target or d.fate is Fate.FELL),
         )
 
@@ -182,6 +181,16 @@ def _let_go(world: World, duration: float) -> None:
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             world.act(device.name, "off")
     world.wait(duration)
+
+
+def _drops(falls: Iterable[Fall]) -> tuple[Drop, ...]:
+    """One per item: what is left of the vacuum may draw it on again before it leaves the cup for good."""
+    drops: dict[str, Drop] = {}
+    for fall in falls:
+        known = drops.get(fall.item, Drop(fall.item, 0.0, True))
+        height, is_release = max(known.height, fall.height), known.is_release and fall.is_wanted
+        drops[fall.item] = Drop(fall.item, height, is_release)
+    return tuple(drops.values())
 
 
 def _recorded(run: Run) -> Execution:

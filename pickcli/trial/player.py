@@ -18,7 +18,7 @@ from pickcli.seeds import derived_seed
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
-from pickcli.trial.ports import Crew, Execution
+from pickcli.trial.ports import ARRIVAL, Crew, Execution
 from pickcli.trial.result import Attempt, Outcome
 from pickcli.trial.score import HELD
 from pickcli.trial.strategy import TrialClock
@@ -39,6 +39,7 @@ class Player:
 
     say: told what happens now
     stuck: why the arm was still where it could not be brought out of when the time ended, "" if it was not
+    cut_short: what the end of the time left undone although there was a way, "" if nothing
     """
 
     def __init__(
@@ -47,20 +48,36 @@ class Player:
         self.crew, self.settings, self.say = crew, settings, say
         self.clock = TrialClock(limit)
         self.n_looks = 0
-        self.stuck = ""
-        self._seen: Scene | None = None
+        self.stuck = self.cut_short = ""
+        self.has_seen = False  # nothing that was seen last may have moved since
+        self._seen = self.look()
 
     def scene(self) -> Scene:
-        """The scene as it was last perceived; looks first where something may have moved since."""
-        return self.look() if self._seen is None else self._seen
+        """The scene as it was last perceived; looks first where something may have moved since, if there is
+        time for a look."""
+        return self._seen if self.has_seen else self.look_again()
+
+    def look_again(self) -> Scene:
+        """Look, if there is time for it; what was seen last, if there is not."""
+        return self.look() if self.clock.has_time_for(self.settings.reality.look_time) else self._seen
 
     def look(self) -> Scene:
         """Look at pod and tote, which takes time, and keep what is perceived."""
-        self.wait(min(self.settings.reality.look_time, self.clock.left))
+        self.wait(self.settings.reality.look_time)
         self.n_looks += 1
         how = self.settings
         self._seen = perceive(self.crew.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
+        self.has_seen = True
         return self._seen
+
+    @property
+    def has_time_to_plan(self) -> bool:
+        """Whether one more planning call ends in time."""
+        return self.clock.has_time_for(self.clock.charge)
+
+    def has_time_for(self, plan: Plan, afterwards: float = 0.0) -> bool:
+        """Whether a plan can be carried out in time, with some seconds left afterwards."""
+        return self.clock.has_time_for(plan.trajectory.duration + ARRIVAL + afterwards)
 
     def wait(self, duration: float) -> None:
         """Let time pass."""
@@ -124,16 +141,16 @@ class Player:
 
     def _timed(self, execution: Execution) -> Execution:
         self.clock = self.clock.moved(execution.duration)
-        self._seen = None
+        self.has_seen = False
         return execution
 
     def _executed(self, attempt: Attempt) -> Attempt:
         from pickcli.trial.recovery import recover
 
         assert attempt.plan is not None
-        duration = attempt.plan.trajectory.duration
-        if not self.clock.has_time_for(duration):
-            reason = f"the motion takes {duration:.1f} s, {self.clock.left:.1f} s are left"
+        if not self.has_time_for(attempt.plan, afterwards=self.settings.reality.look_time):
+            duration = attempt.plan.trajectory.duration
+            reason = f"the motion takes {duration:.1f} s and a look, {self.clock.left:.1f} s are left"
             return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
         self.say(attempt, "moving")
         before = self.scene()
@@ -147,9 +164,11 @@ class Player:
     def _judged(self, attempt: Attempt, execution: Execution) -> Attempt:
         """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
         seen = {placed.id: placed.location for placed in self.scene().items}
-        attempt = replace(
-            attempt, seen_in=seen.get(attempt.item, ""), truly_in=self._true_place(attempt.item)
-        )
+        attempt = replace(attempt, truly_in=self._true_place(attempt.item))
+        if not self.has_seen:
+            reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
+            return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
+        attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
         if attempt.seen_in == attempt.into:
             return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else Outcome.IN_TOTE)
         where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"

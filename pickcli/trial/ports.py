@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
 
 
+ARRIVAL = 0.1  # s after a plan's end by which its execution ends, if nothing stops or falls
+LET_GO_TIME = 0.5  # s after which a closed valve has let go of anything
+
+
 @dataclass(frozen=True)
 class Execution:
     """What happened while something was carried out. Times are simulated seconds.

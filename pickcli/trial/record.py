@@ -54,6 +54,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "simulated_s": _rounded(result.simulated),
         "clock_s": _rounded(result.clock),
         "aborted": result.aborted,
+        "cut_short": result.cut_short,
         "pose_noise": {
             "position_mm": _rounded(1e3 * result.noise.position),
             "angle_deg": _rounded(np.degrees(result.noise.angle)),

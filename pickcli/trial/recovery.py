@@ -9,19 +9,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from pickcli.cell.scene import Scene
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError
+from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.player import Player
+from pickcli.trial.ports import LET_GO_TIME
 from pickcli.trial.result import Attempt, RecoveryStep
 
 LET_GO = "let go"  # the step in which the vacuum is switched off
 WAIT = "wait"
 FIRST_WAIT = 5.0  # s, doubled each time
 LONGEST_WAIT = 60.0  # s
+IN_THE_CUP = 0.02  # m from where it would hang at which an item that is seen may be the one in the cup
 HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
 VACUUM_GONE = (StopCause.SEAL_LOST, StopCause.NOT_SEALED)  # measured in the cup, not a sensor's yes or no
 
@@ -36,7 +42,8 @@ def recover(player: Player, attempt: Attempt, before: Scene) -> tuple[RecoverySt
 
     Returns:
         Every step that was tried, in the order of time. The last one that moved ended in a safe place, unless
-        the time was over before: then ``player.stuck`` says so.
+        the time was over before: then ``player.stuck`` says that nothing led out, or ``player.cut_short``
+        that there was no time for what did.
     """
     return _Recovery(player, attempt, before).play()
 
@@ -49,22 +56,27 @@ class _Recovery:
         self.player, self.attempt, self.before = player, attempt, before
         self.steps: list[RecoveryStep] = []
         self.round = 0
-        self.is_over = False  # there is a way out, and no time left for it
-        path_time = attempt.execution.path_time
-        # Motions that stopped, each begun where the one before stopped: the way back to where it all began.
-        self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
-        self.first = 0  # level with which the next round begins: what has just met something is not repeated
+        self.late = ""  # the way out for which no time was left
         self.is_done = not attempt.execution.stopped  # it stands where its plan ends
+        path_time = attempt.plan.trajectory.duration if self.is_done else attempt.execution.path_time
+        # Motions, each begun where the one before stopped.
+        self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
+        self.is_whole = path_time is not None  # the trail leads back to where it all began
+        self.first = 0  # level with which the next round begins: what has just met something is not repeated
 
     @property
     def stopped(self) -> StoppedMotion | None:
-        """The last motion that stopped, if the robot still stands where it did."""
+        """The last motion, if the robot still stands where it stopped."""
         return self.trail[-1] if self.trail else None
 
     def play(self) -> tuple[RecoveryStep, ...]:
         """First the item, then the arm."""
         if self.stopped is not None and self._may_hold():
             self._bring_item()
+        if not self.player.clock.has_time_for(LET_GO_TIME):
+            self.player.cut_short = "the time was over before the cup had let go"
+            self.steps.append(RecoveryStep(LET_GO, self.player.cut_short))
+            return tuple(self.steps)
         self.steps.append(RecoveryStep(LET_GO, "", self.player.let_go()))
         if not self.is_done:
             self._bring_arm_out()
@@ -73,51 +85,73 @@ class _Recovery:
     def _may_hold(self) -> bool:
         """Whether the item can be in the cup, for all that a robot knows.
 
-        A sensor can be wrong. An item that it denies and that is seen where it was is not in the cup.
+        A sensor can be wrong. What is seen elsewhere than where the cup would have it is not in the cup,
+        whatever closes that; where it is seen nowhere, only a vacuum that broke down says that it is gone.
         """
         player, attempt = self.player, self.attempt
         assert attempt.execution is not None
-        if player.crew.arena.has_vacuum():
-            return True
-        if attempt.execution.stop_cause in VACUUM_GONE:
+        has_vacuum = player.crew.arena.has_vacuum()
+        seen = next((placed for placed in player.scene().items if placed.id == attempt.item), None)
+        if seen is None:
+            return has_vacuum or attempt.execution.stop_cause not in VACUUM_GONE
+        return has_vacuum and self._is_in_the_cup(seen)
+
+    def _is_in_the_cup(self, seen: PlacedItem) -> bool:
+        """Whether an item is seen where it hangs if the cup took it as planned."""
+        arena, robot, stopped = self.player.crew.arena, self.before.cell.robot, self.stopped
+        if stopped is None or stopped.plan.grasp is None:
             return False
-        return all(placed.id != attempt.item for placed in player.scene().items)
+        pivot = stopped.plan.grasp.pivot if arena.pivot is PivotState.MOVING else arena.pivot
+        T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
+        T_world_hanging = Arm(robot).tip(arena.q, pivot) @ T_tip_item
+        off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])
+        return bool(off <= IN_THE_CUP + self.player.settings.noise.position)
 
     def _bring_item(self) -> None:
-        """On to where it was to be let go if only the sensor stopped the motion, back into its bin if not."""
+        """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
         assert self.attempt.execution is not None and self.stopped is not None
         ways = [Bringing.BACK, Bringing.ON]
-        if self.attempt.execution.stop_cause is StopCause.SENSOR:
+        if self.attempt.execution.stop_cause in (None, StopCause.SENSOR):
             ways.reverse()
-        stopped = self.stopped
-        scene, taken = self.player.scene(), self.before.find(self.attempt.item)
-        scene = replace(scene, held=stopped.in_the_cup(scene.cell.robot, taken))
+        scene, stopped = self._with_item_held(self.player.scene(), self.stopped), self.stopped
         for way in ways:
             seed = derived_seed("bring", self.player.settings.seed, self.attempt.item, self.attempt.number)
 
             def plan(scene: Scene = scene, way: Bringing = way, seed: int = seed) -> Plan:
                 return self.player.crew.bring(scene, stopped, way, seed)
 
-            if self._tried(f"bring {way}", plan, scene):
+            if self._tried(f"bring {way}", plan, scene) is not None:
+                self.is_done = False  # it stands elsewhere now
                 return
+
+    def _with_item_held(self, scene: Scene, stopped: StoppedMotion) -> Scene:
+        """The scene with the item in the cup, as it was to be taken, and nowhere else."""
+        item = self.attempt.item
+        held = stopped.in_the_cup(scene.cell.robot, self.before.find(item))
+        return replace(scene, items=tuple(p for p in scene.items if p.id != item), held=held)
 
     def _bring_arm_out(self) -> None:
         """Level after level, again and again, until the arm is out or the time is over."""
         player, patience = self.player, FIRST_WAIT
-        while player.clock.left > 0.0:
+        self.late = ""
+        while not self.late and player.has_time_to_plan:
             moved = self._round()
-            if self.is_done or self.is_over:
+            if self.is_done:
                 return
-            if not moved:
+            if not moved and not self.late:
                 self.first = 0
                 duration = min(patience, player.clock.left)
                 player.wait(duration)
                 self.steps.append(RecoveryStep(WAIT, f"nothing led out; waited {duration:.0f} s"))
                 patience = min(2.0 * patience, LONGEST_WAIT)
             self.round += 1
-            player.look()
-        last = next((step.reason for step in reversed(self.steps) if step.what != WAIT and step.reason), "")
-        player.stuck = f"the arm could not be brought out before the time was over; last: {last}"
+            player.look_again()
+        levels = [step.reason for step in self.steps if step.what in list(RecoveryLevel) and step.reason]
+        if self.late or not levels:
+            why = self.late or "nothing was tried any more"
+            player.cut_short = f"the time was over with the arm on its way out: {why}"
+        else:
+            player.stuck = f"the arm could not be brought out before the time was over; last: {levels[-1]}"
 
     def _round(self) -> bool:
         """Every level once, until one has moved the arm. Returns whether one did."""
@@ -125,6 +159,8 @@ class _Recovery:
         scene = player.scene()
         levels = list(RecoveryLevel)
         for i in (*range(self.first, len(levels)), *range(self.first)):
+            if not player.has_time_to_plan:
+                break
             level = levels[i]
             names = (attempt.item, attempt.number, self.round, str(level))
             seed = derived_seed("recover", player.settings.seed, *names)
@@ -134,17 +170,19 @@ class _Recovery:
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:
-                is_back = level is RecoveryLevel.BACKWARDS and not self.trail
+                is_back = level is RecoveryLevel.BACKWARDS and self.is_whole and not self.trail
                 self.is_done = ended and (level in HOME_LEVELS or is_back)
                 self.first = 0 if ended else (i + 1) % len(levels)
+                self.late = ""
                 return True
-            if self.is_over:
-                break
         return False
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
         """Plan, verify and execute one step. Whether it went to its end; None if it did not move at all."""
         player = self.player
+        if not player.has_time_to_plan:
+            self.steps.append(RecoveryStep(what, "no time is left to plan it"))
+            return None
         player.charge()
         try:
             certified = player.certified(plan(), scene)
@@ -154,10 +192,11 @@ class _Recovery:
         if isinstance(certified, str):
             self.steps.append(RecoveryStep(what, f"rejected: {certified}"))
             return None
-        if not player.clock.has_time_for(certified.trajectory.duration):
-            left = f"takes {certified.trajectory.duration:.1f} s, {player.clock.left:.1f} s are left"
-            self.steps.append(RecoveryStep(what, left))
-            self.is_over = True
+        if not player.has_time_for(certified):
+            self.late = (
+                f"{what} takes {certified.trajectory.duration:.1f} s, {player.clock.left:.1f} s are left"
+            )
+            self.steps.append(RecoveryStep(what, self.late))
             return None
         execution = player.execute(certified)
         self.steps.append(RecoveryStep(what, execution.stopped, execution))
@@ -168,6 +207,7 @@ class _Recovery:
             self.trail.pop()
         elif what != RecoveryLevel.BACKWARDS and path_time is not None:
             self.trail.append(StoppedMotion(certified, path_time))
-        else:
+        else:  # from here nothing leads back
             self.trail.clear()
+            self.is_whole = False
         return not execution.stopped

@@ -58,8 +58,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
     lines += [_told(d) for d in result.disturbed if d.fate is not Fate.PUSHED]
-    if result.aborted:
-        lines.append(result.aborted)
+    lines += [line for line in (result.aborted, result.cut_short) if line]
     return tuple(lines)
 
 

@@ -104,6 +104,7 @@ class TrialResult:
     collisions: every contact that no plan allowed, in motion or not, once, in the order of their start
     clock: s on the clock of the trial: simulated time and the charge of the planning calls
     aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
+    cut_short: what the end of the time left undone although there was a way, "" if nothing
     """
 
     order: Order
@@ -120,6 +121,7 @@ class TrialResult:
     simulated: float  # s
     clock: float
     aborted: str
+    cut_short: str = ""
 
     @property
     def executions(self) -> tuple[Execution, ...]:

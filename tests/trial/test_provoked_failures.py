@@ -21,7 +21,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.arena import SimulatedArena, crew_of
 from pickcli.trial.loop import run_trial
 from pickcli.trial.player import TrialSettings
-from pickcli.trial.recovery import HOME_LEVELS
+from pickcli.trial.recovery import HOME_LEVELS, LET_GO
 from pickcli.trial.result import Outcome, TrialResult
 
 ITEM, BIN = "crayola_24_ct", "bin_B"
@@ -75,6 +75,21 @@ def deaf(arena: SimulatedArena, kind: DeviceKind, answer: bool | None = None) ->
         return answer if world.scene.cell.devices[device].kind is kind else act(device, action)
 
     world.act = ignored  # type: ignore[method-assign]
+    return arena
+
+
+def clinging(arena: SimulatedArena) -> SimulatedArena:
+    """An arena whose valve and pump do not hear the first time that they are to go off."""
+    world = arena._world
+    act, heard = world.act, set[str]()
+
+    def missed(device: str, action: str) -> bool | None:
+        if action == "off" and device not in heard:
+            heard.add(device)
+            return None
+        return act(device, action)
+
+    world.act = missed  # type: ignore[method-assign]
     return arena
 
 
@@ -145,6 +160,17 @@ def test_a_provoked_failure_is_reported_and_ends_no_trial(cell: Cell, planner: P
     assert {attempt.outcome for attempt in result.attempts if attempt.plan is not None} <= expected | {
         Outcome.NO_PLAN, Outcome.REJECTED, Outcome.NO_TIME
     }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_what_was_not_let_go_over_the_tote_is_brought_back_there(cell: Cell, planner: Planner) -> None:
+    result = play(planner, clinging(MisleadingArena(scene_of(cell))))
+    check_plausible(result)
+    (attempt,) = result.attempts
+    assert [step.what for step in attempt.recovery] == ["bring on", LET_GO, RecoveryLevel.AS_PLANNED]
+    assert attempt.outcome is Outcome.IN_TOTE and result.n_collisions == 0
+    (drop,) = result.final.drops
+    assert drop.is_release and drop.height < 0.25  # from where it was to be let go, not from over the rim
 
 
 @pytest.mark.slow
