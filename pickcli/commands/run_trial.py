@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,10 @@ from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
     from pickcli.cell.displacement import Displacement
+    from pickcli.cell.model import Cell
     from pickcli.cell.scene import PoseNoise
+    from pickcli.geometry import Array
+    from pickcli.simulation.reality import Reality
     from pickcli.trial.result import TrialResult
 
 FILE_WIDTH = 160  # columns of the table where it does not go to a terminal
@@ -39,6 +43,21 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
         what = f"{value!r}: expected 0..{MAX_NOISE[0]:g} mm and 0..{MAX_NOISE[1]:g} degrees"
         raise click.BadParameter(what, ctx, param)
     return PoseNoise(millimetres / 1000.0, math.radians(degrees))
+
+
+def standing(
+    asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
+) -> tuple[Array, Reality]:
+    """Where the pod stands, (4, 4) in the world, and the levels with whether that is at random.
+
+    Args:
+        asked: By --pod-shift, None where nothing was said.
+        reality: Levels, whose own shift counts then.
+        cell: Whose bounds hold.
+        seed: Of a random shift.
+    """
+    shift = asked or (RANDOM if reality.pod_shift else NONE)
+    return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 
 @click.command("run-trial")
@@ -82,7 +101,7 @@ def command(
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
     order = require_pick(read_order(order_path, cell), str(order_path))
-    T_world_pod = pod_pose(pod_shift or (RANDOM if reality.pod_shift else NONE), cell, seed)
+    T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
 

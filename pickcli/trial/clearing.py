@@ -21,7 +21,13 @@ MOST_DESTINATIONS = 4  # bins that are asked to take what is moved aside
 WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
 
 
-def in_the_way(what_if: WhatIf, scene: Scene, bin_name: str, is_hopeful: bool = False) -> tuple[str, ...]:
+def in_the_way(
+    what_if: WhatIf,
+    scene: Scene,
+    bin_name: str,
+    is_hopeful: bool = False,
+    blamed: Sequence[str] | None = None,
+) -> tuple[str, ...]:
     """Ids of items of the bin without which the target can be picked; () if nothing of the kind helps.
 
     The item that is blamed most is thought away, until there is a plan; then those that it can do with.
@@ -32,17 +38,21 @@ def in_the_way(what_if: WhatIf, scene: Scene, bin_name: str, is_hopeful: bool = 
         bin_name: Where the target lies.
         is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
             to blame for: that may be another one once the target can be reached, or is seen anew.
+        blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
     """
     here = {placed.id for placed in scene.in_location(bin_name)}
     away: list[str] = []
-    while (error := _failure(what_if, scene, away)) is not None:
-        blamed = next((name for name in error.in_the_way if name in here - set(away)), None)
-        if blamed is None or len(away) == MOST_IN_THE_WAY:
+    if blamed is None:
+        blamed = _blamed(what_if, scene, away)
+    while blamed is not None:
+        first = next((name for name in blamed if name in here - set(away)), None)
+        if first is None or len(away) == MOST_IN_THE_WAY:
             return tuple(away) if is_hopeful else ()
-        away.append(blamed)
+        away.append(first)
+        blamed = _blamed(what_if, scene, away)
     for name in away[:-1]:  # what was blamed first need not be in the way of what was found in the end
         others = [other for other in away if other != name]
-        if _failure(what_if, scene, others) is None:
+        if _blamed(what_if, scene, others) is None:
             away = others
     return tuple(away)
 
@@ -55,17 +65,17 @@ def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str
     """
     here = from_the_mouth(scene, scene.in_location(target.location))
     others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
-    return () if _failure(what_if, scene, others) else others
+    return others if _blamed(what_if, scene, others) is None else ()
 
 
-def _failure(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> NoPlanError | None:
-    """Why there is no plan without some items; None if there is one."""
+def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str] | None:
+    """What is in the way of a plan without some items, the most blamed first; None if there is one."""
     for name in away:
         scene = scene.without(name)
     try:
         what_if(scene)
     except NoPlanError as error:
-        return error
+        return error.in_the_way
     return None
 
 

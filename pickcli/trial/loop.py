@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from pickcli.cell.scene import TOTE, PlacedItem, Scene
-from pickcli.errors import InputError
+from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.trial.clearing import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
@@ -57,6 +57,12 @@ def require_pick(order: Order, where: str = "the order") -> Order:
         raise InputError(
             f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order)"
         )
+    if order.tote_contents:
+        names = ", ".join(order.tote_contents[:3]) + (", ..." if len(order.tote_contents) > 3 else "")
+        raise InputError(
+            f"{where}: tote_contents names {len(order.tote_contents)} items ({names}); a pick begins with an "
+            'empty tote, as in the official orders: write "tote_contents": []'
+        )
     return order
 
 
@@ -65,6 +71,7 @@ class _Trial:
 
     homes: the bin in which each item was seen at the start, by id
     in_vain: grasps that failed, by the id of their item
+    refused: by the index of its job, in which scene there was no plan for which item, and what it blamed
     """
 
     def __init__(self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress) -> None:
@@ -79,12 +86,13 @@ class _Trial:
         self.experience = Experience()
         self.homes: dict[str, str] = {}
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
+        self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[Job, Attempt]] = []
 
     def play(self) -> None:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
         self.homes = {placed.id: placed.location for placed in self.player.scene().items}
-        while self.player.clock.has_time_for(self.player.clock.charge):
+        while self.player.has_time_to_plan:
             may_clear = may_move_others(self.order.year)
             best = best_option(options(self.open.values(), self.experience, may_clear))
             if best is None:
@@ -95,7 +103,7 @@ class _Trial:
     def _pick(self, job: Job) -> None:
         """One attempt at a target; what comes of it decides whether its job stays open."""
         if job.refusals:
-            self.player.look()  # the scene has not changed, but what is seen of it is not the same twice
+            self.player.look_again()  # the scene has not changed, but no two looks are the same
         job = job.tried()
         attempt = self._attempt(job)
         self._note(job, attempt)
@@ -103,6 +111,8 @@ class _Trial:
             self.open.pop(job.index, None)
         elif attempt.execution is None:
             self.open[job.index] = job.refused()
+            if attempt.outcome is Outcome.NO_PLAN:
+                self.refused[job.index] = (self.player.scene(), attempt.item, attempt.in_the_way)
         else:
             self.open[job.index] = self.open[job.index].failed()
 
@@ -121,12 +131,14 @@ class _Trial:
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
         """A plan with a grasp of another kind than those that failed; another place is second best."""
+        if not self.player.has_time_to_plan:
+            return replace(attempt, outcome=Outcome.NO_TIME, reason="no time is left to plan it")
         self.player.say(attempt, "planning")
         in_vain = self.in_vain.get(attempt.item, ())
         kinds = tuple(dict.fromkeys(GraspKind(grasp.kind, grasp.face) for grasp in in_vain))
         if kinds:
             found = self.player.planned(attempt, scene, (*in_vain, *kinds))
-            if found.plan is not None or not self.player.clock.has_time_for(self.player.clock.charge):
+            if found.plan is not None or not self.player.has_time_to_plan:
                 return found
         return self.player.planned(attempt, scene, in_vain)
 
@@ -146,7 +158,7 @@ class _Trial:
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():
-            if other.target.bin in touched:
+            if touched & {placed.location for placed in self._copies(self.player.scene(), other)}:
                 self.open[index] = other.renewed()
 
     def _clear(self, job: Job) -> None:
@@ -170,18 +182,23 @@ class _Trial:
 
         def what_if(without: Scene) -> None:
             nonlocal is_reachable
+            if not self.player.has_time_to_plan:
+                raise NoPlanError("a pick without what is in its way", [])
             self.player.plan(without, wanted, exclude)
             is_reachable = is_reachable or without is scene
 
-        queue = [*in_the_way(what_if, scene, placed.location, is_hopeful=job.clearings > 0)]
+        known = self.refused.get(job.index)
+        blamed = known[2] if known is not None and known[0] is scene and known[1] == placed.id else None
+        queue = [*in_the_way(what_if, scene, placed.location, job.clearings > 0, blamed)]
         if is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
             self.open[job.index] = replace(self.open[job.index], refusals=0)
             return
         here = {p.id for p in scene.in_location(placed.location)} - {placed.id}
         others = worth_moving(what_if, scene, placed)
         asked = set[str]()
-        while self.player.clock.has_time_for(self.player.clock.charge):
-            name = next((name for name in (*queue, *others) if name not in asked), None)
+        while self.player.has_time_to_plan:
+            left = (name for name in (*queue, *others) if name not in asked)
+            name = next((name for name in left if scene.find(name).item.suction), None)
             if name is None:
                 return
             asked.add(name)
@@ -204,7 +221,7 @@ class _Trial:
             return out
         targets = [job.target for job in self.open.values()]
         for into in destinations(scene, attempt.out_of, targets):
-            if not self.player.clock.has_time_for(self.player.clock.charge):
+            if not self.player.has_time_to_plan:
                 break
             moved = self._moved(replace(attempt, into=into), scene)
             if moved.plan is not None:
@@ -216,17 +233,18 @@ class _Trial:
 
         A copy counts for the bin in which it was at the start, wherever it has got to.
         """
-        copies = from_the_mouth(
-            scene,
-            (
-                placed
-                for placed in scene.items
-                if placed.item.name == job.target.item
-                and self.homes.get(placed.id) == job.target.bin
-                and placed.location in scene.cell.pod.bins
-            ),
-        )
+        copies = from_the_mouth(scene, self._copies(scene, job))
         return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
+
+    def _copies(self, scene: Scene, job: Job) -> tuple[PlacedItem, ...]:
+        """What would fulfil a job, wherever in the pod it is seen."""
+        return tuple(
+            placed
+            for placed in scene.items
+            if placed.item.name == job.target.item
+            and self.homes.get(placed.id) == job.target.bin
+            and placed.location in scene.cell.pod.bins
+        )
 
     def _say(self, attempt: Attempt, doing: str) -> None:
         n_done = len(self.jobs) - len(self.open)
@@ -251,6 +269,7 @@ class _Trial:
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
             final, points, arena.collisions, player.clock.simulated, player.clock.now, player.stuck,
+            player.cut_short,
         )  # fmt: skip
 
     def _target_result(self, job: Job, score: Score) -> TargetResult:
@@ -259,5 +278,6 @@ class _Trial:
         points = score.lines[job.index].points  # the lines of the targets come first, in their order
         if not picks:
             return TargetResult(job.target, Outcome.NO_TIME, "the time was over", points, own)
-        last = next((a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME), picks[-1])
+        told = (a for a in reversed(picks) if a.outcome is not Outcome.NO_TIME or a.executions)
+        last = next(told, picks[-1])
         return TargetResult(job.target, last.outcome, last.reason, points, own)

@@ -84,10 +84,23 @@ def order_file(name_or_path: Path) -> Path:
 
     Raises:
         UnknownNameError: There is no such file, and what would be a name is none.
+        InputError: Nothing is named.
     """
-    if name_or_path.exists() or name_or_path.suffix or len(name_or_path.parts) != 1:
+    if not name_or_path.parts:
+        raise InputError(
+            f"no order is named; give the path of a JSON file, or one of {', '.join(order_names())}"
+        )
+    if name_or_path.exists() or name_or_path.suffix:
         return name_or_path
-    if name_or_path.name not in order_names():
+    is_known = len(name_or_path.parts) == 1 and name_or_path.name in order_names()
+    beside = name_or_path.with_name(f"{name_or_path.name}.json")
+    if not is_known and beside.is_file():
+        raise UnknownNameError(
+            "order", str(name_or_path), order_names(), hint=f"did you mean the file {str(beside)!r}?"
+        )
+    if len(name_or_path.parts) != 1:
+        return name_or_path
+    if not is_known:
         raise UnknownNameError("order", str(name_or_path), order_names())
     return data_path() / "tasks" / f"{name_or_path}.json"
 

@@ -194,8 +194,13 @@ def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:
 
 
 def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
-    """Refused once by what was seen then; what is thought away first is nothing, and that helps."""
-    fake = FakeCrew(scene_of(ORDER, load_cell("apc2016_delft")))
+    """Refused by what was seen then; seen anew since, thinking nothing away helps."""
+    order = pick_order(
+        {"bin_A": ("crayola_24_ct", "jane_eyre_dvd", "scotch_duct_tape"), "bin_B": ("dove_beauty_bar",)},
+        ("bin_A", "crayola_24_ct"),
+        ("bin_B", "dove_beauty_bar"),
+    )
+    fake = FakeCrew(scene_of(order, load_cell("apc2016_delft")))
     plan, refused = fake.plan, list[str]()
 
     def refuse_once(*args):  # type: ignore[no-untyped-def]
@@ -205,7 +210,26 @@ def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
         return plan(*args)
 
     fake.plan = refuse_once  # type: ignore[method-assign]
-    result = run_trial(ORDER, fake.crew())
-    assert result.items_in_tote == 1
-    assert [query.query for query in fake.executed] == ["pick crayola_24_ct"]
-    assert [attempt.outcome for attempt in result.attempts] == [Outcome.NO_PLAN, Outcome.IN_TOTE]
+    result = run_trial(order, fake.crew())
+    assert result.items_in_tote == 2
+    assert [query.query for query in fake.executed] == ["pick dove_beauty_bar", "pick crayola_24_ct"]
+
+
+def test_a_pick_that_was_refused_is_not_planned_again_in_the_same_scene() -> None:
+    fake = FakeCrew(scene_of(ORDER, load_cell("apc2016_delft")), blocked={"crayola_24_ct": "jane_eyre_dvd"})
+    assert run_trial(ORDER, fake.crew()).items_in_tote == 1
+    asked = [
+        id(seen)
+        for (item, _, _), seen in zip(fake.planned, fake.perceived, strict=True)
+        if item == "crayola_24_ct"
+    ]
+    assert len(asked) == len(set(asked))  # no scene twice
+
+
+def test_what_cannot_be_held_is_not_planned_for_as_something_to_move_aside() -> None:
+    order = pick_order({"bin_A": ("crayola_24_ct", "fitness_gear_3lb_dumbbell")}, ("bin_A", "crayola_24_ct"))
+    fake = FakeCrew(
+        scene_of(order, load_cell("apc2016_delft")), blocked={"crayola_24_ct": "fitness_gear_3lb_dumbbell"}
+    )
+    assert run_trial(order, fake.crew()).items_in_tote == 0
+    assert {item for item, _, _ in fake.planned} == {"crayola_24_ct"}

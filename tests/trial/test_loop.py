@@ -11,17 +11,18 @@ from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
+from pickcli.cell.scene import TOTE
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.loop import run_trial
+from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.player import TrialSettings
-from pickcli.trial.ports import Execution
+from pickcli.trial.ports import ARRIVAL, Execution
 from pickcli.trial.record import record_text, trial_record
 from pickcli.trial.report import rows, summary
-from pickcli.trial.result import Outcome, TrialResult
+from pickcli.trial.result import Attempt, Outcome, TrialResult
 from pickcli.trial.score import Drop
 from pickcli.trial.strategy import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
 
@@ -158,6 +159,44 @@ def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell
     useless = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
     play(useless)
     assert not any(" into " in plan.query for plan in useless.executed)
+
+
+def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: Cell) -> None:
+    """The tape has got from its bin into another; what happens there matters, and not at home."""
+    fake = FakeCrew(scene_of(ORDER, cell))
+    trial = _Trial(ORDER, fake.crew(), TrialSettings(), lambda *told: None)
+    trial.homes = {placed.id: placed.location for placed in fake.scene.items}
+    fake.put("scotch_duct_tape", "bin_C")
+    trial.player.look()
+    tape, bottle = trial.jobs[1], trial.jobs[2]
+
+    def refusals_after(bin_name: str) -> int:
+        trial.open[tape.index] = tape.refused()
+        plan = fake.plan(fake.scene, bin_name, "dasani_water_bottle", TOTE, fake.q, fake.pivot, 0, ())
+        done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
+                       plan=plan, execution=Execution(1.0))  # fmt: skip
+        trial._note(bottle, done)
+        return trial.open[tape.index].refusals
+
+    assert refusals_after("bin_B") == 1 and refusals_after("bin_C") == 0
+
+
+def test_planning_ends_with_the_time_while_it_is_asked_what_is_in_the_way(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset(ORDER.bin_contents["bin_B"]))
+    limits = [DEFAULT.look_time + 40.0 + k for k in range(12)]
+    assert all(play(fake, time_limit=limit).clock <= limit for limit in limits)
+
+
+def test_a_motion_after_which_there_is_no_time_to_look_is_not_begun(cell: Cell) -> None:
+    least = DEFAULT.look_time + PLANNING_CHARGE + DURATION + ARRIVAL + DEFAULT.look_time
+    assert play(FakeCrew(scene_of(ORDER, cell)), time_limit=least - 0.05).items_in_tote == 0
+    assert play(FakeCrew(scene_of(ORDER, cell)), time_limit=least + 0.05).items_in_tote == 1
+
+
+def test_a_pick_order_with_something_in_the_tote_is_refused(cell: Cell) -> None:
+    filled = replace(ORDER, tote_contents=("jane_eyre_dvd", "dove_beauty_bar"))
+    with pytest.raises(InputError, match=r"2 items \(jane_eyre_dvd, dove_beauty_bar\).*empty tote"):
+        play(FakeCrew(scene_of(ORDER, cell)), filled)
 
 
 def test_in_2015_nothing_else_is_moved(cell: Cell) -> None:

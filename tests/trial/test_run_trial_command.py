@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
 
-from pickcli.commands.run_trial import command, parse_noise
+from pickcli.cell.displacement import Displacement
+from pickcli.cell.load import load_cell
+from pickcli.commands.pod_shift import NONE, RANDOM, parse_pod_shift
+from pickcli.commands.run_trial import command, parse_noise, standing
 from pickcli.errors import ApcError
+from pickcli.simulation.reality import DEFAULT
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 
@@ -48,6 +54,45 @@ def test_stow_orders_are_refused_before_any_work(tmp_path: Path) -> None:
     message = refused(run(TASKS / "jsk_stow_sample.json", "-o", tmp_path / "out"))
     assert "jsk_stow_sample.json" in message and "stow" in message
     assert not (tmp_path / "out").exists()
+
+
+def test_a_pick_order_with_a_filled_tote_is_refused_before_any_work(tmp_path: Path) -> None:
+    order = json.loads((TASKS / "jsk_pick_sample.json").read_text()) | {"tote_contents": ["jane_eyre_dvd"]}
+    (tmp_path / "order.json").write_text(json.dumps(order))
+    message = refused(run(tmp_path / "order.json", "-o", tmp_path / "out"))
+    assert "order.json: tote_contents names 1 items (jane_eyre_dvd)" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_name_beside_its_file_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine.json").write_text("{}")
+    monkeypatch.chdir(tmp_path)
+    assert "did you mean the file 'mine.json'?" in refused(run("mine"))
+    assert f"did you mean the file '{tmp_path}/mine.json'?" in refused(run(tmp_path / "mine"))
+    assert "unknown order 'other'; known: delft_pick_2" in refused(run("other"))
+
+
+def test_no_name_at_all_is_told_so() -> None:
+    assert "no order is named; give the path of a JSON file, or one of delft_pick_2" in refused(run(""))
+
+
+@pytest.mark.parametrize("text", ["Random", "NONE", "random", "none"])
+def test_words_for_the_pod_shift_are_read_in_any_case(text: str) -> None:
+    assert parse_pod_shift(None, None, text) == text.lower()
+
+
+@pytest.mark.parametrize(
+    ("shift", "level", "is_shifted", "told"),
+    [(NONE, True, False, False), (RANDOM, False, True, True), (None, True, True, True),
+     (None, False, False, False), (Displacement(0.02, 0.0, 0.0), True, True, False)],
+)  # fmt: skip
+def test_the_level_that_is_told_is_the_one_that_is_played(
+    shift: Displacement | str | None, level: bool, is_shifted: bool, told: bool
+) -> None:
+    cell = load_cell("apc2016_delft")
+    T_world_pod, reality = standing(shift, replace(DEFAULT, pod_shift=level), cell, 3)
+    assert bool((T_world_pod != cell.T_world_pod).any()) == is_shifted
+    assert reality.pod_shift is told
 
 
 def test_a_missing_order_is_refused(tmp_path: Path) -> None:
