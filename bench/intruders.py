@@ -1,12 +1,13 @@
 """What stands in the way after planning: how hard it is hit, and how soon the robot stands.
 
-    python -m bench.intruders [--runs 30] [--seed 0] [--pace 1.0] [--unsupervised]
+    python -m bench.intruders [--runs 30] [--seed 0] [--tool-speed V] [--unsupervised]
 
 Picks from fresh orders are planned and then carried out in a world with something that planning did not
 know: a box of 10 cm that stands fast, a person's forearm held into the way (both at a random point of the
 tool's coarse path), or the pod shifted and turned within what its cell allows. Bodies give way where they
 are touched: the forearm as ISO/TS 15066:2016, table A.3 states (40 N/mm, 2 kg, free to be pushed away), the
-box like a carton against a wall, the pod like its wooden frame.
+box like a carton against a wall, the pod like its wooden frame. With ``--tool-speed`` the cell limits the
+speed of the tool's tip (``max_tool_speed``), and all motion is planned under it.
 """
 
 from __future__ import annotations
@@ -36,7 +37,6 @@ from pickcli.planning.pick import Start, plan_pick
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import DEFAULT
-from pickcli.simulation.stream import slowed
 from pickcli.simulation.world import ROBOT, World
 
 INTRUDER = "intruder"
@@ -62,8 +62,11 @@ class Meeting:
     """One run with an intruder: how it was met.
 
     force: N, the sum over all points, largest of all steps
-    touched, noticed, standing: s, simulated: first touch, request of a stop, standstill; None if never
+    touched, noticed: s, simulated: first touch, request of a stop; None if never
+    standing: s, simulated: first standstill of all joints; None if never
     speed: m/s of the tool when it touched
+    over: m that the tool went on after the request of the stop, at most
+    duration: s that the plan takes
     """
 
     kind: Kind
@@ -73,6 +76,8 @@ class Meeting:
     touched: float | None = None
     noticed: float | None = None
     standing: float | None = None
+    over: float = 0.0
+    duration: float = 0.0
     cause: str = ""
 
     @property
@@ -90,7 +95,7 @@ class Meeting:
         return self.standing - self.touched
 
 
-def meet(warm: Planner, kind: Kind, seed: int, pace: float, is_supervised: bool) -> Meeting | None:
+def meet(warm: Planner, kind: Kind, seed: int, is_supervised: bool) -> Meeting | None:
     """Plan a pick, put something in its way, carry it out; None where nothing could be planned."""
     rng = derived_rng(seed, "intruder", kind)
     try:
@@ -107,12 +112,12 @@ def meet(warm: Planner, kind: Kind, seed: int, pace: float, is_supervised: bool)
     names = {INTRUDER} if kind is not Kind.POD else {body.name for body in truth.cell.pod.bodies}
     for name in sorted(names):
         world.engine.soften(name, STIFFNESS[kind], DAMPING)
-    meeting, before = Meeting(kind, seed), [world.tip[:3, 3]]
-    watch = partial(_watch, meeting, names, before)
-    run = execute(plan, world, pace=slowed(pace), on_step=watch)
+    meeting, tips = Meeting(kind, seed, duration=plan.trajectory.duration), [world.tip[:3, 3]]
+    run = execute(plan, world, on_step=partial(_watch, meeting, names, tips))
     if run.stop is not None and run.stopping_time is not None:
         meeting.noticed, meeting.cause = run.stop.t, str(run.stop)
         meeting.standing = run.stop.t + run.stopping_time
+        meeting.over = _over(np.array(tips), round(run.stop.t / world.time_step))
     world.close()
     return meeting
 
@@ -159,8 +164,15 @@ def _on_the_way(plan: Plan, arm: Arm, rng: np.random.Generator) -> Array:
     return arm.tip(plan.trajectory.sample(t)[0], PivotState.STRAIGHT)[:3, 3] + rng.uniform(-0.02, 0.02, 3)
 
 
-def _watch(meeting: Meeting, names: set[str], before: list[Array], world: World) -> None:
-    """Note the largest force, and when it began. A forearm is held up as its person would."""
+def _over(tips: Array, noticed: int) -> float:
+    """m that the tip (N, 3) went on in the direction in which it moved at a step, at most."""
+    direction = tips[noticed] - tips[noticed - 1]
+    onwards = (tips[noticed:] - tips[noticed]) @ direction / max(float(np.linalg.norm(direction)), 1e-9)
+    return float(onwards.max())
+
+
+def _watch(meeting: Meeting, names: set[str], tips: list[Array], world: World) -> None:
+    """Note the tip, the largest force, and when it began. A forearm is held up as its person would."""
     if meeting.kind is Kind.ARM:
         middle = world.engine.pose(INTRUDER)[:3, 3]
         world.engine.keep_awake(INTRUDER, on=True)
@@ -170,38 +182,44 @@ def _watch(meeting: Meeting, names: set[str], before: list[Array], world: World)
     force = sum(t.force for t in touches if {t.a, t.b} & names - world.touching)
     if force > TOUCHED and meeting.touched is None:
         meeting.touched = world.t
-        meeting.speed = float(np.linalg.norm(world.tip[:3, 3] - before[0])) / world.time_step
+        meeting.speed = float(np.linalg.norm(world.tip[:3, 3] - tips[-1])) / world.time_step
     meeting.force = max(meeting.force, force)
-    before[0] = world.tip[:3, 3]
+    tips.append(world.tip[:3, 3])
 
 
-def measure(seeds: Sequence[int], pace: float = 1.0, is_supervised: bool = True) -> list[Meeting]:
+def measure(
+    seeds: Sequence[int], tool_speed: float | None = None, is_supervised: bool = True
+) -> list[Meeting]:
     """One meeting of every kind per seed."""
-    warm = planner()
+    warm = planner(tool_speed)
     found = []
     for seed in seeds:
         for kind in Kind:
-            meeting = meet(warm, kind, seed, pace, is_supervised)
+            meeting = meet(warm, kind, seed, is_supervised)
             if meeting is not None:
                 found.append(meeting)
                 print(json.dumps(asdict(meeting)), flush=True)
     return found
 
 
-def lines(meetings: Sequence[Meeting]) -> Iterator[str]:
-    """What they have in common, by kind."""
+def table(meetings: Sequence[Meeting]) -> Iterator[str]:
+    """Asked and measured, by kind: medians and the worst."""
+    yield f"asked: {MOST_FORCE:.0f} N at most, standing after {MOST_TIME} s"
+    yield f"{'':5}{'touched':>8}{'m/s':>13}{'N':>12}{'s':>14}{'mm on':>9}{'kept':>6}"
     for kind in Kind:
         met = [m for m in meetings if m.kind is kind and m.touched is not None]
         if not met:
-            yield f"{kind}: never touched"
+            yield f"{kind:5}{0:8}"
             continue
-        after, speeds = [m.standing_after for m in met], [m.speed for m in met]
+        speeds, forces = [m.speed for m in met], [m.force for m in met]
+        after, over = [m.standing_after for m in met], [1e3 * m.over for m in met]
         yield (
-            f"{kind}: {len(met)} touched at {min(speeds):.2f} to {max(speeds):.2f} m/s; "
-            f"force {np.median([m.force for m in met]):.0f} N median, {max(m.force for m in met):.0f} N "
-            f"largest; standing {np.median(after):.3f} s after the touch, {max(after):.3f} s at the latest; "
-            f"{sum(m.is_kept for m in met)} within {MOST_FORCE:.0f} N and {MOST_TIME} s"
+            f"{kind:5}{len(met):8}{min(speeds):7.2f}..{max(speeds):.2f}"
+            f"{np.median(forces):6.0f} {max(forces):5.0f}"
+            f"{np.median(after):8.3f} {max(after):.3f}{np.median(over):4.0f} {max(over):4.0f}"
+            f"{sum(m.is_kept for m in met):6}"
         )
+    yield f"the plans take {np.mean([m.duration for m in meetings]):.1f} s"
 
 
 def main() -> None:
@@ -209,11 +227,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=30, help="of which a third each kind")
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
-    parser.add_argument("--pace", type=float, default=1.0, help="share of the planned speed")
+    parser.add_argument("--tool-speed", type=float, help="m/s, the cell's limit of the tool's speed")
     parser.add_argument("--unsupervised", action="store_true", help="nothing is watched, to compare")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + max(1, given.runs // 3))
-    for line in lines(measure(seeds, given.pace, not given.unsupervised)):
+    for line in table(measure(seeds, given.tool_speed, not given.unsupervised)):
         print(line)
 
 

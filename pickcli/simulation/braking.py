@@ -1,9 +1,9 @@
-"""The quickest stop along the path that the drives' torque allows, step by step.
+"""The hardest stop there is: every joint by itself, with all the torque that its motor has.
 
-The planned limits of acceleration leave the motors a reserve; after a contact all of it is used. With the
-path q(s), the motors need tau = M q' s'' + (what s' alone needs), which is linear in s'': the hardest
-braking that keeps every motor within its torque follows in closed form (as in Bobrow, Dubowsky and Gibson,
-1985). The path is not left.
+Set points follow the encoders. A position loop that is told to stay where it is asks for velocity zero, and
+the motor brakes with all its torque until the joint stands. Light joints stand long before heavy ones, so the
+path is left by what lies between. In exchange no joint is driven on into what is touched, as it is where all
+must slow down together along the path. Afterwards the arm is led back onto its path, gently.
 """
 
 from __future__ import annotations
@@ -12,46 +12,44 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.simulation.supervision import Dynamics
 
-RESERVE = 0.9  # of the motors' largest torque: the position loop needs the rest
-GENTLE = 1.0  # 1/s^2, braking where no s'' keeps all motors within their torque
+OVERSHOOT = 0.5  # s of the path beyond where the stop began in which the robot can have come to rest
+LOOK_STEP = 1e-3  # s of the path between the configurations of which the nearest is looked for
 
 
-class Braking:
-    """Set points from where the robot is on a trajectory to a standstill on it.
+class Return:
+    """Set points from rest beside a trajectory onto it and back along it.
 
-    path_time: s on the trajectory of the present set point
-    rate: ds/dt, 0 at standstill
+    path_time: s on the trajectory, of the configuration on it that the robot is led to
+
+    Args:
+        trajectory: What was being carried out.
+        path_time: s on it where the stop began.
+        q: (n,) Where the robot stands.
+        duration: s in which the distance to the path is closed.
     """
 
-    def __init__(
-        self, trajectory: Trajectory, path_time: float, rate: float, dynamics: Dynamics, forces: Array
-    ) -> None:
-        self._trajectory, self._dynamics, self._forces = trajectory, dynamics, RESERVE * forces
-        self.path_time, self.rate = path_time, rate
+    def __init__(self, trajectory: Trajectory, path_time: float, q: Array, duration: float) -> None:
+        last = min(path_time + OVERSHOOT, trajectory.duration)
+        times = np.linspace(path_time, last, max(2, int(np.ceil((last - path_time) / LOOK_STEP)) + 1))
+        off = q - trajectory.sample(times)
+        nearest = int(np.argmin(np.abs(off).max(axis=1)))
+        self._trajectory, self._off, self._duration, self._t = trajectory, off[nearest], duration, 0.0
+        self.path_time = float(times[nearest])
 
-    def advance(self, time_step: float, pivot: float) -> Array:
-        """The next set point (n,). pivot: measured position of the cup's pivot joint, rad."""
-        q, v, a = (self._trajectory.sample(self.path_time, k)[0] for k in range(3))
-        change = self._hardest(q, v, a, pivot)
-        before, self.rate = self.rate, max(0.0, self.rate + change * time_step)
-        end = self._trajectory.duration
-        self.path_time = min(self.path_time + 0.5 * (before + self.rate) * time_step, end)
-        return np.asarray(self._trajectory.sample(self.path_time)[0])
+    @property
+    def is_on_path(self) -> bool:
+        """Whether the distance to the path is closed."""
+        return self._t >= self._duration
+
+    def advance(self, time_step: float) -> Array:
+        """The next set point (n,), closer to the path: a minimum-jerk blend from rest to rest."""
+        self._t = min(self._t + time_step, self._duration)
+        x = self._t / self._duration
+        left = 1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        return np.asarray(self._trajectory.sample(self.path_time)[0] + left * self._off)
 
     def back(self, time_step: float, rate: float) -> Array:
         """The set point (n,) after a step back along the path at a share of its pace."""
         self.path_time = max(0.0, self.path_time - rate * time_step)
         return np.asarray(self._trajectory.sample(self.path_time)[0])
-
-    def _hardest(self, q: Array, v: Array, a: Array, pivot: float) -> float:
-        """The least s'' that keeps all motors within their torque."""
-        still = np.zeros(len(q) + 1)
-        joints, along = np.append(q, pivot), np.append(v, 0.0)
-        without = self._dynamics(joints, self.rate * along, self.rate**2 * np.append(a, 0.0))[:-1]
-        per_unit = (self._dynamics(joints, still, along) - self._dynamics(joints, still, still))[:-1]
-        slope = np.where(np.abs(per_unit) < 1e-9, 1e-9, per_unit)
-        ends = np.array([(-self._forces - without) / slope, (self._forces - without) / slope])
-        lowest, highest = float(ends.min(axis=0).max()), float(ends.max(axis=0).min())
-        return min(lowest, -GENTLE) if lowest < highest else -GENTLE

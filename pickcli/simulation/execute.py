@@ -16,7 +16,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.simulation.braking import Braking
+from pickcli.simulation.braking import Return
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
@@ -31,6 +31,8 @@ END_TIME = 0.1  # s after the last set point: the servo arrives, the last events
 FALL_TIME = 0.6  # s instead, when something broke away and still falls
 BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
 STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
+MOST_BRAKING = 1.0  # s in which the heaviest joint stands from full speed
+RETURN_TIME = 0.3  # s from standstill beside the path to standstill on it
 YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
 YIELD_PACE = 0.1  # of the plan's pace, backwards
 TRACE_STEPS = 10  # between two looks at the tool's lag
@@ -60,7 +62,7 @@ def execute(
     on_progress: Progress | None = None,
     on_step: OnStep | None = None,
 ) -> Execution:
-    """Carry out a plan in a world, to its end or to a stop along its path.
+    """Carry out a plan in a world, to its end or to a stop on its path.
 
     It stops when the robot does not follow, feels a contact that no plan explains, when the vacuum does not
     stand where the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot
@@ -194,7 +196,7 @@ class _Run:
         return None
 
     def _brake(self, why: ProtectiveStop) -> None:
-        """Come to a stand along the planned path."""
+        """Come to a stand on the planned path."""
         if why.cause in (StopCause.CONTACT, StopCause.FOLLOWING_ERROR):
             self._brake_hard()
             return
@@ -211,22 +213,22 @@ class _Run:
         self._send(stream(halted.trajectory, self.world.time_step, self.pace, t_plan, t))
 
     def _brake_hard(self) -> None:
-        """With all the torque that the motors have, from where the robot is and not from where it should be;
-        then back along the path while something presses. What is held stays held."""
+        """Every joint with all the torque that its motor has, wherever that leaves the path; then onto the
+        path again, and back along it while something presses. What is held stays held."""
         world, trajectory = self.world, self.plan.trajectory
         self.n_judged = len(self.trace.sent)
         progress = min(self.tracker.progress, self.trace.plan_times[-1])
-        pace = self.pace(len(self.trace.sent) * world.time_step)
-        braking = Braking(
-            trajectory, progress, pace, world.inverse_dynamics, self.supervisor.motor_forces
-        )  # fmt: skip
-        while braking.rate > 0.0 and braking.path_time < trajectory.duration:
-            self._follow(braking.advance(world.time_step, float(world.joints[-1])), braking.path_time)
+        t_end = world.t + MOST_BRAKING
+        while self.t_standing is None and world.t < t_end:
+            self._follow(world.q, progress)
+        led = Return(trajectory, progress, world.q, RETURN_TIME)
+        while not led.is_on_path:
+            self._follow(led.advance(world.time_step), led.path_time)
         for _ in range(round(YIELD_TIME / world.time_step)):
             if self.supervisor.pressing() < 1.0:
                 break
-            self._follow(braking.back(world.time_step, YIELD_PACE), braking.path_time)
-        self.path_time = braking.path_time
+            self._follow(led.back(world.time_step, YIELD_PACE), led.path_time)
+        self.path_time = led.path_time
 
     def _follow(self, q: Array, t_plan: float) -> None:
         """One set point of a stop."""

@@ -18,8 +18,8 @@ class StopCause(StrEnum):
 
 @dataclass(frozen=True)
 class ProtectiveStop:
-    """A stop along the planned path, as defined for protective stops by ISO 10218-1: motion ceases, drives
-    stay on, and a motion planned from there may follow.
+    """A stop as defined for protective stops by ISO 10218-1: motion ceases, drives stay on, and a motion
+    planned from there may follow. It ends at rest on the planned path.
 
     where: joint, "tool" or device that was measured
     measured, threshold: in ``unit``; the stop was asked for when the first passed the second

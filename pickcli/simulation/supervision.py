@@ -96,14 +96,9 @@ class Supervisor:
         self._forces = np.array([world.robot.motor_forces[name] for name in self._names])
         seed = world.seed + round(world.t / world.time_step)
         self.external = ExternalTorque(world.inverse_dynamics, self._forces, world.time_step, seed)
-        self._command, self._speed, self._tool_speed = world.q, np.zeros(len(self._names)), 0.0
+        self._command, self._speed = world.q, np.zeros(len(self._names))
         self._weight, self._t_held = 0.0, -np.inf
         self._sealed_level, self._t_lift = 0.0, np.inf
-
-    @property
-    def motor_forces(self) -> Array:
-        """(n,) Largest torque or force of each motor, Nm or N."""
-        return self._forces
 
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
         """Whether the robot follows, and feels nothing that it should not; after a step.

@@ -16,6 +16,7 @@ from pickcli.motion.plan import Plan
 from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
+from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.verification.verify import verify
 
 LIMIT = 0.3  # m/s
@@ -53,6 +54,17 @@ def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, pivot: PivotState
 def test_the_lower_the_limit_the_longer_the_motion(cell: Cell) -> None:
     durations = [moved(Planner(limited(cell, speed)))[0].trajectory.duration for speed in (0.1, 0.3, 0.9)]
     assert durations[0] > 2.0 * durations[1] > 2.0 * durations[2]
+
+
+def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
+    planner = Planner(limited(cell, LIMIT))
+    plan, scene = moved(planner)
+    stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
+    back = back_to_start(stopped, scene, planner.arm.limits, 0)
+    assert isinstance(back, Plan)
+    assert fastest(planner, back, PivotState.STRAIGHT) <= LIMIT
+    verdict = verify(back, scene)
+    assert verdict.is_accepted, verdict.reasons
 
 
 def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: Planner) -> None:

@@ -17,7 +17,8 @@ from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.simulation.execute import execute
+from pickcli.simulation.braking import Return
+from pickcli.simulation.execute import STANDING, execute
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import Servo
@@ -44,6 +45,24 @@ def sweep(cell: Cell) -> Plan:
     )
     segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, PivotState.STRAIGHT, None)
     return replace(plan, segments=(segment,), trajectory=trajectory, events=())
+
+
+def fast_sweep(cell: Cell) -> Plan:
+    """0.5 m along the rail and half a turn of the arm, at speed."""
+    plan = sweep(cell)
+    there = plan.trajectory.positions[0].copy()
+    there[:2] += (0.5, 0.5)
+    x = np.linspace(0.0, 1.0, 41)[:, None]
+    way, along = there - plan.trajectory.positions[0], x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    trajectory = replace(
+        plan.trajectory,
+        times=x[:, 0],
+        positions=plan.trajectory.positions[0] + along * way,
+        velocities=30.0 * x**2 * (1.0 - x) ** 2 * way,
+        accelerations=60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * way,
+    )
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 1.0, PivotState.STRAIGHT, None)
+    return replace(plan, segments=(segment,), trajectory=trajectory)
 
 
 def world_with_box(cell: Cell, plan: Plan, ahead: float, *, supervision: bool = True) -> World:
@@ -83,7 +102,44 @@ def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
     before = world.q.copy()
     world.wait(0.2)
     assert np.abs(world.q - before).max() < 1e-3
+    assert record.path_time is not None  # it stands on its path, from where a recovery leads on
+    assert np.abs(plan.trajectory.sample(record.path_time)[0] - world.q).max() < 1e-3
     world.close()
+
+
+def test_after_a_contact_no_joint_drives_on_while_another_still_brakes(cell: Cell) -> None:
+    plan = fast_sweep(cell)
+    world = world_with_box(cell, plan, ahead=0.3)
+    speeds, before = [], [world.q]
+
+    def watch(w: World) -> None:
+        speeds.append(np.abs(w.q - before[0]) / w.time_step)
+        before[0] = w.q
+
+    record = execute(plan, world, on_step=watch)
+    assert record.stop is not None and record.stop_cause is StopCause.CONTACT
+    first = round(record.stop.t / world.time_step)
+    rail, arm = plan.trajectory.joint_names.index("rail"), plan.trajectory.joint_names.index("joint_s")
+    stood = {j: next(k for k in range(first, len(speeds)) if speeds[k][j] < STANDING) for j in (rail, arm)}
+    assert stood[arm] < stood[rail]
+    braking = np.array(speeds[first : stood[rail]])
+    assert (np.diff(braking[:, rail]) < 1e-3).all()
+    world.close()
+
+
+def test_the_way_back_begins_where_the_robot_stands_and_ends_on_its_path(cell: Cell) -> None:
+    trajectory = fast_sweep(cell).trajectory
+    q = trajectory.sample(0.5)[0] + 0.01 * np.linspace(-1.0, 1.0, len(trajectory.joint_names))
+    led = Return(trajectory, 0.45, q, 0.3)
+    points = [q]
+    while not led.is_on_path:
+        points.append(led.advance(1e-3))
+    assert len(points) == 301
+    assert np.abs(points[-1] - trajectory.sample(led.path_time)[0]).max() < 1e-12
+    assert np.abs(points[-1] - q).max() < 0.0101
+    assert np.abs(np.diff(points, axis=0)).max() < 2.0 * 0.01 / 300
+    before = led.path_time
+    assert np.abs(led.back(1e-3, 0.1) - trajectory.sample(before - 1e-4)[0]).max() < 1e-12
 
 
 def test_without_supervision_the_same_box_is_pushed_on(cell: Cell) -> None:
