@@ -19,9 +19,14 @@ if TYPE_CHECKING:
 @click.command("verify")
 @click.argument("plan_path", metavar="PLAN", type=click.Path(path_type=Path))
 @scene_options
+@click.option("--stopped", "stopped_path", type=click.Path(path_type=Path), metavar="PLAN",
+              help="Of a way back after a stop, the plan that stopped.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
-def command(plan_path: Path, scene_path: Path, cell_name: str | None, write: bool, as_json: bool) -> None:
+def command(
+    plan_path: Path, scene_path: Path, cell_name: str | None, stopped_path: Path | None, write: bool,
+    as_json: bool,
+) -> None:  # fmt: skip
     """Let the independent verifier check a plan.
 
     Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for.
@@ -37,9 +42,10 @@ def command(plan_path: Path, scene_path: Path, cell_name: str | None, write: boo
     from pickcli.verification.verify import verify
 
     plan = read_plan(plan_path)
+    stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     scene = open_scene(scene_path, cell_name)
     try:
-        verdict = verify(plan, scene)
+        verdict = verify(plan, scene, stopped)
     except StaleError as error:
         raise StaleError(f"{plan_path} in {scene_path}: {error}") from None
     if verdict.certificate is not None and write:

@@ -44,6 +44,7 @@ MOST_WAYS_HOME = (
     3  # ways out of the pod from which a way home is searched: one that fails costs a whole search
 )
 
+SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 SLOW = 0.095  # of all limits, where the verifier allows a tenth of the velocity
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
 JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
@@ -58,7 +59,7 @@ MOST_NEAR = 24  # pairs
 class _Rules:
     """What holds on one level from one start.
 
-    scene: as the level sees it. touching: what the cup may touch on the first line
+    scene: as it is seen now. touching: what the cup may touch on the first line
     opening: pairs that are near at the start and need only come apart
     reserve: m on top of the cell's clearance. scale: of all limits
     """
@@ -71,6 +72,11 @@ class _Rules:
     opening: frozenset[tuple[str, str]] = frozenset()
     reserve: float = 0.0
     scale: float = 1.0
+
+    @property
+    def seen(self) -> Scene:
+        """The scene in which what is near at the start must open: on a slow level items as they were seen."""
+        return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
 
     def checker(self, touching: frozenset[str] = NONE) -> SceneChecker:
         """Of the empty tool as it stands."""
@@ -86,7 +92,7 @@ class _Rules:
         """Why a polyline brings together what is near at the start; None where it does not."""
         if not self.opening:
             return None
-        all_pairs = self.planner.checker(self.scene, self.start.pivot, reserve=self.reserve)
+        all_pairs = self.planner.checker(self.seen, self.start.pivot, reserve=self.reserve)
         s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
         dense = [a + s * (b - a) for a, b in pairwise(waypoints)]
         Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))
@@ -157,17 +163,10 @@ def _rules(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel) -
     if level is RecoveryLevel.AS_PLANNED:
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
-    if level in (RecoveryLevel.SLOWLY, RecoveryLevel.JOG):
-        rules = replace(
-            rules, scene=_as_seen(scene), reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW
-        )
+    if level in SLOW_LEVELS:
+        rules = replace(rules, reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW)
     opening = _near(rules)
     return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
-
-
-def _as_seen(scene: Scene) -> Scene:
-    """The scene with every item where it was seen, without the bound of the error."""
-    return replace(scene, noise=PoseNoise())
 
 
 def _out(rules: _Rules, label: str, seed: int) -> Plan | list[Reason]:
@@ -296,7 +295,7 @@ def _near(rules: _Rules) -> frozenset[tuple[str, str]] | Reason:
 def _jogged(rules: _Rules, label: str, seed: int) -> Plan | list[Reason]:
     """A short straight edge in joint space that takes the nearest pair apart farthest."""
     q, pivot = rules.start.q, rules.start.pivot
-    all_pairs = rules.planner.checker(rules.scene, pivot, reserve=rules.reserve)
+    all_pairs = rules.planner.checker(rules.seen, pivot, reserve=rules.reserve)
     before = all_pairs.clearance(q)
     ranked = []
     for step in _jogs(rules, all_pairs):

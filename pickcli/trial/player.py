@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.motion.trajectory import Trajectory
 from pickcli.seeds import derived_seed
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality
@@ -124,9 +125,12 @@ class Player:
             return replace(attempt, outcome=Outcome.REJECTED, reason=certified, statistics=statistics)
         return replace(attempt, plan=certified, statistics=statistics)
 
-    def certified(self, plan: Plan, scene: Scene) -> Plan | str:
-        """The plan with its certificate, or why the verifier refuses it."""
-        verdict = self.crew.verify(plan, scene)
+    def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
+        """The plan with its certificate, or why the verifier refuses it.
+
+        stopped: what a way back after a stop leads along
+        """
+        verdict = self.crew.verify(plan, scene, stopped)
         if verdict.certificate is None:
             return NoPlanError(plan.query, verdict.reasons).summary()
         return replace(plan, certificate=verdict.certificate)

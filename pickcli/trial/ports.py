@@ -13,6 +13,7 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
+from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.score import Drop
@@ -136,5 +137,5 @@ class Crew:
     plan: PlanPick
     recover: PlanRecovery
     bring: PlanBringing
-    verify: Callable[[Plan, Scene], Verdict]
+    verify: Callable[[Plan, Scene, Trajectory | None], Verdict]
     arena: Arena

@@ -184,8 +184,9 @@ class _Recovery:
             self.steps.append(RecoveryStep(what, "no time is left to plan it"))
             return None
         player.charge()
+        along = None if self.stopped is None else self.stopped.plan.trajectory
         try:
-            certified = player.certified(plan(), scene)
+            certified = player.certified(plan(), scene, along)
         except NoPlanError as error:
             self.steps.append(RecoveryStep(what, error.summary()))
             return None

@@ -2,7 +2,8 @@
 
 A robot that was stopped can stand nearer to something than the clearance, or against it. From the level
 ``opening`` on, pairs that are near when the motion begins are followed one by one instead of being refused:
-each may open, and none may come nearer again than it has been since the start.
+each may open, and none may come nearer again than it has been since the start. Such a motion leads out of the
+pod, or along the motion that stopped, and nowhere else.
 """
 
 from __future__ import annotations
@@ -11,11 +12,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.arm import tip_poses
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.parts import Fixture, Part
@@ -26,6 +30,9 @@ from pickcli.verification.states import States
 CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
 SLOW = 0.1  # of the velocity limits
 JOG_WAY = 0.03  # m that any link and the tool may go in a jog
+INWARDS = 0.015  # m deeper into the pod than it has been: what it takes to come free of a lip
+OFF_PATH = 0.005  # rad or m, of any joint, between a way back and the motion that it goes back along
+PATH_STEP = 1e-3  # s between samples of that
 IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 
 
@@ -37,27 +44,57 @@ class Opening:
     reasons: tuple[Reason, ...] = ()
 
 
-def as_claimed(plan: Plan, scene: Scene) -> Scene:
-    """The scene that the plan's level speaks of: on a slow one items stand where they were seen.
-
-    What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
-    """
-    return replace(scene, noise=PoseNoise()) if plan.recovery in IGNORES_ERROR else scene
-
-
 def needed_clearance(plan: Plan, scene: Scene) -> float:
-    """m that pairs which are not near at the start keep."""
+    """m that pairs which are not near at the start keep, on top of what poses may be off."""
     return 0.0 if plan.recovery in IGNORES_ERROR else scene.cell.clearance
 
 
-def check_recovery(plan: Plan, scene: Scene, states: States, velocity: float) -> tuple[Reason, ...]:
+def check_recovery(
+    plan: Plan, scene: Scene, states: States, velocity: float, opening: Opening, stopped: Trajectory | None
+) -> tuple[Reason, ...]:
     """Whether the plan is what its level says, apart from what it is near to. () for any other plan.
 
-    velocity: worst share of a velocity limit
+    velocity: worst share of a velocity limit. opening: what it is near to at its start. stopped: the motion
+    that a way back goes back along, None where that is not known
     """
     if plan.recovery is None:
         return ()
-    return tuple(_claims(plan, scene, states, velocity))
+    return (*_claims(plan, scene, states, velocity), *_leads(plan, scene, states, opening, stopped))
+
+
+def _leads(
+    plan: Plan, scene: Scene, states: States, opening: Opening, stopped: Trajectory | None
+) -> Iterator[Reason]:
+    """Out of the pod, or back along the motion that stopped."""
+    where = f"recovery {plan.recovery}"
+    if plan.recovery is RecoveryLevel.AS_PLANNED:
+        return
+    if plan.recovery is RecoveryLevel.BACKWARDS and stopped is not None:
+        off, i = _off_path(states.Q, stopped)
+        if off > OFF_PATH:
+            at = f"at {states.times[i]:.3f} s a joint is {off:.4f} rad or m off the motion that stopped"
+            yield Reason("not back the way it came", where, f"{at}, at most {OFF_PATH} are allowed")
+        return
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    depths = np.maximum(0.0, (inverse(scene.T_world_pod) @ tips)[:, 0, 3])
+    if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
+        yield Reason("not a way out", where, "it begins outside of the pod, and near to nothing")
+    deeper = depths - np.minimum.accumulate(depths)
+    if (worst := float(deeper.max())) > INWARDS:
+        at = f"{worst * 1e3:.0f} mm at {states.times[int(np.argmax(deeper))]:.3f} s"
+        told = f"the tool goes deeper into the pod again, {at}; at most {INWARDS * 1e3:.0f} mm are allowed"
+        if plan.recovery is RecoveryLevel.BACKWARDS:
+            told += ", unless the motion that stopped is known (apc verify --stopped)"
+        yield Reason("leads into the pod", where, told)
+
+
+def _off_path(Q: Array, stopped: Trajectory) -> tuple[float, int]:
+    """How far the farthest configuration of Q (N, n) is from a trajectory, worst joint, and its index."""
+    n = int(np.ceil(stopped.duration / PATH_STEP)) + 1
+    path = cKDTree(stopped.sample(np.linspace(0.0, stopped.duration, n)))
+    off, _ = path.query(Q, p=np.inf)
+    i = int(np.argmax(off))
+    return float(off[i]), i
 
 
 def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterator[Reason]:
@@ -91,12 +128,14 @@ def check_opening(
         return Opening()
     clearance = scene.cell.clearance
     near = _near_at_start(states, moving[0], world.of(0), clearance)
+    # What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
+    exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
     pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed}
     nearest = dict.fromkeys(sorted(pairs), -np.inf)
     reasons: dict[tuple[str, str], Reason] = {}
     for k, segment in enumerate(plan.segments):
         first, last = states.between(segment.t_start, segment.t_end)
-        fixtures = {fixture.name: fixture for fixture in world.of(k)}
+        fixtures = {f.name: replace(f, slack=0.0) if f.name in exact else f for f in world.of(k)}
         for pair in nearest:
             parts = [part for part in moving[k] if part.name == pair[0]]
             if pair[1] in fixtures and parts and pair not in reasons:

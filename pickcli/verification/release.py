@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from pickcli.cell.scene import TOTE, PlacedItem, Scene
+from pickcli.cell.supports import supports_of
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
@@ -27,12 +29,23 @@ def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[R
     return tuple(reason for k in ends for reason in _at(plan, scene, k, T_tip_item))
 
 
-def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterator[Reason]:
+def _at(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Iterable[Reason]:
     assert plan.grasp is not None
     T = release_pose(plan, scene, k, T_tip_item)
     where = bin_at(scene, T)
     placed = PlacedItem(plan.grasp.item, scene.item(plan.grasp.item), where or TOTE, T)
-    return _in_tote(scene, placed) if where is None else _in_bin(scene, placed)
+    return _in_tote(scene, placed) if where is None else (*_in_bin(scene, placed), *_tumbles(scene, placed))
+
+
+def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
+    """What is let go stays as it is set down: by the support relation, with the item where it is let go."""
+    others = scene.without(placed.id).items
+    there = replace(scene, items=(*others, placed), held=None)
+    supports = supports_of(there)
+    if not supports.stays(placed.id):
+        on = ", ".join(supports.carriers(placed.id)) or "nothing"
+        detail = f"it does not keep its balance in {placed.location} on what it is let go on ({on})"
+        yield Reason("would fall over", placed.id, detail)
 
 
 def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:

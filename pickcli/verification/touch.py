@@ -19,6 +19,7 @@ import numpy as np
 
 from pickcli.cell.overlap import TOUCH
 from pickcli.cell.scene import Scene
+from pickcli.cell.supports import supports_of
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
@@ -32,6 +33,7 @@ from pickcli.verification.standing import Standing
 from pickcli.verification.states import States
 
 ROUNDING = 0.0015  # m: lines are followed only nearly, and depths are bounds from above
+PUSHED = 0.001  # m that the item may come nearer to what rolls if it is pushed: lines are only nearly so
 GRAZE = 1e-4  # m that solids which just meet may measure
 
 
@@ -41,6 +43,8 @@ def check_touch(
 ) -> tuple[Reason, ...]:  # fmt: skip
     """The depth of every planned contact at every state of its segment."""
     reasons: list[Reason] = []
+    takes = plan.grasp is not None and any(s.kind is SegmentKind.CONTACT for s in plan.segments)
+    rolling = supports_of(scene).rolling(plan.grasp.item) if takes and plan.grasp is not None else ()
     for k, segment in enumerate(plan.segments):
         if not exempt[k].touching:
             continue
@@ -53,6 +57,8 @@ def check_touch(
                 if part.is_cup or part.is_held:
                     pair = _Pair(scene, segment, k, part, fixture, states)
                     reasons += pair.too_deep(range(first, last + 1), at_rest)
+                    if part.is_held and fixture.name in rolling and segment.kind is SegmentKind.LIFT:
+                        reasons += pair.pushed(range(first, last + 1))
     return tuple(reasons)
 
 
@@ -77,6 +83,15 @@ class _Pair:
         pressed = self._pressed_in()
         stands = self._depth(pressed, at_rest) if self.k == 0 else 0.0  # out of where it is already, not in
         yield from self._deeper(pressed, at, max(stands, off) + ROUNDING)
+
+    def pushed(self, at: range) -> Iterator[Reason]:
+        """At most one reason: the state at which the item has come nearest, against the first."""
+        gaps = [self._gap(i) for i in at]
+        if min(gaps) < gaps[0] - PUSHED:
+            t = self.states.times[at[gaps.index(min(gaps))]]
+            by = f"{(gaps[0] - min(gaps)) * 1e3:.1f} mm nearer at {t:.3f} s, it rolls away"
+            where = f"segment {self.k} ({self.segment.kind})"
+            yield Reason("pushes what rolls", where, f"{self.part.name} comes to {self.fixture.name}, {by}")
 
     def _deeper(self, part: Part, at: range, allowed: float) -> Iterator[Reason]:
         """At most one reason: the deepest state."""

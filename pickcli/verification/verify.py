@@ -16,6 +16,7 @@ from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason, RejectedError, StaleError
 from pickcli.motion.plan import Certificate, Plan
 from pickcli.motion.plan_file import motion_hash
+from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.clearance import check_clearance
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held import pose_in_tool
@@ -24,7 +25,7 @@ from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
 from pickcli.verification.lines import check_lines
 from pickcli.verification.parts import Part, farthest, parts_of_segments
-from pickcli.verification.recovery import as_claimed, check_opening, check_recovery, needed_clearance
+from pickcli.verification.recovery import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release import check_release
 from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP, States, sample_states
@@ -44,7 +45,7 @@ CHECKS = (
     "tool speed: nowhere over the cell's limit, where it states one",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "events: anchors, leads, order, pivot states",
-    "recovery: a way out of a stop as its level says; what is near at its start opens and never deepens",
+    "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )
 
@@ -52,14 +53,15 @@ MANY_STATES = 30_000  # as many as twenty seconds at full speed take: what break
 FAR_BEYOND = 10.0  # times a velocity limit: so much motion would be looked at for ever
 
 
-def verify(plan: Plan, scene: Scene) -> Verdict:
+def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdict:
     """Check a plan against the scene it is to be executed in.
+
+    stopped: of a way back after a stop, the motion that stopped; without it such a plan may only lead out
 
     Returns a certificate, or every reason against the plan. Raises StaleError when the plan was made for
     another cell or another scene: then nothing can be said about it.
     """
     digest = _same_world(plan, scene)
-    scene = as_claimed(plan, scene)
     reasons = check_structure(plan, scene)
     if reasons:
         return Verdict(None, reasons)
@@ -85,7 +87,7 @@ def verify(plan: Plan, scene: Scene) -> Verdict:
         *ratios.reasons,
         *clearance.reasons,
         *opening.reasons,
-        *check_recovery(plan, scene, states, ratios.velocity),
+        *check_recovery(plan, scene, states, ratios.velocity, opening, stopped),
         *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
         *check_lines(plan, scene.cell.robot, states),

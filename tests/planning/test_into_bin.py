@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Plan
@@ -17,6 +18,9 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.verification.held import pose_in_tool
+from pickcli.verification.release import check_release
+from pickcli.verification.standing import release_pose
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]
@@ -39,6 +43,24 @@ def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
     segments = list(plan.segments)
     segments[k] = replace(segments[k], **changes)  # type: ignore[arg-type]
     return replace(plan, segments=tuple(segments))
+
+
+def test_what_would_not_stay_where_it_is_let_go_is_refused(
+    planner: Planner, scene: Scene, moved: Plan
+) -> None:
+    """Over the floor it is set down; half over a box of 17 mm, as far over the floor, it would tumble."""
+    T = pose_in_tool(moved, scene)
+    assert T is not None
+    there = release_pose(moved, scene, release(moved), T)
+    higher = pose((0.0, 0.0, 0.017)) @ there
+    T_higher = np.asarray(T @ inverse(there) @ higher)
+    assert check_release(moved, scene, T_higher) == ()
+    item = replace(scene.find(ITEM).item, shape=Shape(ShapeKind.BOX, (0.08, 0.2, 0.016)))
+    low = float(scene.find(ITEM).item.shape.reach(there[:3, :3])[2])
+    aside = pose((there[0, 3] + 0.045, there[1, 3], there[2, 3] - low + 0.008))
+    box = PlacedItem("a box", item, INTO, aside)
+    reasons = check_release(moved, replace(scene, items=(*scene.items, box)), T_higher)
+    assert [reason.what for reason in reasons] == ["would fall over"]
 
 
 def release(plan: Plan) -> int:

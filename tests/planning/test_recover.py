@@ -145,7 +145,7 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
     placed = scene.find("crayola_24_ct")
     scene = replace(scene.without(placed.id), held=stopped.in_the_cup(planner.cell.robot, placed))
     brought = bring_item(stopped, bringing, scene, planner.arm.limits, 0)
-    assert verify(brought, scene).reasons == ()
+    assert verify(brought, scene, plan.trajectory).reasons == ()
     assert {segment.held for segment in brought.segments} == {"crayola_24_ct"} and brought.events == ()
     np.testing.assert_allclose(
         brought.trajectory.positions[0], plan.trajectory.sample(stopped.path_time)[0], atol=1e-9

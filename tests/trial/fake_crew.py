@@ -124,7 +124,7 @@ class FakeCrew:
             raise NoPlanError("bring", [Reason("nothing to bring")])
         return self._motion(f"bring {bringing} {stopped.plan.query}", seed, stopped.plan.grasp)
 
-    def verify(self, plan: Plan, scene: Scene) -> Verdict:
+    def verify(self, plan: Plan, scene: Scene, stopped: object = None) -> Verdict:
         if any(word in plan.query for word in self.rejects):
             return Verdict(None, (Reason("clearance", "lift", "1 mm to bin_A"),))
         return Verdict(Certificate("m", "s", "c", 1, 0.005, 0.01, 0.5, 0.5, 0.5, ("clearance",)), ())

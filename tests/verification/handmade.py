@@ -149,6 +149,15 @@ SUPPORT = ("row_ABC_floor_flat", "row_ABC_floor_slope")
 def pick() -> tuple[Plan, Scene]:
     """A whole pick from home to the tote and up again, and its scene."""
     scene = crayola_scene()
+    return _pick(scene, 0.0), scene
+
+
+def pick_pushing(aside: float) -> Plan:
+    """The same with the first lift so many m along y, too."""
+    return _pick(crayola_scene(), aside)
+
+
+def _pick(scene: Scene, aside: float) -> Plan:
     target = scene.items[0]
     configurations = {name: c.q for name, c in cell().configurations.items()}
     R = tip(configurations["bin_B"])[:3, :3]
@@ -158,8 +167,8 @@ def pick() -> tuple[Plan, Scene]:
     face = target.T_world_item[:3, 3] + [-0.0125, 0.0, 0.01]
     T_item_tip = np.linalg.inv(target.T_world_item) @ pose(face, R=R_tip)
 
-    def at(dx: float, dz: float = 0.0) -> Array:
-        return pose(face + np.array([dx, 0.0, dz]), R=R_tip)
+    def at(dx: float, dz: float = 0.0, dy: float = 0.0) -> Array:
+        return pose(face + np.array([dx, dy, dz]), R=R_tip)
 
     # the preapproach starts 60 mm before the mouth, where the arm stands as in front of the bin
     front = at(-face[0] - 0.06)
@@ -168,7 +177,7 @@ def pick() -> tuple[Plan, Scene]:
     b.line(SegmentKind.PREAPPROACH, at(-0.05), 1.2)
     b.line(SegmentKind.APPROACH, at(-0.012), 0.5)
     b.line(SegmentKind.CONTACT, at(0.002), 0.6, touching=(CRAYOLA,))
-    b.line(SegmentKind.LIFT, at(0.002, 0.02), 0.5, held=CRAYOLA, touching=(CRAYOLA, *SUPPORT))
+    b.line(SegmentKind.LIFT, at(0.002, 0.02, aside), 0.5, held=CRAYOLA, touching=(CRAYOLA, *SUPPORT))
     b.line(SegmentKind.LIFT, at(0.002, 0.055), 0.6, held=CRAYOLA)
     b.line(SegmentKind.RETREAT, at(-face[0] - 0.06, 0.055), 1.5, held=CRAYOLA)
     above = pose((-1.0455, -0.6165, 0.95), R=tip(configurations["tote"])[:3, :3])
@@ -177,7 +186,7 @@ def pick() -> tuple[Plan, Scene]:
     b.line(SegmentKind.DEPART, above, 0.8)
     plan = _with_events(b, T_item_tip)
     pressed = pose((0.0, 0.0, -0.002)) @ np.linalg.inv(T_item_tip)
-    return bound(loaded(plan, pressed), scene), scene
+    return bound(loaded(plan, pressed), scene)
 
 
 def loaded(plan: Plan, T_tip_item: Array) -> Plan:

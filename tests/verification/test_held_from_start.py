@@ -111,4 +111,4 @@ def test_a_carry_that_stopped_goes_on_with_the_item_as_it_hangs(
     assert held.T_tip_item == pytest.approx(pose_in_tool(plan, before), abs=1e-9)
     scene = replace(before.without(CRAYOLA), held=held)
     brought = bring_item(stopped, bringing, scene, scene.cell.robot.limits, 0)
-    assert told(brought, scene) == ""
+    assert verify(brought, scene, plan.trajectory).reasons == ()

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from handmade import CRAYOLA, Builder, cell, make_scene, move_plan, pick, tip
+from handmade import CRAYOLA, Builder, bound, cell, make_scene, move_plan, pick, pick_pushing, tip
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
@@ -39,6 +40,23 @@ def leaving(scene: Scene, way: Sequence[float], back: float = 0.0) -> Plan:
     if back:
         builder.line(SegmentKind.RETREAT, there @ pose((0.0, 0.0, -back)), 2.0)
     return replace(move_plan(scene, builder), recovery=RecoveryLevel.AS_PLANNED)
+
+
+def test_what_rolls_is_not_pushed() -> None:
+    """A ball beside the item, on level ground: the depth of a touch would be within what lines may be off."""
+    plan, scene = pick()
+    target, ball = scene.find(CRAYOLA), cell().item("rawlings_baseball")
+    r, half = float(ball.shape.extents[0]) / 2, float(target.item.shape.reach(target.T_world_item[:3, :3])[1])
+    low = float(target.item.shape.reach(target.T_world_item[:3, :3])[2])
+    middle = target.T_world_item[:3, 3] + (0.0, -half - r - 2e-4, r - low)
+    with_ball = replace(scene, items=(target, PlacedItem("ball", ball, "bin_B", pose(middle))))
+    k = next(k for k, s in enumerate(plan.segments) if s.kind is SegmentKind.LIFT)
+    assert supports_of(with_ball).rolling(CRAYOLA) == ("ball",)
+    for aside, is_pushed in ((0.0, False), (-0.0013, True)):
+        segments = list(pick_pushing(aside).segments)
+        segments[k] = replace(segments[k], touching=(*segments[k].touching, "ball"))
+        touching = bound(replace(pick_pushing(aside), segments=tuple(segments)), with_ball)
+        assert ("pushes what rolls" in told(touching, with_ball)) is is_pushed
 
 
 def told(plan: Plan, scene: Scene) -> str:

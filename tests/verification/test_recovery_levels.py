@@ -86,7 +86,49 @@ def test_only_a_slow_way_out_takes_items_where_they_were_seen() -> None:
     scene = replace(in_the_air(-0.006), noise=PoseNoise(0.008, 0.0))
     assert "closes again" in reasons(plan_of(moved([0.003]), scene, OPENING), scene)
     assert reasons(plan_of(moved([0.003]), scene, SLOWLY), scene) == set()
-    assert "collision" in reasons(plan_of(moved([0.008]), scene, SLOWLY), scene)
+    assert "closes again" in reasons(plan_of(moved([0.008]), scene, SLOWLY), scene)
+
+
+def test_the_error_of_poses_counts_for_what_is_not_near_at_the_start() -> None:
+    """A box beside the cup, and one 30 mm ahead, known to 8 mm: 25 mm nearer is inside of the error."""
+    size, item = cell().item(CRAYOLA).shape.extents, cell().item(CRAYOLA)
+    beside = float(size[1]) / 2 + cell().robot.tool.cup_radius + 0.001
+    ahead = PlacedItem(f"{CRAYOLA}#2", item, "bin_A", tip(Q) @ pose([0.0, -0.01, float(size[2]) / 2 + 0.030]))
+    near = PlacedItem(CRAYOLA, item, "bin_A", tip(Q) @ pose([0.0, beside, -0.02]))
+    scene = make_scene(near, ahead, noise=PoseNoise(0.008, 0.0))
+    assert reasons(plan_of(moved([0.015]), scene, SLOWLY), scene) == set()
+    assert "collision" in reasons(plan_of(moved([0.025]), scene, SLOWLY), scene)
+
+
+def inwards(way: float) -> Builder:
+    """From in front of an empty bin along the tool's axis, slowly."""
+    builder = Builder(np.asarray(cell().configurations["bin_H"].q))
+    builder.line(SegmentKind.RETREAT, tip(builder.q) @ pose([0.0, 0.0, way]), 20.0)
+    return builder
+
+
+@pytest.mark.parametrize("level", [OPENING, SLOWLY, RecoveryLevel.BACKWARDS])
+def test_no_way_out_leads_into_the_pod(level: RecoveryLevel) -> None:
+    scene = make_scene()
+    assert "leads into the pod" in reasons(plan_of(inwards(0.42), scene, level), scene)
+    assert reasons(plan_of(inwards(0.42), scene, RecoveryLevel.AS_PLANNED), scene) == set()
+
+
+def test_a_slow_way_out_begins_in_the_pod_or_near_to_something() -> None:
+    scene = make_scene()
+    assert reasons(plan_of(moved([-0.01]), scene, SLOWLY), scene) == {"not a way out"}
+    assert reasons(plan_of(moved([-0.01]), scene, JOG), scene) == {"not a way out"}
+
+
+def test_a_way_back_leads_along_the_motion_that_stopped() -> None:
+    """Also into the pod, where that came from there; and nowhere else."""
+    scene = make_scene()
+    plan = plan_of(inwards(0.42), scene, RecoveryLevel.BACKWARDS)
+    assert verify(plan, scene, inwards(0.44).trajectory()).reasons == ()
+    bowed = Builder(np.asarray(cell().configurations["bin_H"].q))
+    bowed.line(SegmentKind.RETREAT, tip(bowed.q) @ pose([0.0, 0.03, 0.42]), 20.0)
+    found = verify(plan, scene, bowed.trajectory()).reasons
+    assert {reason.what for reason in found} == {"not back the way it came"}
 
 
 def test_a_way_out_switches_nothing() -> None:

@@ -12,6 +12,7 @@ from handmade import cell, make_scene, pick
 from pickcli.cell.scene_file import scene_hash, write_scene
 from pickcli.commands import main as cli
 from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
+from pickcli.verification.verify import verify
 
 
 @pytest.fixture
@@ -95,6 +96,21 @@ def test_inspect_knows_plans_scenes_and_cells(
         assert json.loads(capsys.readouterr().out)[key] == value
         assert run(monkeypatch, "inspect", path) == 0
         assert value in capsys.readouterr().out
+
+
+def test_inspect_says_no_more_of_a_certificate_than_it_knows(
+    files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever can write the file can seal it: only the verifier knows whether the plan is good."""
+    plan, scene = pick()
+    broken = replace(plan, segments=(replace(plan.segments[0], touching=("wall_left",)), *plan.segments[1:]))
+    certificate = verify(plan, scene).certificate
+    assert certificate is not None
+    forged = replace(broken, certificate=replace(certificate, motion_hash=motion_hash(broken)))
+    for each, said in ((plan, "none"), (forged, "apc verify says if it is true")):
+        write_plan(each, files[0])
+        assert run(monkeypatch, "inspect", files[0]) == 0
+        assert said in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
