@@ -119,6 +119,10 @@ class Supports:
             self._known[item_id, gone] = self._is_balanced(item_id, gone)
         return self._known[item_id, gone]
 
+    def lies_level(self, item_id: str) -> bool:
+        """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed."""
+        return self._lies_level(item_id, frozenset())
+
     def falling(self, item_id: str) -> tuple[str, ...]:
         """Ids of the items that would fall or roll away if an item were gone, what must go first at the head.
 
