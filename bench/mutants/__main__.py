@@ -70,7 +70,10 @@ PACKAGES = (
         ("verification/limits", "verification/structure", "verification/io", "verification/release",
          "verification/contacts", "verification/quintic", "verification/lines", "verification/touch",
          "verification/hold", "verification/clearance"),
-        ("tests/verification",),
+        ("tests/verification/test_figures.py", "tests/verification/test_quintic.py",
+         "tests/verification/test_load.py", "tests/verification/test_planned_touch.py",
+         "tests/verification/test_verify.py", "tests/verification/test_clearance.py",
+         "tests/verification/test_recovery_levels.py"),
     ),
     Package(
         "contact rules",
