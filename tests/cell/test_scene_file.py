@@ -431,3 +431,13 @@ def test_overlaps_are_allowed_by_the_mean_noise_of_both(cell: Cell, tmp_path: Pa
                 _read(scene, tmp_path / "s.json")
         else:
             assert _read(scene, tmp_path / "s.json")
+
+
+def test_a_pose_counts_to_a_ten_millionth(cell: Cell) -> None:
+    """Beyond that two scenes are the same: so much is lost by turning a pose into a quaternion and back."""
+    item = cell.item("crayola_24_ct")
+    hashes = [
+        scene_hash(Scene(cell, np.eye(4), (PlacedItem("one", item, TOTE, pose((x, 0.0, 0.0))),), PoseNoise()))
+        for x in (0.1, 0.1 + 4e-8, 0.1 - 4e-8, 0.1 + 1e-7, -0.1)
+    ]
+    assert hashes[0] == hashes[1] == hashes[2] and len(set(hashes)) == 3

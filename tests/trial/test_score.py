@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from order_builders import ITEMS, pick_order
 
+from pickcli.cell.load import load_cell
 from pickcli.cell.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import BINS, Order, OrderKind
@@ -22,6 +23,7 @@ from pickcli.trial.score import (
     FinalItem,
     FinalState,
     Rules,
+    item_bonuses,
     maximum_score,
     score,
 )
@@ -224,3 +226,112 @@ def test_the_points_are_those_of_the_rules() -> None:
         outside=0, wrong_claim=0, protruding=0, high_drop=0, lost_target=-3, wrong_item=-12,
         damage={Damage.MINOR: -5, Damage.MAJOR: -5}, drop_limit=0.3, protrusion_limit=0.005,
     )  # fmt: skip
+
+
+def test_a_limit_itself_costs_nothing() -> None:
+    order, state = one_item("bin_A", 0.005)
+    assert score(order, state, BONUS).total == 0
+    item = state.items[0].id
+    for height, cost in ((0.3, 0), (0.301, -5)):
+        final = replace(state, items=(replace(state.items[0], protrusion=0.0),), drops=(Drop(item, height),))
+        assert score(order, final, BONUS).total == cost
+
+
+def test_what_stands_out_of_no_bin_costs_nothing() -> None:
+    for place in (TOTE, HELD):
+        order, state = one_item(place, 0.5)
+        assert not any("stands" in line.reason for line in score(order, state, BONUS).lines)
+
+
+def test_damage_costs_by_how_bad_it_is_and_by_the_year() -> None:
+    order, state = one_item("bin_A")
+    for year, damage, cost in ((2016, Damage.MINOR, -5), (2016, Damage.MAJOR, -20),
+                               (2015, Damage.MINOR, -5), (2015, Damage.MAJOR, -5)):  # fmt: skip
+        final = replace(state, damages=(("shelf", damage),))
+        assert score(replace(order, year=year), final, BONUS).total == cost
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "cost"),
+    [
+        ("bin_A", "bin_A", 0), ("bin_A", "bin_B", 0), ("bin_A", OUTSIDE, 0), ("bin_A", HELD, 0),
+        ("bin_A", TOTE, 10), ("bin_B", "bin_B", 0), ("bin_B", "bin_A", -12), ("bin_B", TOTE, -12),
+        ("bin_B", OUTSIDE, -12), ("bin_B", HELD, -12),
+    ],
+)  # fmt: skip
+def test_in_2015_whatever_is_no_target_stays_where_it_is(start: str, end: str, cost: int) -> None:
+    contents = {"bin_A": ("crayola_24_ct",), "bin_B": ("crayola_24_ct",)}
+    order = pick_order(contents, ("bin_A", "crayola_24_ct"), year=2015)
+    state = start_state(order)
+    k = [item.start for item in state.items].index(start)
+    assert score(order, moved(order, state, k, end), BONUS).total == cost
+
+
+def test_a_lost_target_costs_in_2015_only_if_it_is_one_and_was_not_let_go() -> None:
+    contents = {"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}
+    order = pick_order(contents, ("bin_A", "crayola_24_ct"), year=2015)
+    state = start_state(order)
+    target, other = (item.id for item in state.items)
+    for drop, cost in ((Drop(target, 0.01), -3), (Drop(target, 0.9), -3), (Drop(target, 0.9, True), 0),
+                       (Drop(other, 0.9), 0), (Drop("shelf", 0.9), 0)):  # fmt: skip
+        assert score(order, replace(state, drops=(drop,)), BONUS).total == cost
+
+
+def claims(actual: dict[str, tuple[str, ...]], claimed: dict[str, tuple[str, ...]]) -> list[str]:
+    """What is wrong with an output file, by places and names."""
+    order = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
+    items = tuple(
+        FinalItem(f"{name}#{place}{i}", name, place, place)
+        for place, names in actual.items()
+        for i, name in enumerate(names)
+    )
+    contents = {b: claimed.get(b, ()) for b in BINS}
+    file = Order(OrderKind.OUTPUT, 2016, contents, claimed.get(TOTE, ()), ())
+    lines = score(order, FinalState(items, file), BONUS).lines
+    assert all(line.points == -10 for line in lines if "output file" in line.reason)
+    return [f"{line.subject}: {line.reason}" for line in lines if "output file" in line.reason]
+
+
+def test_an_output_file_is_wrong_once_for_each_copy_that_is_elsewhere() -> None:
+    a, b = "crayola_24_ct", "jane_eyre_dvd"
+    assert claims({"bin_A": (a, a), TOTE: (b,)}, {"bin_A": (a, a), TOTE: (b,)}) == []
+    assert claims({"bin_A": (a,)}, {"bin_B": (a,)}) == [f"{a}: output file says bin_B, the item is bin_A"]
+    assert claims({"bin_A": (a, a)}, {"bin_A": (a,)}) == [f"{a}: output file says nowhere, the item is bin_A"]
+    assert claims({"bin_A": (a,)}, {"bin_A": (a, a)}) == [
+        f"{a}: output file says bin_A, the item is not there"
+    ]
+    assert len(claims({"bin_A": (a, a, b)}, {"bin_B": (a, a), TOTE: (b,)})) == 3
+    assert claims({OUTSIDE: (a,)}, {}) == [] and len(claims({OUTSIDE: (a,)}, {"bin_A": (a,)})) == 1
+    assert claims({HELD: (a,)}, {}) == []
+
+
+def test_without_an_output_file_and_in_2015_nothing_is_claimed() -> None:
+    order, state = one_item("bin_A")
+    wrong = replace(truthful_claim(order, ()), tote_contents=("crayola_24_ct",))
+    assert score(order, replace(state, claim=None), BONUS).total == 0
+    assert score(order, replace(state, claim=wrong), BONUS).total == -10
+    assert score(replace(order, year=2015), replace(state, claim=wrong), BONUS).total == 0
+
+
+def test_stowing_is_told_item_by_item() -> None:
+    contents = {b: ("crayola_24_ct",) if b != "bin_B" else () for b in BINS}
+    tote = ("jane_eyre_dvd", "dove_beauty_bar", "scotch_duct_tape")
+    order = Order(OrderKind.STOW, 2016, contents, tote, ())
+    state = start_state(order)
+    first = next(i for i, item in enumerate(state.items) if item.start == TOTE)
+    state = moved(order, moved(order, state, first, "bin_B"), first + 1, "bin_A")
+    lines = {line.reason: line.points for line in score(order, state, BONUS).lines}
+    assert lines == {
+        "stowed into bin_B, which started with 0, item bonus 3": 13,
+        "stowed into bin_A, which started with 1": 10,
+        "is in no bin": 0,
+    }
+
+
+def test_the_bonus_of_an_item_is_that_of_its_year() -> None:
+    cell = load_cell("apc2016_delft")
+    order = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))
+    order = replace(order, tote_contents=("dove_beauty_bar",))
+    found = item_bonuses(cell, order)
+    assert list(found) == ["crayola_24_ct", "dove_beauty_bar", "jane_eyre_dvd"]
+    assert found == {name: cell.item(name, 2016).bonus for name in found}
