@@ -17,6 +17,9 @@ _SUMS: dict[type[ast.operator], type[ast.operator]] = {
 }  # fmt: skip
 _CALLS = {"max": "min", "min": "max", "any": "all", "all": "any", "maximum": "minimum", "minimum": "maximum"}
 
+# Calls whose arguments are texts for people, the closest name among them, or declarations.
+_SAID = ("Reason", "Damage", "Field", "error", "add", "Len", "get_close_matches")
+
 Edit = Callable[[Any], ast.AST]
 
 
@@ -87,15 +90,10 @@ def _is_words(parent: ast.AST, field: str, child: ast.AST) -> bool:
         return True
     if isinstance(parent, ast.Raise) or isinstance(child, (ast.Import, ast.ImportFrom)):
         return True
-    if isinstance(parent, ast.Call) and _name(parent.func) in (
-        "Reason",
-        "Damage",
-        "Field",
-        "error",
-        "add",
-        "Len",
-    ):
+    if isinstance(parent, ast.Call) and _name(parent.func) in _SAID:
         return True
+    if isinstance(parent, ast.Assign) and _told(parent.targets[0]).startswith("_SHORT."):
+        return True  # how much of a value is told
     return isinstance(child, ast.If) and _told(child.test) == "TYPE_CHECKING"
 
 

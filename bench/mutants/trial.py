@@ -62,8 +62,8 @@ def _run(path: Path, source: str, tests: Sequence[str], seconds: float) -> None:
         # Every mutant meets the same examples: none kept from others, none found too slow on a busy machine.
         phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
         hypothesis.settings.register_profile("mutants", database=None, deadline=None, phases=phases)
-        hypothesis.settings.load_profile("mutants")
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--hypothesis-seed=0"]
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
+        options += ["--hypothesis-profile=mutants", "--hypothesis-seed=0"]
         code = int(pytest.main([*options, *(str(ROOT / test) for test in tests)]))
     finally:
         os._exit(code)
