@@ -14,7 +14,7 @@ from mutations import moved_event, segment, with_event, with_grasp, with_segment
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -362,9 +362,12 @@ def test_an_anchor_may_be_a_segment_s_start() -> None:
 # Where it is let go
 
 
-def placed() -> tuple[Scene, PlacedItem]:
-    scene = make_scene(noise=PoseNoise(0.002, 0.0))
-    return scene, PlacedItem("one", BOX, "bin_B", np.eye(4))
+def placed() -> tuple[Scene, Item]:
+    return make_scene(noise=PoseNoise(0.002, 0.0)), BOX
+
+
+def put(item: Item, where: str, T_world_item: Array) -> PlacedItem:
+    return PlacedItem("one", item, where, T_world_item)
 
 
 @given(st.sampled_from([0, 1]), st.sampled_from([-1.0, 1.0]))
@@ -374,14 +377,14 @@ def test_an_item_is_let_go_within_the_walls_of_the_tote(axis: int, side: float) 
     for beyond, problem in ((-1e-4, []), (1e-4, ["released beyond the tote's walls"])):
         p = np.array([0.0, 0.0, 0.1])
         p[axis] = side * (half[axis] - size[axis] / 2 + beyond)
-        assert whats(_in_tote(scene, item, cell().tote.T_world_tote @ pose(p))) == problem
+        assert whats(_in_tote(scene, put(item, TOTE, cell().tote.T_world_tote @ pose(p)))) == problem
 
 
 def test_an_item_falls_at_most_30_cm_into_the_tote() -> None:
     scene, item = placed()
     for low, problem in ((0.2999, []), (0.3001, ["released too high"])):
         T = cell().tote.T_world_tote @ pose((0.0, 0.0, low + 0.06))
-        assert whats(_in_tote(scene, item, T)) == problem
+        assert whats(_in_tote(scene, put(item, TOTE, T))) == problem
 
 
 def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
@@ -393,7 +396,7 @@ def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
         )
         for over, problem in ((0.0219, []), (0.0221, ["released too high"])):
             T = scene.T_world_pod @ cell_bin.T_pod_bin @ pose((x, 0.0, float(floor) + 0.06 + over))
-            assert whats(_in_bin(scene, item, T, "bin_B")) == problem
+            assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem
     for front, problem in ((1e-4, []), (-1e-4, ["released beyond the bin's mouth"])):
         T = scene.T_world_pod @ cell_bin.T_pod_bin @ pose((0.1 + front, 0.0, cell_bin.floor_back + 0.06))
-        assert whats(_in_bin(scene, item, T, "bin_B")) == problem
+        assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem
