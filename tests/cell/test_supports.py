@@ -320,3 +320,19 @@ def test_of_what_falls_the_highest_goes_first_and_names_decide_between_equals(ce
     b, a = at(cell, "b", small, 0.25, 0.0, 0.07), at(cell, "a", small, 0.35, 0.0, 0.07)
     top = at(cell, "top", shaped(cell, (0.03, 0.03, 0.02)), 0.25, 0.0, 0.1)
     assert of(cell, base, b, a, top).falling("base") == ("top", "a", "b")
+
+
+@pytest.mark.parametrize(("degrees", "falls"), [(0.8, False), (1.2, True), (1.8, True)])
+def test_a_ball_begins_to_roll_on_a_slope_of_a_degree(cell: Cell, degrees: float, falls: bool) -> None:
+    """On a plate that is askew, behind it a box that is taken away."""
+    turn, radius = float(np.radians(degrees)), 0.03
+    plate = at(cell, "plate", shaped(cell, (0.2, 0.1, 0.02)), 0.3, 0.0, 0.02, (0.0, turn, 0.0))
+    T = plate.T_world_item @ pose((0.0, 0.0, 0.01 + radius))
+    ball = PlacedItem("ball", shaped(cell, (radius,), ShapeKind.SPHERE), BIN, T)
+    behind = PlacedItem(
+        "behind", shaped(cell, (0.04, 0.06, 0.06)), BIN, T @ pose((radius + 0.0205, 0.0, 0.0))
+    )
+    supports = of(cell, plate, ball, behind)
+    assert "behind" in {c.b for c in supports.touching["ball"]}
+    assert ("ball" in supports.falling("behind")) is falls
+    assert ("ball" in supports.rolling("behind")) is not falls
