@@ -441,3 +441,12 @@ def test_a_pose_counts_to_a_ten_millionth(cell: Cell) -> None:
         for x in (0.1, 0.1 + 4e-8, 0.1 - 4e-8, 0.1 + 1e-7, -0.1)
     ]
     assert hashes[0] == hashes[1] == hashes[2] and len(set(hashes)) == 3
+
+
+def test_an_item_in_a_corner_of_an_obstacle_is_told_as_such(cell: Cell, tmp_path: Path) -> None:
+    """Far from the obstacle's middle, as most of what stands in the way is."""
+    boom = next(body for body in cell.obstacles.bodies if body.name == "camera_boom")
+    np.testing.assert_allclose(boom.T_parent_shape[:3, 3] + boom.shape.extents / 2, (-0.981, -0.904, 2.163))
+    placed = PlacedItem("one", cell.item("crayola_24_ct"), TOTE, pose((-0.981, -0.919, 1.682)))
+    with pytest.raises(InputError, match=r"one stands .* mm deep in camera_boom"):
+        _read(replace(make_scene(cell), items=(placed,)), tmp_path / "s.json")
