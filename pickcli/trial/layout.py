@@ -15,7 +15,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.trial.packing import fill
 
-N_LAYOUTS = 3  # at most: the best fillings, often variants of each other
+N_LAYOUTS = 3  # of the best fillings; the search copies the best, so they may be the same
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Contents:
 def lay_out(
     scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, may_raise: bool = False
 ) -> list[tuple[PlacedItem, ...]]:
-    """The contents of a bin a little above where they will lie, best first; nothing if they found no room.
+    """The contents of a bin a little above where they will lie, best first; none if they found no room.
 
     may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
     """
@@ -39,10 +39,13 @@ def lay_out(
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
     full = np.flatnonzero(fillings.is_full())
     best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]
+    poses = [fillings.poses(k) for k in best.tolist()]
     return [
         tuple(
             PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)
-            for entry, T_bin_item in zip(contents, fillings.poses(k), strict=True)
+            for entry, T_bin_item in zip(contents, T_bin_items, strict=True)
         )
-        for k in best.tolist()
+        for n, T_bin_items in enumerate(poses)
+        # Physics says the same of the same layout.
+        if not any(np.array_equal(T_bin_items, earlier) for earlier in poses[:n])
     ]
