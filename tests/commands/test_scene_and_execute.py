@@ -14,7 +14,7 @@ from pickcli.cell.displacement import displaced
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
@@ -120,6 +120,15 @@ def test_what_the_verifier_rejects_is_not_executed(files: tuple[Path, Path], cel
     write_plan(plan, files[0])
     with pytest.raises(RejectedError, match="velocity"):
         run_execute(*files)
+
+
+def test_a_simulation_begins_with_an_empty_cup(files: tuple[Path, Path], cell: Cell) -> None:
+    plan, scene = files
+    held = HeldItem("bar", cell.item("dove_beauty_bar"), pose((0.0, 0.0, 0.02)))
+    write_scene(replace(read_scene(scene), held=held), scene)
+    result = CliRunner().invoke(execute_command, [str(plan), "--scene", str(scene)])
+    assert isinstance(result.exception, InputError)
+    assert f"{scene}: held: bar is in the cup" in str(result.exception)
 
 
 def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:
