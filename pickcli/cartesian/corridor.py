@@ -23,8 +23,9 @@ LEAST_LIP_DISTANCE = 0.006
 LEAST_LIFT = 0.02  # m
 TIGHT = 0.10  # m of room in the mouth, below which turning the item is tried
 ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
+MOST_ASIDE = 0.015  # m that an item moves aside in the first stretch, to the middle of the bin
 BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
-ROLLS = np.radians(np.arange(5.0, 91.0, 5.0))  # about the bin's axis that are tried, to either side
+ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis that are tried, to either side
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,20 +142,27 @@ def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, 
     heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
     pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.mouth_height) else 0.0
     level = [(0.0, 0.0, 0.0), (yaw, 0.0, 0.0), (yaw, pitch, 0.0)]
-    return list(dict.fromkeys([*level, *_rolls(cell_bin, R, shape)]))
+    flattest = float(pitches[int(np.argmin(heights))])
+    return list(dict.fromkeys([*level, *_rolls(cell_bin, R, shape, flattest)]))
 
 
-def _rolls(cell_bin: Bin, R: Array, shape: Shape) -> list[tuple[float, float, float]]:
-    """The least roll to either side with which an item fits through the mouth that does not as it lies."""
+def _rolls(cell_bin: Bin, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
+    """The least roll to either side with which an item fits through the mouth that does not as it lies.
+
+    flattest: rad, the pitch with which it is lowest, which is tried as well
+    """
     room = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - 2 * LEAST_LIP_DISTANCE
-    rolls = (0.0, *ROLLS.tolist())
-    fitting = []
-    for side in (1.0, -1.0):
-        reaches = (shape.reach(_turned(0.0, 0.0, side * roll) @ R)[1:] for roll in rolls)
-        fits = [bool((2 * reach <= room).all()) for reach in reaches]
-        if any(fits) and not fits[0]:
-            fitting.append((0.0, 0.0, side * rolls[fits.index(True)]))
-    return fitting
+
+    def fits(pitch: float, roll: float) -> bool:
+        return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= room).all())
+
+    if fits(0.0, 0.0):
+        return []
+    pitches = dict.fromkeys((0.0, flattest))
+    least = (
+        (p, next((r for r in ROLLS if fits(p, side * r)), None), side) for p in pitches for side in (1, -1)
+    )
+    return [(0.0, pitch, side * float(roll)) for pitch, roll, side in least if roll is not None]
 
 
 def _is_tighter(halves: list[float], room: float) -> bool:
@@ -181,7 +189,8 @@ def _options(
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
     moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
-    return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width)]
+    to_middle = float(np.clip(sum(cell_bin.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE))
+    return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width, to_middle)]
 
 
 def _heights(need: float, most: float) -> list[float]:
@@ -204,14 +213,22 @@ def _corridor(lift: Array, front: float, first: float) -> Corridor:
     return Corridor(freed, lift, (lift + np.minimum(out, 0.0),))
 
 
-def _rolling(corridor: Corridor, half_width: float) -> list[Corridor]:
+def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Corridor]:
     """The corridor, and where it rolls also those that roll as little in the first stretch as sinks no side.
 
-    half_width: m, of the item as it lies. What rolls brings one side down: onto what lies below.
+    What hardly fits into its bin goes to the middle of it first, and aside only once it has rolled.
+
+    half_width: m, of the item as it lies. to_middle: m along y to the middle of the bin
     """
-    roll, rise = corridor.lift[5], corridor.freed[2]
-    if roll == 0.0:
+    lift, first = corridor.lift, corridor.freed
+    if lift[5] == 0.0:
         return [corridor]
-    level = float(np.arcsin(min(1.0, rise / half_width)))
-    rolls = dict.fromkeys((float(roll), float(np.clip(roll, -level, level)), 0.0))
-    return [replace(corridor, freed=np.array([*corridor.freed[:5], r])) for r in rolls]
+    level = float(np.arcsin(min(1.0, first[2] / half_width)))
+    rolls = dict.fromkeys((float(lift[5]), float(np.clip(lift[5], -level, level)), 0.0))
+    found = [replace(corridor, freed=np.array([*first[:5], r])) for r in rolls]
+    up = np.array([0.0, to_middle, *lift[2:]])
+    found += [
+        Corridor(np.array([0.0, to_middle, first[2], 0.0, 0.0, r]), up, (lift, *corridor.retreat))
+        for r in rolls
+    ]
+    return found

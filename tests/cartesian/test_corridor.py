@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -105,6 +106,28 @@ def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
     first = [pushes(c, np.eye(4), T_bin_item[:3, 3])[0] @ T_bin_item for c in found]
     lowest = [corners(T, extents)[:, 2].min() for T in first]
     assert sum(z >= -0.0101 for z in lowest) >= len(found) // 2
+
+
+def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> None:
+    wide = replace(BIN, y_range=(-0.175, 0.1494))  # behind a post
+    T_bin_item, extents = pose([0.2, -0.01, 0.0]), (0.145, 0.31, 0.02)
+    found = corridors(wide, T_bin_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, 1000)
+    assert isinstance(found, tuple)
+    middle = sum(wide.y_range) / 2
+    late = [c for c in found if len(c.retreat) == 2]
+    assert late
+    for c in late:
+        assert T_bin_item[1, 3] + c.freed[1] == pytest.approx(middle)
+        assert c.lift[1] == c.freed[1] and np.linalg.norm(c.freed[:3]) <= FIRST + 1e-9
+        np.testing.assert_array_equal(c.retreat[0][3:], c.lift[3:])  # it has rolled before it goes aside
+
+
+def test_a_steep_item_rolls_and_is_levelled_where_only_both_together_fit() -> None:
+    low = replace(BIN, mouth_width=0.249, mouth_height=0.175, y_range=(-0.136, 0.136))
+    T_bin_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
+    shape = Shape(ShapeKind.BOX, (0.16, 0.25, 0.03))
+    found = corridors(low, T_bin_item, shape, ghost(), ghost(), FIRST, 1000)
+    assert isinstance(found, tuple) and all(c.lift[4] < 0.0 != c.lift[5] for c in found)
 
 
 def test_what_fits_as_it_lies_is_not_rolled() -> None:
