@@ -73,3 +73,9 @@ def test_a_name_that_resembles_none_lists_the_known_ones(cell_copy: CellCopy, re
 def test_one_mistake_is_one_line(cell_copy: CellCopy, refused: Refused) -> None:
     cell_copy.yaml.replace("{a: carriage, b: rail_drive,", "{a: qqqq, b: rail_drive,")
     assert len(refused(cell_copy.load).splitlines()) == 1
+
+
+def test_a_file_that_is_no_cell_at_all_is_told_as_such(cell_copy: CellCopy, refused: Refused) -> None:
+    for text in ("[1, 2]\n", "7\n", "name\n"):
+        cell_copy.yaml.path.write_text(text)
+        assert "cell.yaml:1:1: expected a value: " in refused(cell_copy.load)

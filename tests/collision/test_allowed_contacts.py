@@ -123,3 +123,12 @@ def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, 
         assert make_checker(pivot=pivot, touching=floor).is_free(home) == make_checker(pivot=pivot).is_free(
             home
         )
+
+
+def test_one_contact_that_is_only_so_deep_makes_a_limit() -> None:
+    limited = AllowedContacts.of(cup={"a": np.zeros(3)})
+    assert limited.is_limited and AllowedContacts.of(item={"a": np.ones(3)}).is_limited
+    assert not AllowedContacts.anyhow(["a", "b"]).is_limited and not NO_CONTACTS.is_limited
+    mixed = AllowedContacts(item=(("b", None),), cup=limited.cup)
+    assert mixed.is_limited and mixed.names == frozenset("ab")
+    assert mixed.but(frozenset("a")) == AllowedContacts(item=(("b", None),))
