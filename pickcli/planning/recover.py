@@ -164,6 +164,10 @@ def _rules(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel) -
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
     if level in SLOW_LEVELS:
+        depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.pivot))[0, 3])
+        if depth <= 0.0 and rules.checker().is_free(start.q):
+            outside = "outside of the pod, near to nothing"
+            return Reason("nothing to come free of", "where the robot stopped", outside)
         rules = replace(rules, reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW)
     opening = _near(rules)
     return opening if isinstance(opening, Reason) else replace(rules, opening=opening)

@@ -130,7 +130,10 @@ def check_opening(
     near = _near_at_start(states, moving[0], world.of(0), clearance)
     # What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
     exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
-    pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed}
+    # What the tool is planned to touch here has its depth bounded by ``check_touch``.
+    tool = {part.name for part in moving[0] if part.is_cup or part.is_held}
+    touched = {(name, other) for name in tool for other in exempt[0].touching}
+    pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed} - touched
     nearest = dict.fromkeys(sorted(pairs), -np.inf)
     reasons: dict[tuple[str, str], Reason] = {}
     for k, segment in enumerate(plan.segments):
