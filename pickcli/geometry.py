@@ -111,6 +111,14 @@ def rotation_angle(R: Array) -> float:
     return float(np.linalg.norm(rotation_vector(R)))
 
 
+def perpendiculars(normal: Array) -> tuple[Array, Array]:
+    """Two unit vectors (3,) that make a right-handed frame u, v, normal with a unit vector (3,)."""
+    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, helper)
+    u /= np.linalg.norm(u)
+    return u, np.cross(normal, u)
+
+
 def interpolate(T_a: Array, T_b: Array, s: float) -> Array:
     """Pose on the straight line from T_a (s = 0) to T_b (s = 1): position linear, rotation geodesic."""
     v = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])

@@ -13,6 +13,7 @@ from pickcli.geometry import (
     interpolate,
     inverse,
     is_pose,
+    perpendiculars,
     pose,
     rotation_angle,
     rotation_axis_angle,
@@ -81,6 +82,12 @@ def test_roll_pitch_yaw_turn_about_fixed_axes(rpy: tuple[float, float, float]) -
         @ rotation_axis_angle((1, 0, 0), roll)
     )
     assert_allclose(rotation_rpy(roll, pitch, yaw), one_by_one, atol=1e-12)
+
+
+@given(rotations)
+def test_perpendiculars_complete_a_direction_to_a_right_handed_frame(R: Array) -> None:
+    for normal in (R[:, 2], *np.eye(3), *-np.eye(3)):
+        assert is_pose(pose(R=np.column_stack([*perpendiculars(normal), normal])), tolerance=1e-12)
 
 
 @given(poses, poses, st.floats(0.0, 1.0))

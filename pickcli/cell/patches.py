@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import Array
+from pickcli.geometry import Array, perpendiculars
 
 RIM = 16  # points that stand for the rim of a cylinder's end
 _SAME = 1e-9  # m
@@ -60,8 +60,7 @@ def patch(carried: Array, carrier: Array, normal: Array, inset: float) -> Array:
     Returns:
         (N, 3) corners of the patch, at the height of ``carrier``; (0, 3) where they miss each other.
     """
-    u, v = _plane(normal)
-    basis = np.column_stack([u, v])
+    basis = np.column_stack(perpendiculars(normal))
     mine, theirs = _hull(carried @ basis), _hull(carrier @ basis)
     if len(theirs) >= 3:
         met = _clipped(mine, theirs, inset)
@@ -70,13 +69,6 @@ def patch(carried: Array, carrier: Array, normal: Array, inset: float) -> Array:
     else:
         met = _crossing(mine, theirs)
     return np.asarray(met @ basis.T + float((carrier @ normal).max()) * normal)
-
-
-def _plane(normal: Array) -> tuple[Array, Array]:
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, helper)
-    u /= np.linalg.norm(u)
-    return u, np.cross(normal, u)
 
 
 def _hull(points: Array) -> Array:

@@ -19,7 +19,7 @@ from pickcli.cell.patches import feature, patch
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.shapes import Body
 from pickcli.cell.touching import Gaps, Solids, gaps
-from pickcli.geometry import Array
+from pickcli.geometry import Array, perpendiculars
 
 CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
 FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
@@ -315,10 +315,7 @@ def _cones(arms: Array, normal: Array) -> Array:
 
     arms: (N, 3) from the centre to the points; normal: (3,) along which they push
     """
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, helper)
-    u /= np.linalg.norm(u)
-    v = np.cross(normal, u)
+    u, v = perpendiculars(normal)
     forces = normal + FRICTION * np.array([u, -u, v, -v])
     all_forces = np.tile(forces, (len(arms), 1))
     return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
