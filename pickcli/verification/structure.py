@@ -63,7 +63,8 @@ def _magnitudes(plan: Plan) -> Iterator[Reason]:
     numbers = [trajectory.positions, trajectory.velocities, trajectory.accelerations]
     numbers += [np.array([[s.t_start, s.t_end] for s in plan.segments], dtype=np.float64)]
     if grasp is not None:
-        numbers += [grasp.T_item_tip, np.array([grasp.score, grasp.moment, grasp.pull, grasp.shear])]
+        loads = (grasp.moment, grasp.pull, grasp.shear, grasp.twist, grasp.load_ratio)
+        numbers += [grasp.T_item_tip, np.array([grasp.score, *loads])]
     for event in plan.events:
         times = [t for t in (event.lead, event.t_anchor, event.t_trigger) if t is not None]
         numbers.append(np.array([event.anchor.offset, *times]))

@@ -22,7 +22,7 @@ from handmade import (
     place,
     tip,
 )
-from mutations import MATRIX, scaled, segment, with_points
+from mutations import MATRIX, scaled, segment, with_grasp, with_points
 
 from pickcli.cell.scene import PoseNoise
 from pickcli.errors import RejectedError, StaleError
@@ -273,6 +273,13 @@ def test_grasps_and_events_are_numbers_of_a_plan(value: float) -> None:
     events = (replace(plan.events[0], t_anchor=value), *plan.events[1:])
     for broken in (replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), replace(plan, events=events)):
         assert verify(broken, scene).reasons[0].what == "not a plan's number"
+
+
+@pytest.mark.parametrize("value", [1e300, np.nan])
+@pytest.mark.parametrize("name", ["score", "moment", "pull", "shear", "twist", "load_ratio"])
+def test_what_a_plan_states_of_its_grasp_are_numbers(name: str, value: float) -> None:
+    plan, scene = pick()
+    assert verify(with_grasp(**{name: value})(plan), scene).reasons[0].what == "not a plan's number"
 
 
 @pytest.mark.parametrize(("beyond", "is_refused"), [(-2e-4, False), (2e-4, True)])
