@@ -36,9 +36,19 @@ class Bin:
 
     @property
     def volume(self) -> float:
-        """Of the clear inside, as high as over the flat part of its floor, m^3."""
+        """Volume of the clear inside in m^3, as high everywhere as over the flat part of the floor."""
         width, height = self.y_range[1] - self.y_range[0], self.ceiling_back - self.floor_back
         return self.depth * width * height
+
+    def floor_at(self, x: Array | float) -> Array:
+        """Height of the floor in m in the bin frame, x m behind the front face, up to 1.1 mm off."""
+        ends, heights = (0.0, self.floor_flat_from), (self.floor_front, self.floor_back)
+        return np.asarray(np.interp(x, ends, heights))
+
+    def ceiling_at(self, x: Array | float) -> Array:
+        """Height of the ceiling in m in the bin frame, x m behind the front face, up to 1.1 mm off."""
+        ends, heights = (0.0, self.floor_flat_from), (self.ceiling_front, self.ceiling_back)
+        return np.asarray(np.interp(x, ends, heights))
 
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
         """Height of the middle of a base that lies on the floor, in m in the bin frame, and its pitch in rad.
@@ -46,8 +56,7 @@ class Bin:
         x, half: middle and half length of the base along x, m. The floor is hollow, so a base touches it
         with its two ends.
         """
-        ends, heights = (0.0, self.floor_flat_from), (self.floor_front, self.floor_back)
-        front, back = np.interp(x - half, ends, heights), np.interp(x + half, ends, heights)
+        front, back = self.floor_at(x - half), self.floor_at(x + half)
         return (front + back) / 2, np.arctan2(front - back, 2 * half)
 
 

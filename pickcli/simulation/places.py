@@ -34,9 +34,7 @@ def nearest_place(scene: Scene, T_world_item: Array) -> str:
     for name, inside in scene.cell.pod.bins.items():
         point = p_pod - inside.T_pod_bin[:3, 3]
         # Boards slope: the box around one bin's inside reaches into that of the bin below.
-        slope = (0.0, inside.floor_flat_from)
-        floor = float(np.interp(point[0], slope, (inside.floor_front, inside.floor_back)))
-        ceiling = float(np.interp(point[0], slope, (inside.ceiling_front, inside.ceiling_back)))
+        floor, ceiling = float(inside.floor_at(point[0])), float(inside.ceiling_at(point[0]))
         (right, left), depth = inside.y_range, inside.depth
         low, high = (0.0, right, floor - UNDER_BOARD), (depth, left, ceiling - UNDER_BOARD)
         distances[name] = _beyond(point, low, high)

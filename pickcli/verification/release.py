@@ -72,8 +72,7 @@ def _in_bin(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     if low[0] < 0.0:
         out = f"{-low[0] * 1e3:.0f} mm out of {bin_name}"
         yield Reason("released beyond the bin's mouth", placed.id, out)
-    ends, heights = (0.0, cell_bin.floor_flat_from), (cell_bin.floor_front, cell_bin.floor_back)
-    floor = float(np.interp(low[0] + 2 * reach[0], ends, heights))
+    floor = float(cell_bin.floor_at(low[0] + 2 * reach[0]))
     most = SET_DOWN + scene.noise.bound(placed.item)
     if low[2] - floor > most:
         over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {bin_name}, at most {most * 1e3:.0f}"

@@ -93,6 +93,8 @@ def test_the_bin_describes_its_own_boxes(cell: Cell, name: str, row: str, column
         assert (low - b.T_pod_bin[2, 3], high - b.T_pod_bin[2, 3]) == pytest.approx(
             (floor, ceiling), abs=2e-4
         )
+        # As if the slope began at the front face and not behind the lip.
+        assert (floor, ceiling) == pytest.approx((float(b.floor_at(x)), float(b.ceiling_at(x))), abs=1.1e-3)
     assert free_span(cell, in_bin(b, 0.3, 0.0, 0.1), axis=0)[1] == pytest.approx(b.depth)
     assert cell.pod.bin_of_point(in_bin(b, 0.2, 0.0, 0.1)) == name
 
