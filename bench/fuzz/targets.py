@@ -48,7 +48,6 @@ from pickcli.trial.order import read_order
 from pickcli.verification.verify import verify
 
 Attempt = Callable[[int], None]
-Mutator = Callable[[bytes, np.random.Generator], bytes]
 
 ITEM = "dove_beauty_bar"
 

@@ -15,8 +15,6 @@ from pickcli.cell.yaml_reader import MOST_TOLD, Key, Source
 Model = TypeVar("Model", bound="FileModel")
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 # What a figure may be at most. The bounds are far from any cell that is built; what is beyond them was
 # written in another unit.
