@@ -173,7 +173,11 @@ def _is_tighter(halves: list[float], room: float) -> bool:
 def _options(
     cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float, float], first: float, half_width: float
 ) -> list[Corridor] | Reason:
-    """Corridors that fit through the mouth, shortest way first."""
+    """Corridors that fit through the mouth, shortest way first.
+
+    low, high: corners (3,) in the bin frame of the box around the item once it is turned, m
+    half_width: m, of the item as it lies
+    """
     spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
         size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])

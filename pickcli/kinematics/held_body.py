@@ -47,7 +47,7 @@ class HeldBody:
         return np.concatenate([force, spin - force @ S], axis=1)
 
     def weight(self, R_world_tip: Array) -> Array:
-        """What the cup exerts on the body at rest, (N, 6) as of ``wrench``, in orientations (N, 3, 3)."""
+        """Wrench (N, 6) of the cup on the body at rest, in orientations (N, 3, 3), as in ``wrench``."""
         force = self.mass * GRAVITY * R_world_tip[:, 2]
         return np.concatenate([force, -force @ _skew(self.p_tip_com)], axis=1)
 

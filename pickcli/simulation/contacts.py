@@ -47,11 +47,11 @@ class ContactLog:
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
-        """All so far, in the order of their start, each with what it has come to by now."""
+        """All collisions so far, in the order of their start, each with what it has come to by now."""
         return tuple(sorted([*self._closed, *self._open.values()], key=lambda c: (c.t_start, c.a, c.b)))
 
     def since(self, t: float) -> tuple[Collision, ...]:
-        """Those that began or went on after a time, s."""
+        """Collisions that began or went on after a time, s."""
         return tuple(c for c in self.collisions if c.t_end > t)
 
     def update(self, touches: Iterable[Touch], touching: frozenset[str], held: str | None, t: float) -> None:

@@ -218,7 +218,7 @@ class World:
         self._uncollided = (self._uncollided | wanted) - apart
 
     def _look_at_items(self) -> None:
-        """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground is gone.
+        """Let items sleep that rest: an awake one costs 50 us a step. What has left the ground stays there.
 
         The engine would let them sleep by itself only after 2 s without jitter.
         """
@@ -305,7 +305,7 @@ def ground_of(scene: Scene) -> tuple[Array, Array]:
 
 
 def is_over(ground: tuple[Array, Array], point: Array) -> bool:
-    """Whether a point (3,) lies over such a box, at any height, or in it: elsewhere nothing bears an item."""
+    """Whether a point (3,) lies over or in a box (lower, upper corner): elsewhere nothing bears an item."""
     low, high = ground
     return bool(np.all(low[:2] <= point[:2]) and np.all(point[:2] <= high[:2]) and low[2] <= point[2])
 

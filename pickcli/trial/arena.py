@@ -184,7 +184,7 @@ def _let_go(world: World, duration: float) -> None:
 
 
 def _drops(falls: Iterable[Fall]) -> tuple[Drop, ...]:
-    """One per item: what is left of the vacuum may draw it on again before it leaves the cup for good."""
+    """One drop per item: what is left of the vacuum may draw it on again before it is off for good."""
     drops: dict[str, Drop] = {}
     for fall in falls:
         known = drops.get(fall.item, Drop(fall.item, 0.0, True))

@@ -86,7 +86,7 @@ def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem
 
 
 def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
-    """Other bins, the emptiest first, those in which targets still lie after them; only so many."""
+    """Other bins, the emptiest first, those in which targets still lie after them; a few at most."""
     waiting = {target.bin for target in still_open}
     others = [name for name in scene.cell.pod.bins if name != bin_name]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))

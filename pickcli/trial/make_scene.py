@@ -70,7 +70,7 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
 def _layouts(
     scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
 ) -> Iterator[tuple[PlacedItem, ...]]:
-    """One after the other; those in which everything enters the mouth as it stands come first."""
+    """Layouts of a bin to try; those in which everything enters the mouth as it stands come first."""
     for attempt in range(N_ATTEMPTS):
         layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
         if not layouts:

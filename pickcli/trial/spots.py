@@ -160,7 +160,7 @@ def _is_inside(cell_bin: Bin, boxes: Boxes) -> Bools:
 
 
 def _enters_upright(cell_bin: Bin, height: Array) -> Bools:
-    """Whether things of such heights pass the mouth as they stand."""
+    """Whether things of some heights (N,) in m pass the mouth as they stand."""
     return np.asarray(height <= cell_bin.mouth_height - MOUTH_GAP)
 
 

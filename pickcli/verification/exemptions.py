@@ -21,7 +21,7 @@ LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound d
 class Exemptions:
     """What one segment does not test.
 
-    touching: names that cup and held item are planned to touch here, and are near to where that begins
+    touching: names that cup and held item are planned to touch here, near to where that one is at rest
     """
 
     touching: frozenset[str]
