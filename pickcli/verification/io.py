@@ -23,6 +23,7 @@ CLOSES_WITHIN = 0.010  # m before the place of release
 # m/s of the tool from the command to let go on: an item that leaves the cup at it, from the highest place
 # that is allowed, lands 25 mm aside. From when the valve is closed on the tool stands.
 RELEASE_SPEED, STANDING = 0.1, 0.002
+LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, however late the valve closes
 
 
 def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -120,8 +121,9 @@ def _release(
 
 def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Reason]:
     """The tool is nearly at rest where the item is let go: it is set down or dropped, and not thrown."""
-    for t, most in ((event.t_trigger, RELEASE_SPEED), (event.t_anchor, STANDING)):
-        if t is not None and t < last.t_end:
+    for at, most in ((event.t_trigger, RELEASE_SPEED), (event.t_anchor, STANDING)):
+        if at is not None:
+            t = max(last.t_start, min(at, last.t_end - LAST_MOMENT))
             speed = fastest_tip(plan, scene.cell.robot, last.pivot, t, last.t_end)
             if speed > most:
                 detail = f"the tool moves at {speed:.3f} m/s from {t:.3f} s on, at most {most} m/s"

@@ -41,18 +41,22 @@ def one_contact(plan: Plan) -> Plan:
     return replace(plan, segments=(*plan.segments[: k - 1], joined, *plan.segments[k + 1 :]), events=events)
 
 
-def let_go_in_motion(plan: Plan) -> Plan:
-    """The place ends, and the valve closes, while the tool still goes down."""
-    k = segment(plan, SegmentKind.PLACE)
-    t = plan.segments[k].t_start + 0.4
-    segments = list(plan.segments)
-    segments[k], segments[k + 1] = replace(segments[k], t_end=t), replace(segments[k + 1], t_start=t)
-    events = list(plan.events)
-    for i in (3, 4):
-        event = plan.events[i]
-        anchored = t + event.anchor.offset
-        events[i] = replace(event, t_anchor=anchored, t_trigger=anchored - event.lead)
-    return replace(plan, segments=tuple(segments), events=tuple(events))
+def let_go_earlier(by: float) -> Mutation:
+    """The place ends, and the valve closes, so many s earlier, while the tool still goes down."""
+
+    def mutate(plan: Plan) -> Plan:
+        k = segment(plan, SegmentKind.PLACE)
+        t = plan.segments[k].t_end - by
+        segments = list(plan.segments)
+        segments[k], segments[k + 1] = replace(segments[k], t_end=t), replace(segments[k + 1], t_start=t)
+        events = list(plan.events)
+        for i in (3, 4):
+            event = plan.events[i]
+            anchored = t + event.anchor.offset
+            events[i] = replace(event, t_anchor=anchored, t_trigger=anchored - event.lead)
+        return replace(plan, segments=tuple(segments), events=tuple(events))
+
+    return mutate
 
 
 def with_points(edit: Callable[[dict[str, np.ndarray], Plan], None]) -> Mutation:
@@ -224,7 +228,8 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
         with_grasp(load_ratio=0.01), "load not as stated", "grasp.load_ratio",
     ),
     "a larger moment than there is": (with_grasp(moment=3.0), "load not as stated", "grasp.moment"),
-    "let go in motion": (let_go_in_motion, "released too fast", "valve off"),
+    "let go in motion": (let_go_earlier(0.4), "released too fast", "valve off"),
+    "let go just before the tool stands": (let_go_earlier(0.05), "released too fast", "valve off"),
     "not resolved": (with_event(0, t_trigger=None), "not resolved", "pump"),
     "anchored by the wrong way": (
         with_event(1, anchor=Anchor(AnchorKind.ARC_LENGTH, 2, 0.02)), "wrong anchor time", "valve on",
