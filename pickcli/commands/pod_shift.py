@@ -32,8 +32,10 @@ def parse_pod_shift(
     """A displacement in m and rad, "random", "none", or None where nothing was said. Raises BadParameter."""
     from pickcli.cell.displacement import Displacement
 
-    if value is None or value.lower() in (RANDOM, NONE):
-        return value and value.lower()
+    if value is None:
+        return None
+    if value.lower() in (RANDOM, NONE):
+        return value.lower()
     try:
         x, y, yaw = (float(part) for part in value.split(","))
     except ValueError:
