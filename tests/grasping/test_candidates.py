@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
-from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.candidates import LANCE_CLEAR, PIVOT_LENGTH, _tilt_over_the_lip, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp
@@ -125,3 +125,23 @@ def test_turns_and_tilts_are_rotations_about_the_tool_s_own_axes(angle: float, r
     assert (
         tilted(pose(), 0.1)[2, 0] < 0.0 < tilted(pose(rpy=(np.pi, 0.0, 0.0)), 0.1)[2, 0]
     )  # cup down: x rises
+
+
+@given(st.floats(-0.1, 0.1), st.floats(0.0, 0.4), st.lists(st.floats(-0.3, 0.3), min_size=3, max_size=3))
+def test_a_lance_is_tilted_by_the_first_step_that_takes_it_over_the_lip(
+    height: float, depth: float, off: list[float]
+) -> None:
+    """Its axis runs PIVOT_LENGTH over the tip, towards the mouth along the tool's x axis."""
+    pointing_down = pose(rpy=(0.0, np.pi, 0.0))  # its x axis towards the mouth
+    T = pose((depth, 0.0, height)) @ pose(rpy=off) @ pointing_down
+    most = 0.2
+
+    def over_the_lip(tilt: float) -> float:
+        now = tilted(T, tilt)
+        on_axis, along = now[:3, 3] - PIVOT_LENGTH * now[:3, 2], now[:3, 0]
+        return float((on_axis - on_axis[0] / along[0] * along)[2])
+
+    spare = {tilt: over_the_lip(tilt) - LANCE_CLEAR for tilt in np.linspace(0.0, most, 5).tolist()}
+    assume(min(map(abs, spare.values())) > 1e-9)
+    clear = [tilt for tilt, over in spare.items() if over > 0.0]
+    assert _tilt_over_the_lip(T, most) == pytest.approx(min(clear, default=0.0))
