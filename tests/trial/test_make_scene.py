@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.load import load_cell
 from pickcli.cell.overlap import Solid, overlap_depth
 from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import write_scene
+from pickcli.cell.scene_file import read_scene, write_scene
 from pickcli.commands.pod_shift import RANDOM, pod_pose
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
@@ -135,6 +135,13 @@ def test_a_crowded_bin_is_stowed_inside_apart_and_at_rest_and_again_to_the_same_
     for path, one in zip((tmp_path / "1", tmp_path / "2"), (scene, made(contents, seed)), strict=True):
         write_scene(one, path)
     assert (tmp_path / "1").read_bytes() == (tmp_path / "2").read_bytes()
+
+
+def test_a_scene_of_heavy_things_on_soft_ones_can_be_read_again(tmp_path: Path) -> None:
+    """In its first layout a roll stood 1.8 mm deep in gloves, which the engine's contacts did not tell."""
+    names = ["womens_knit_gloves", "barkely_hide_bones", "dasani_water_bottle", "kleenex_paper_towels"]
+    write_scene(make_scene({"bin_K": names}, CELL, 20004), tmp_path / "scene.json")
+    assert len(read_scene(tmp_path / "scene.json", CELL).items) == 4
 
 
 @pytest.mark.slow
