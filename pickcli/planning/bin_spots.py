@@ -1,16 +1,19 @@
 """Where in a bin an item can be set down: free places on the floor, level, at the back and beside a wall.
 
-The item keeps the way it stands, so that whatever can hold it where it is can set it down there.
+The item keeps the way it stands, so that whatever can hold it where it is can set it down there. It must keep
+its balance there, and what can roll must lie on level ground.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
+from pickcli.cell.supports import supports_of
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
@@ -42,10 +45,18 @@ def bin_spots(
         scene.noise.bound(placed.item), frozenset({placed.id}), on_floor,
     )  # fmt: skip
     places = _places(cell_bin, reach, scene.noise.bound(placed.item) + HOVER)
-    free = [d for d in places if ghost.is_free(d)]
+    free = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if ghost.is_free(d)]
     if not free:
         return Reason("no free place on the floor", cell_bin.name, f"{len(places)} places tried")
-    return tuple(_placed(placed, cell_bin.name, T_world_bin, R, d) for d in free[:n_most])
+    staying = tuple(islice((spot for spot in free if _stays(scene, spot)), n_most))
+    return staying or Reason("would fall over or roll", cell_bin.name, f"{placed.id} on all free places")
+
+
+def _stays(scene: Scene, spot: PlacedItem) -> bool:
+    """Whether an item stays where it is let go, as poses may be off."""
+    beside = (p for p in scene.in_location(spot.location) if p.id != spot.id)
+    supports = supports_of(replace(scene, items=(*beside, spot)))
+    return supports.stays(spot.id) or supports.lies_level(spot.id)
 
 
 def _levelled(R: Array) -> Array:

@@ -12,12 +12,13 @@ from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason, UnknownNameError
-from pickcli.geometry import Array, inverse, pose
+from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.simulation.settle import settle
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.release import check_release
 from pickcli.verification.standing import release_pose
@@ -152,6 +153,25 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: Planner, scene_with: Scene
     assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
     falls = bin_spots(planner, full.moved(thin), thin, R, cell_bin)
     assert isinstance(falls, Reason) and falls.what == "would fall over"
+
+
+@pytest.mark.parametrize("name", ["rawlings_baseball", "dasani_water_bottle"])
+def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
+    planner: Planner, scene_with: SceneWith, name: str
+) -> None:
+    """Physics is the judge: on the slopes of the floors balls roll, and bottles that lie across them."""
+    scene = scene_with((name, FROM, 0.2, 0.0))
+    (placed,) = scene.items
+    lying = rotation_axis_angle((1.0, 0.0, 0.0), np.pi / 2)
+    for bin_name in ("bin_A", INTO, "bin_L"):
+        spots = bin_spots(planner, scene, placed, lying, scene.cell.pod.bins[bin_name], n_most=3)
+        if isinstance(spots, Reason):
+            assert spots.what == "would fall over or roll"
+            continue
+        for spot in spots:
+            rested = settle(scene, (spot,))
+            assert not isinstance(rested, Reason)
+            assert np.linalg.norm(rested[0].T_world_item[:3, 3] - spot.T_world_item[:3, 3]) < 0.01
 
 
 def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) -> None:
