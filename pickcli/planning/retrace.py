@@ -70,6 +70,13 @@ class StoppedMotion:
         held = [s.t_end for s in self.plan.segments if s.held is not None]
         return held[-1] if held else None
 
+    @property
+    def has_moved(self) -> bool:
+        """Whether it came to rest anywhere but where it began."""
+        if self.path_time < FINE:
+            return False
+        return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
+
     def in_the_cup(self, robot: Robot, placed: PlacedItem) -> HeldItem:
         """What the motion took, if it took it as planned: the cup is pressed on beyond the surface.
 

@@ -35,6 +35,8 @@ MOST_BRAKING = 1.0  # s in which the heaviest joint stands from full speed
 RETURN_TIME = 0.3  # s from standstill beside the path to standstill on it
 YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
 YIELD_PACE = 0.1  # of the plan's pace, backwards
+FREE = 0.5  # of what stops a motion: what stands just under that would stop the next one at once
+FREE_TIME = 0.03  # s for which nothing presses any more: what is measured is noisy
 TRACE_STEPS = 10  # between two looks at the tool's lag
 PROGRESS_STEPS = 100  # between two reports of progress
 
@@ -224,10 +226,11 @@ class _Run:
         led = Return(trajectory, progress, world.q, RETURN_TIME)
         while not led.is_on_path:
             self._follow(led.advance(world.time_step), led.path_time)
-        for _ in range(round(YIELD_TIME / world.time_step)):
-            if self.supervisor.pressing() < 1.0:
-                break
+        t_end, t_free = world.t + YIELD_TIME, world.t + FREE_TIME
+        while world.t < min(t_end, t_free):
             self._follow(led.back(world.time_step, YIELD_PACE), led.path_time)
+            if self.supervisor.pressing() > FREE:
+                t_free = world.t + FREE_TIME
         self.path_time = led.path_time
 
     def _follow(self, q: Array, t_plan: float) -> None:

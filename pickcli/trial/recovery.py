@@ -207,7 +207,8 @@ class _Recovery:
         if what == RecoveryLevel.BACKWARDS and not execution.stopped:
             self.trail.pop()
         elif what != RecoveryLevel.BACKWARDS and path_time is not None:
-            self.trail.append(StoppedMotion(certified, path_time))
+            stopped = StoppedMotion(certified, path_time)
+            self.trail += [stopped] if stopped.has_moved else []
         else:  # from here nothing leads back
             self.trail.clear()
             self.is_whole = False

@@ -109,6 +109,14 @@ def test_the_strict_levels_lead_home(
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
 
 
+def test_a_motion_that_stopped_where_it_began_has_not_moved(
+    squeezed: tuple[Scene, StoppedMotion, Start],
+) -> None:
+    _, stopped, _ = squeezed
+    assert stopped.has_moved
+    assert [replace(stopped, path_time=t).has_moved for t in (0.0, 5e-4, 0.01)] == [False] * 3
+
+
 def test_backwards_is_the_way_it_came(planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]) -> None:
     scene, stopped, start = squeezed
     back = plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)

@@ -162,5 +162,6 @@ class FakeCrew:
         names = ("rail", "s", "l", "e", "u", "r", "b", "t")
         known = (seconds for begin, seconds in self.durations.items() if query.startswith(begin))
         duration = next(known, self.duration)
-        trajectory = Trajectory(names, np.array([0.0, duration]), zeros, zeros, zeros)
+        way = np.array([[0.0], [1.0]]) + zeros
+        trajectory = Trajectory(names, np.array([0.0, duration]), way, zeros, zeros)
         return Plan(query, "c", "s", seed, (), trajectory, (), grasp, statistics={"planning_ms": 1.0})

@@ -229,6 +229,17 @@ def test_back_along_a_motion_that_began_in_the_pod_is_not_out(cell: Cell) -> Non
     assert result.is_clean
 
 
+def test_what_stopped_where_it_began_is_no_way_back(cell: Cell) -> None:
+    """On its way home something is met at once: back goes the motion before that."""
+    fake = fake_with(cell, DENIED)
+    fake.stuck = [ALL - {RecoveryLevel.AS_PLANNED}, ALL - {RecoveryLevel.BACKWARDS}]
+    fake.executions["recover as planned"] = [replace(HIT, path_time=0.0)]
+    result = play(fake)
+    moved = [step.what for step in first_attempt(result).recovery if step.execution is not None]
+    assert moved[1:] == [RecoveryLevel.AS_PLANNED, RecoveryLevel.BACKWARDS]
+    assert result.is_clean
+
+
 def test_what_is_seen_elsewhere_is_not_brought_whatever_closes_the_cup(cell: Cell) -> None:
     fake = replace(fake_with(cell, HIT), clogged=True)
     result = play(fake, time_limit=30.0)
