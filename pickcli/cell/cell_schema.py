@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from pickcli.cell.validate import (
     Angle,
@@ -224,3 +224,10 @@ class CellModel(FileModel):
     configurations: Annotated[tuple[ConfigurationModel, ...], Len(0, MAX_CONFIGURATIONS)] = Field(
         description="named configurations"
     )
+
+    @field_validator("max_tool_speed", mode="before")
+    @classmethod
+    def _not_forgotten(cls, speed: object) -> object:
+        if speed is None:
+            raise ValueError("expected a number, got nothing; give it in m/s, or leave the key out")
+        return speed

@@ -11,6 +11,7 @@ from pickcli.cell.validate import FileModel, Text, Vector
 
 Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
 MAX_ITEMS = 300
+MAX_POD_YAW = 0.2  # rad, most that the yaw of a pod may be uncertain by
 
 
 class PoseModel(FileModel):
@@ -41,7 +42,7 @@ class PodErrorModel(FileModel):
 
     x: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
     y: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
-    yaw: Annotated[float, Field(ge=0, le=0.2)] = Field(default=0.0, description="rad")
+    yaw: Annotated[float, Field(ge=0, le=MAX_POD_YAW)] = Field(default=0.0, description="rad")
 
 
 class PlacedItemModel(PoseModel):

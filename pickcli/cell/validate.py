@@ -69,17 +69,26 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
         return str(detail["ctx"]["error"])
     expected = detail["msg"].removeprefix("Input should ").removeprefix("be ").removeprefix("have ")
     meaning = _meaning(model, key)
-    advice = _unit(meaning) if kind in ("less_than_equal", "greater_than_equal") else "correct it"
-    return f"expected {meaning}: {expected}, got {_short(given)}; {advice}"
+    advice = _unit(meaning) if _is_far_off(detail) else "correct it"
+    told = meaning if meaning.startswith(expected) else f"{meaning}: {expected}"
+    return f"expected {told}, got {_short(given)}; {advice}"
+
+
+def _is_far_off(detail: Any) -> bool:
+    """Whether a figure is too large in its amount: a negative one where none may be is no matter of units."""
+    if detail["type"] == "greater_than_equal":
+        return float(detail["ctx"]["ge"]) < 0.0
+    return detail["type"] == "less_than_equal"
 
 
 def _unit(meaning: str) -> str:
     """What to do about a figure that is far too large: it was meant in another unit."""
-    found = re.search(r"\b(m|rad|s|kg)\b(?! ?\()", meaning)
+    found = re.search(r"(?<!/)\b(m/s|m|rad|s|kg)\b(?!/| ?\()", meaning)
     return "correct it" if found is None else _UNITS[found.group()]
 
 
 _UNITS = {
+    "m/s": "speeds are in m/s, not mm/s",
     "m": "lengths are in m, not mm",
     "rad": "angles are in rad, not degrees",
     "s": "times are in s, not ms",

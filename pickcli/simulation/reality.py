@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
 
 from pydantic import Field, create_model
 
+from pickcli.cell.scene_schema import MAX_POD_YAW
 from pickcli.cell.validate import FileModel, validate
 from pickcli.cell.yaml_reader import read_yaml
 
@@ -21,7 +22,7 @@ Switch: TypeAlias = Annotated[bool, Field(description="true or false")]
 Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0, description="a share, 0 to 1")]
 Scale: TypeAlias = Annotated[float, Field(ge=1.0, le=10.0, description="a factor, 1 to 10")]
 Metres: TypeAlias = Annotated[float, Field(ge=0.0, le=0.1, description="m, 0 to 0.1")]
-Radians: TypeAlias = Annotated[float, Field(ge=0.0, le=0.5, description="rad, 0 to 0.5")]
+PodYaw: TypeAlias = Annotated[float, Field(ge=0.0, le=MAX_POD_YAW, description=f"rad, 0 to {MAX_POD_YAW}")]
 Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=60.0, description="s, 0 to 60")]
 
 
@@ -52,7 +53,7 @@ class Reality:
     pose_outlier_scale: Scale = 3.0
     pod_shift: Switch = True
     pod_position_error: Metres = 0.002
-    pod_angle_error: Radians = 0.00524
+    pod_angle_error: PodYaw = 0.00524
     mass_error: Share = 0.10
     honest_seals: Switch = True
     compliant_cup: Switch = True

@@ -39,6 +39,22 @@ MISTAKES = {
         "pod.width: expected m, outside, along y: less than or equal",
     ),
     "lengths in mm": ("cup_length: 0.03 ", "cup_length: 30 ", "got 30; lengths are in m, not mm"),
+    "a tool's speed in mm/s": (
+        "speed_scale: 1.0",
+        "max_tool_speed: 250\nspeed_scale: 1.0",
+        "got 250; speeds are in m/s, not mm/s",
+    ),
+    "a negative tool speed": (
+        "speed_scale: 1.0",
+        "max_tool_speed: -0.5\nspeed_scale: 1.0",
+        "max_tool_speed: expected m/s of the tool's tip, 0.01 to 10; none if left out: greater than or equal "
+        "to 0.01, got -0.5; correct it",
+    ),
+    "a tool speed without its number": (
+        "speed_scale: 1.0",
+        "max_tool_speed:\nspeed_scale: 1.0",
+        "max_tool_speed: expected a number, got nothing; give it in m/s, or leave the key out",
+    ),
     "leads in ms": ("lead: 2.0,", "lead: 2000,", "got 2000; times are in s, not ms"),
     "angles in degrees": ("down: 1.5707963267948966}", "down: 90}", "got 90; angles are in rad, not degrees"),
     "positions beyond the hall": (

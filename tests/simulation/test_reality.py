@@ -69,7 +69,9 @@ def test_read_reality_reads_every_level_of_a_record(tmp_path: Path, reality: Rea
         ("pod_shift: 1", "true or false"),
         ("look_time: 61", "s, 0 to 60"),
         ("pose_outlier_scale: 0.5", "a factor, 1 to 10"),
-        ("pod_angle_error: 5 deg", "rad, 0 to 0.5"),
+        ("pod_angle_error: 5 deg", "rad, 0 to 0.2"),
+        ("pod_angle_error: 0.3", "got 0.3; angles are in rad, not degrees"),
+        ("pod_position_error: -0.001", "got -0.001; correct it"),
         ("format: apc reality", "stands twice"),
     ],
 )
@@ -84,8 +86,8 @@ def test_read_reality_names_place_and_cure(tmp_path: Path, line: str, advice: st
     ("text", "place"),
     [
         ("version: 1\n", ":1:1: format"),
-        ("format: apc cell\nversion: 1\n", ":1:1: format"),
-        ("format: apc reality\nversion: 2\n", ":2:1: version"),
+        ("format: apc cell\nversion: 1\n", ":1:1: format: expected 'apc reality', got \"apc cell\";"),
+        ("format: apc reality\nversion: 2\n", ":2:1: version: expected 1, the only version there is, got 2;"),
     ],
 )
 def test_read_reality_refuses_other_files(tmp_path: Path, text: str, place: str) -> None:
