@@ -11,10 +11,12 @@ from pickcli.cell.model import Cell
 from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.cell.scene_schema import HeldModel, PlacedItemModel, SceneModel
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.yaml_reader import Source
-from pickcli.geometry import inverse
+from pickcli.geometry import inverse, pose
 
 SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
+_POINT = 1e-4  # m, radius of a ball that stands for a point
 MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
 
 
@@ -77,6 +79,30 @@ def check_places(source: Source, scene: Scene) -> None:
                 f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}; correct "
                 "its pose",
             )
+
+
+def check_held(source: Source, scene: Scene) -> None:
+    """What the cup holds begins at the tip, as far as its pose is uncertain and the bellows give way."""
+    if scene.held is None:
+        return
+    item, tool = Solid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
+    slack = SUNK + tool.cup_stroke + scene.noise.bound(scene.held.item)
+    advice = (
+        "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the cup, "
+        "+z out of it"
+    )
+    if overlap_depth(item, _ball(tool.cup_radius + slack, 0.0), 0.0) == 0.0:
+        away = float(np.linalg.norm(item.center))
+        where = f"{away:.3g} m from the tip of the cup, which its surface is to be at"
+        source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")
+    elif overlap_depth(item, _ball(_POINT, -slack), 0.0) > 0.0:
+        where = f"reaches more than {1000 * slack:.0f} mm behind the tip of the cup, into the tool"
+        source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
+
+
+def _ball(radius: float, z: float) -> Solid:
+    """A ball in the tool frame, its middle at z on the axis of the cup."""
+    return Solid(Shape(ShapeKind.SPHERE, (radius,)), pose((0.0, 0.0, z)))
 
 
 def check_standing(source: Source, scene: Scene) -> None:

@@ -22,7 +22,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
-from pickcli.cell.scene_checks import check_names, check_overlaps, check_places, check_standing
+from pickcli.cell.scene_checks import check_held, check_names, check_overlaps, check_places, check_standing
 from pickcli.cell.scene_schema import HeldModel, PoseModel, SceneModel
 from pickcli.cell.validate import validate
 from pickcli.cell.yaml_reader import Source, read_yaml
@@ -61,6 +61,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     check_places(source, scene)
     check_standing(source, scene)
     check_overlaps(source, scene)
+    check_held(source, scene)
     source.check()
     return scene
 
@@ -147,13 +148,14 @@ def _to_text(scene: Scene) -> str:
         "seed": scene.seed,
     }
     if scene.held is not None:
-        head["held"] = _held_values(scene.held)
+        head["held"] = held_values(scene.held)
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
     return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"
 
 
-def _held_values(held: HeldItem) -> dict[str, Any]:
+def held_values(held: HeldItem) -> dict[str, Any]:
+    """What the cup holds as it stands in the file: id, name, year, position and quaternion."""
     return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
 
 

@@ -23,7 +23,7 @@ from pickcli.commands.planner import (
 )
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:
     from pickcli.cell.robot import PivotState
@@ -82,8 +82,8 @@ def command(
     reality = read_reality(reality_path)
     plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
-    _refuse_held(scene, scene_path)
-    _refuse_held(believed, planned_in or scene_path)
+    refuse_held(scene, scene_path)
+    refuse_held(believed, planned_in or scene_path)
     if unverified:
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
@@ -106,17 +106,6 @@ def command(
     world.close()
     if why := trouble(runs):
         raise TrialAbortedError(why)
-
-
-def _refuse_held(scene: Scene, path: Path) -> None:
-    """Raise InputError for a scene in which the cup holds something: a simulated one begins empty."""
-    from pickcli.errors import InputError
-
-    if scene.held is not None:
-        raise InputError(
-            f"{path}: held: {scene.held.id} is in the cup, and a simulation begins with an empty one; "
-            "put the item where it lies and plan from there"
-        )
 
 
 def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:

@@ -135,7 +135,7 @@ def _cell(path: Path) -> dict[str, Any]:
 
 
 def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
-    from pickcli.cell.scene_file import scene_hash
+    from pickcli.cell.scene_file import held_values, scene_hash
 
     scene = open_scene(path, cell_name)
     places = Counter(placed.location for placed in scene.items)
@@ -148,6 +148,7 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
         "seed": scene.seed,
         "pod": f"{stand(scene)} (the cell allows for {allowed(scene.cell)})",
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
+        "held": None if scene.held is None else held_values(scene.held),
         "n_items": len(scene.items),
         "items": {place: [i.id for i in scene.in_location(place)] for place in sorted(places)},
         "supports": _supports(scene),

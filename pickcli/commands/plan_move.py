@@ -17,7 +17,7 @@ from pickcli.commands.planner import (
     parse_configuration,
     verify_option,
 )
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 
 @click.command("plan-move")
@@ -50,6 +50,7 @@ def command(
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
+    refuse_held(scene, scene_path)
     q, pivot = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
     planner = load_planner(scene.cell, roadmap, trajectories)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.errors import InputError
+
 if TYPE_CHECKING:
     from pickcli.cell.model import Cell
     from pickcli.cell.scene import Scene
@@ -44,6 +46,15 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
             err=True,
         )
     return scene
+
+
+def refuse_held(scene: Scene, path: Path) -> None:
+    """Raise InputError for a scene in which the cup holds something, where a command begins with none."""
+    if scene.held is not None:
+        raise InputError(
+            f"{path}: held: {scene.held.id} is in the cup, and this command begins with an empty one; put "
+            "the item where it lies and plan from there"
+        )
 
 
 def stand(scene: Scene) -> str:

@@ -77,7 +77,9 @@ def test_the_hash_survives_generations_of_files(cell: Cell, written: Path) -> No
 
 def test_what_the_cup_holds_comes_back_and_counts(cell: Cell, tmp_path: Path) -> None:
     scene = make_scene(cell)
-    held = HeldItem("bottle", cell.item("dasani_water_bottle"), pose((0.01, 0.0, 0.04), rpy=(0.1, 0.2, 0.3)))
+    bottle = cell.item("dasani_water_bottle")
+    middle = (0.01, 0.0, float(bottle.shape.extents[2]) / 2)
+    held = HeldItem("bottle", bottle, pose(middle, rpy=(0.1, 0.05, 0.3)))
     holding = replace(scene, held=held)
     write_scene(holding, tmp_path / "scene.json")
     back = read_scene(tmp_path / "scene.json")
@@ -94,6 +96,21 @@ def test_mistakes_in_what_the_cup_holds_are_told(cell: Cell, written: Path, refu
     assert "held.name: unknown item 'elephant' of 2016" in refused(lambda: read_scene(written))
     edit(written, _set("held", value={**held, "name": "dasani_water_bottle", "id": "crayola_24_ct#0"}))
     assert "held.id: 'crayola_24_ct#0' is a crayola_24_ct of 2016" in refused(lambda: read_scene(written))
+
+
+@pytest.mark.parametrize(
+    ("z", "told"),
+    [(40.0, "is 40 m from the tip of the cup"), (0.2, "is 0.2 m from the tip"), (-0.04, "into the tool"),
+     (-0.3, "is 0.3 m from the tip"), (0.0, "into the tool"), (0.033, ""), (0.03, ""), (0.04, "")],
+)  # fmt: skip
+def test_what_the_cup_holds_begins_at_its_tip(written: Path, refused: Refused, z: float, told: str) -> None:
+    held = {"id": "ball", "name": "rawlings_baseball", "year": 2016, "quaternion": [0, 0, 0, 1]}
+    edit(written, _set("held", value={**held, "position": [0, 0, z]}))
+    if told:
+        message = refused(lambda: read_scene(written))
+        assert "held.position: " in message and told in message and "in the tool frame, in m" in message
+    else:
+        assert read_scene(written).held is not None
 
 
 quaternions = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)

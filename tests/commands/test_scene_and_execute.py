@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from command_line import apc, pick, refused
 
 from pickcli.cell.displacement import displaced
 from pickcli.cell.load import load_cell
@@ -129,6 +130,21 @@ def test_a_simulation_begins_with_an_empty_cup(files: tuple[Path, Path], cell: C
     result = CliRunner().invoke(execute_command, [str(plan), "--scene", str(scene)])
     assert isinstance(result.exception, InputError)
     assert f"{scene}: held: bar is in the cup" in str(result.exception)
+
+
+def test_a_scene_with_a_full_cup_is_shown_and_nothing_is_planned_in_it(
+    files: tuple[Path, Path], cell: Cell, tmp_path: Path
+) -> None:
+    _, scene = files
+    held = HeldItem("bar", cell.item("dove_beauty_bar"), pose((0.0, 0.0, 0.02)))
+    write_scene(replace(read_scene(scene), held=held), scene)
+    told = json.loads(CliRunner().invoke(inspect_command, [str(scene), "--json"]).stdout)["held"]
+    assert (told["id"], told["name"], told["position"]) == ("bar", "dove_beauty_bar", [0.0, 0.0, 0.02])
+    assert "dove_beauty_bar" in CliRunner().invoke(inspect_command, [str(scene)]).stdout
+    out = tmp_path / "out.json"
+    why = f"{scene}: held: bar is in the cup"
+    refused(apc("plan-move", "--scene", scene, "--from", "home", "--to", "bin_C", "-o", out), 3, why)
+    refused(pick(scene, out), 3, why)
 
 
 def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:
