@@ -41,7 +41,7 @@ def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
             "another name or add --overwrite"
         ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; nothing was changed") from None
+        raise InputError(f"{path}: cannot be written: {error.strerror}; it is left as it was") from None
 
 
 def write_text(path: Path, text: str, replace: bool = True) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
+from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.precompute.build import Means, Progress, Report
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 def building(
     label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
 ) -> Iterator[Means]:
-    """The means of a build that tells its progress and, when it is interrupted, how it goes on."""
+    """The means of a build that tells its progress and, where it cannot be finished, how it goes on."""
     from pickcli.precompute.build import Means
     from pickcli.precompute.journal import journals
 
@@ -38,7 +39,7 @@ def building(
     try:
         with build_report(label, as_json) as report:
             yield Means(who, report=told)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, InputError):
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.n_done} of {last.n_total} tasks are kept in {last.journal}"
             click.echo(f"{done}; the same command goes on from there", err=True)

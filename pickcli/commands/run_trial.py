@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.learning import learn_option, learning
-from pickcli.commands.options import cell_option, json_option, overwrite_option, reality_option, seed_option
+from pickcli.commands.options import (
+    cell_option,
+    json_option,
+    order_argument,
+    overwrite_option,
+    reality_option,
+    seed_option,
+)
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
@@ -61,7 +68,7 @@ def standing(
 
 
 @click.command("run-trial")
-@click.argument("order_path", metavar="ORDER", type=click.Path(path_type=Path))
+@order_argument
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
     help="Folder to write.  [default: runs/ORDER-SEED]",
@@ -106,8 +113,9 @@ def command(
     refuse_existing_folder(folder, overwrite)
 
     from pickcli.trial.arena import SimulatedArena, crew_of
-    from pickcli.trial.make_scene import make_scene
+    from pickcli.trial.make_scene import make_scene, refuse_too_much
 
+    refuse_too_much(order, cell, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
@@ -126,17 +134,19 @@ def command(
             result = run_trial(order, crew_of(planner, arena), settings, between_picks)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()
-        paths = write_folder(folder, result, record, pictures)
-        if as_json:
+        if as_json:  # before it is written, for which there may be no room
             emit_json(record)
         else:
-            _show(result, paths)
+            _show(result)
+        paths = write_folder(folder, result, record, pictures)
+        if not as_json:
+            click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
 
 
-def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
-    """The table, the score and where everything was written."""
+def _show(result: TrialResult) -> None:
+    """The table and the score."""
     from rich.console import Console
 
     from pickcli.commands.trial_table import print_rows
@@ -146,7 +156,7 @@ def _show(result: TrialResult, paths: tuple[Path, ...]) -> None:
     if not console.is_terminal:
         console = Console(width=FILE_WIDTH)
     print_rows(console, rows(result))
-    for line in (*summary(result), *(f"wrote {path}" for path in paths)):
+    for line in summary(result):
         console.print(line, markup=False, highlight=False)
 
 

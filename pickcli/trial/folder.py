@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,8 @@ def write_folder(
 ) -> tuple[Path, ...]:
     """Write all files of a trial, each whole or not at all, and return their paths.
 
-    pictures: by name, (height, width, 3). Raises InputError where a file cannot be written.
+    pictures: by name, (height, width, 3). Raises InputError where a file cannot be written, after all others
+    were: it names both kinds.
     """
     from pickcli.simulation.camera import write_png
 
@@ -54,14 +56,31 @@ def write_folder(
         raise InputError(
             f"{folder}: cannot be made: {error.strerror}; name another folder with -o"
         ) from error
-    names = ("output.json", "scene.json", "after.json", "trial.json")
-    paths = [folder / name for name in names]
-    if result.final.claim is not None:
-        write_output(paths[0], result.final.claim)
-    write_scene(result.before, paths[1])
-    write_scene(result.after, paths[2])
-    write_record(paths[3], record)
-    for name, picture in pictures.items():
-        paths.append(folder / f"{name}.png")
-        write_png(picture, paths[-1])
-    return tuple(paths)
+    writers: dict[str, Callable[[Path], None]] = {
+        "scene.json": partial(write_scene, result.before),
+        "after.json": partial(write_scene, result.after),
+        "trial.json": lambda path: write_record(path, record),
+        **{f"{name}.png": partial(write_png, picture) for name, picture in pictures.items()},
+    }
+    if (claim := result.final.claim) is not None:
+        writers = {"output.json": lambda path: write_output(path, claim), **writers}
+    return _write_all(folder, writers)
+
+
+def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> tuple[Path, ...]:
+    """Write files by name; one that cannot be written does not keep the next from being tried."""
+    written: list[Path] = []
+    failed: dict[str, InputError] = {}
+    for name, write in writers.items():
+        try:
+            write(folder / name)
+            written.append(folder / name)
+        except InputError as error:
+            failed[name] = error
+    if failed:
+        there = ", ".join(path.name for path in written) or "nothing"
+        raise InputError(
+            f"{next(iter(failed.values()))}; of the results in {folder} {there} was written, "
+            f"{', '.join(failed)} was not: once there is room, run the same command again with --overwrite"
+        )
+    return tuple(written)

@@ -11,6 +11,7 @@ import pytest
 
 from pickcli.commands import building as module
 from pickcli.commands.building import build_report, building, line, seconds_left
+from pickcli.errors import InputError
 from pickcli.precompute.build import Progress
 from pickcli.precompute.cluster import Cluster
 from pickcli.precompute.journal import Journal
@@ -81,3 +82,18 @@ def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
         assert means.runner == Cluster("tcp://host:8786")
     with pytest.raises(click.UsageError, match="--jobs is of this machine"):
         building("building", tmp_path / "out.h5", 2, False, "tcp://host:8786").__enter__()
+
+
+def test_where_the_output_cannot_be_written_the_journal_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    journal = tmp_path / "roadmap.h5.0.journal"
+    journal.write_bytes(b"")
+    with (
+        pytest.raises(InputError),
+        building("building", tmp_path / "roadmap.h5", 1, as_json=False) as means,
+    ):
+        assert means.report is not None
+        means.report(Progress(4, 4, journal=journal))
+        raise InputError("roadmap.h5: cannot be written: No space left on device")
+    assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in capsys.readouterr().err

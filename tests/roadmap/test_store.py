@@ -153,7 +153,7 @@ def test_a_file_size_limit_leaves_the_old_file_and_nothing_else(path: Path) -> N
     before, limits = path.read_bytes(), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
     try:
-        with pytest.raises(InputError, match="File too large; nothing was changed"):
+        with pytest.raises(InputError, match="File too large; it is left as it was"):
             write_roadmap(path, Roadmap.empty(JOINTS), FINGERPRINT, MADE)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)

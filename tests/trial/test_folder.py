@@ -69,3 +69,13 @@ def test_a_folder_that_cannot_be_made_is_an_input_error(tmp_path: Path) -> None:
     result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
     with pytest.raises(InputError, match="cannot be made"):
         write_folder(tmp_path / "file" / "sub", result, {}, {})
+
+
+def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> None:
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    (tmp_path / "after.json").mkdir()
+    with pytest.raises(InputError) as told:
+        write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})
+    assert "after.json: is a folder" in str(told.value) and "--overwrite" in str(told.value)
+    assert "output.json, scene.json, trial.json was written, after.json was not" in str(told.value)
+    assert {p.name for p in tmp_path.iterdir() if p.is_file()} == {"output.json", "scene.json", "trial.json"}
