@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
+from math import acos, degrees
 
 import numpy as np
 
@@ -99,3 +100,11 @@ def displaced(T_world_pod: Array, x: float, y: float, yaw: float) -> Array:
 def yaw_of(T_nominal_pod: Array) -> float:
     """rad, how far a pod is turned about z."""
     return float(np.arctan2(T_nominal_pod[1, 0], T_nominal_pod[0, 0]))
+
+
+def pod_stand(T_nominal_pod: Array) -> str:
+    """Where a pod stands, in words: mm and degrees, seen from its place."""
+    x, y, z = 1e3 * T_nominal_pod[:3, 3]
+    text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {degrees(yaw_of(T_nominal_pod)):+.2f} degrees off its place"
+    tilt = degrees(acos(min(T_nominal_pod[2, 2], 1.0)))
+    return text + (f", raised by {z:.1f} mm and tilted by {tilt:.2f} degrees" if abs(z) + tilt > 1e-3 else "")

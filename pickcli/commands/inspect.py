@@ -10,7 +10,7 @@ import click
 
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import emit_json, key_lines
-from pickcli.commands.scene_options import allowed, open_scene, stand
+from pickcli.commands.scene_options import allowed, open_scene
 
 if TYPE_CHECKING:
     from pickcli.cell.scene import Scene
@@ -135,6 +135,7 @@ def _cell(path: Path) -> dict[str, Any]:
 
 
 def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
+    from pickcli.cell.displacement import pod_stand
     from pickcli.cell.scene_file import held_values, scene_hash
 
     scene = open_scene(path, cell_name)
@@ -146,7 +147,7 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
         "cell": scene.cell.name,
         "cell_fingerprint": scene.cell.fingerprint,
         "seed": scene.seed,
-        "pod": f"{stand(scene)} (the cell allows for {allowed(scene.cell)})",
+        "pod": f"{pod_stand(scene.T_nominal_pod)} (the cell allows for {allowed(scene.cell)})",
         "noise": {"position_m": scene.noise.position, "angle_rad": scene.noise.angle},
         "held": None if scene.held is None else held_values(scene.held),
         "n_items": len(scene.items),

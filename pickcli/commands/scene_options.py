@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import acos, degrees
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -35,14 +35,16 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
 
     Where its pod stands beyond the cell's bounds, a note tells what that means.
     """
+    from pickcli.cell.displacement import pod_stand
     from pickcli.cell.load import load_cell
     from pickcli.cell.scene_file import read_scene
 
     scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
     if not scene.is_pod_within_bounds:
         click.echo(
-            f"note: {path}: the pod stands {stand(scene)}, the cell allows for {allowed(scene.cell)}: stored "
-            "motions may not be free there; each is proven before it is used, and planned anew if that fails",
+            f"note: {path}: the pod stands {pod_stand(scene.T_nominal_pod)}, "
+            f"the cell allows for {allowed(scene.cell)}: stored motions may not be free there; each is "
+            "proven before it is used, and planned anew if that fails",
             err=True,
         )
     return scene
@@ -55,17 +57,6 @@ def refuse_held(scene: Scene, path: Path) -> None:
             f"{path}: held: {scene.held.id} is in the cup, and this command begins with an empty one; put "
             "the item where it lies and plan from there"
         )
-
-
-def stand(scene: Scene) -> str:
-    """Where the pod stands, seen from its place."""
-    from pickcli.cell.displacement import yaw_of
-
-    x, y, z = 1e3 * scene.T_nominal_pod[:3, 3]
-    turn = degrees(yaw_of(scene.T_nominal_pod))
-    text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {turn:+.2f} degrees off its place"
-    tilt = degrees(acos(min(scene.T_nominal_pod[2, 2], 1.0)))
-    return text + (f", raised by {z:.1f} mm and tilted by {tilt:.2f} degrees" if abs(z) + tilt > 1e-3 else "")
 
 
 def allowed(cell: Cell) -> str:

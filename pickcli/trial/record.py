@@ -28,7 +28,9 @@ from pickcli.trial.result import Attempt, RecoveryStep, TargetResult, TrialResul
 
 FORMAT, VERSION = "apc-trial", 1
 CLAIM = (
-    "Planning and verification saw the true poses with a bounded error. Every executed motion was certified "
+    "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
+    "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much. For the poses that "
+    "they saw, and all within the bounds of the error, every executed motion was certified "
     "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
     "evidence about the model, not a statement about the safety of a cell."
 )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pickcli.cell.displacement import pod_stand
+from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance, Fate
 from pickcli.trial.result import TargetResult, TrialResult
 
@@ -51,8 +53,9 @@ def summary(result: TrialResult) -> tuple[str, ...]:
         f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
         f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
         f"drops {len(result.drops)}",
-        f"planning saw every pose with an error of up to {1e3 * result.noise.position:g} mm and "
-        f"{math.degrees(result.noise.angle):g} degrees",
+        f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
+        f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}",
+        f"the pod stood {pod_stand(result.before.T_nominal_pod)}",
     ]
     lines += [
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
@@ -60,6 +63,14 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     lines += [_told(d) for d in result.disturbed if d.fate is not Fate.PUSHED]
     lines += [line for line in (result.aborted, result.cut_short) if line]
     return tuple(lines)
+
+
+def _outliers(reality: Reality) -> str:
+    """Which poses were off by more than planning was told."""
+    if not reality.pose_outlier_share:
+        return ""
+    share, scale = 100 * reality.pose_outlier_share, reality.pose_outlier_scale
+    return f", {share:g} % of them of up to {scale:g} times as much"
 
 
 def _told(d: Disturbance) -> str:

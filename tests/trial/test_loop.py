@@ -15,7 +15,7 @@ from pickcli.cell.scene import TOTE
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.simulation.places import OUTSIDE
-from pickcli.simulation.reality import DEFAULT
+from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order import Order, OrderKind
 from pickcli.trial.player import TrialSettings
@@ -317,7 +317,11 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
     assert table["scotch_duct_tape"].reason.startswith("after: ")
     assert table["scotch_duct_tape"].motion_s == pytest.approx(4.0 + 0.5 + DURATION + DURATION)
     assert sum(row.points for row in table.values()) == result.score.total
-    assert any("2 mm and 1 degrees" in line for line in summary(result))
+    seen = "an error of up to 2 mm and 1 degrees, 2 % of them of up to 3 times as much"
+    assert any(seen in line for line in summary(result))
+    assert "the pod stood +0.0 mm in x, +0.0 mm in y, +0.00 degrees off its place" in summary(result)
+    exact = play(FakeCrew(scene_of(ORDER, cell)), reality=IDEAL)
+    assert any(line.endswith("1 degrees") for line in summary(exact))
 
 
 def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
