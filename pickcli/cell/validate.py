@@ -78,7 +78,7 @@ def _is_far_off(detail: Any) -> bool:
     """Whether a figure is too large in its amount: a negative one where none may be is no matter of units."""
     if detail["type"] == "greater_than_equal":
         return float(detail["ctx"]["ge"]) < 0.0
-    return detail["type"] == "less_than_equal"
+    return str(detail["type"]) == "less_than_equal"
 
 
 def _unit(meaning: str) -> str:

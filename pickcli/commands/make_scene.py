@@ -10,6 +10,7 @@ import click
 from pickcli.commands.options import (
     cell_option,
     json_option,
+    order_argument,
     output_option,
     refuse_output,
     seed_option,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @click.command("make-scene")
-@click.argument("order_path", metavar="ORDER", type=click.Path(path_type=Path))
+@order_argument
 @output_option("scene")
 @click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
 @pod_shift_option(NONE)
@@ -60,8 +61,9 @@ def command(
     if picture is not None:
         refuse_output(picture, overwrite, order_path, cell_name)
 
-    from pickcli.trial.make_scene import make_scene
+    from pickcli.trial.make_scene import make_scene, refuse_too_much
 
+    refuse_too_much(order, cell, str(order_path))
     with progress("settling") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     write_scene(scene, output, overwrite)

@@ -25,6 +25,22 @@ def cell_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
+def order_argument(function: F) -> F:
+    """ORDER, the path of a file or the name of one under data/tasks."""
+    return click.argument("order_path", metavar="ORDER", type=click.Path(), callback=_named_order)(function)
+
+
+def _named_order(_: click.Context, __: click.Parameter, text: str) -> Path:
+    """The path; an empty one would be that of this folder. Raises InputError where nothing is named."""
+    from pickcli.trial.order import order_names
+
+    if not text:
+        raise InputError(
+            f"no order is named; give the path of a JSON file, or one of {', '.join(order_names())}"
+        )
+    return Path(text)
+
+
 def seed_option(function: F) -> F:
     """--seed N."""
     return click.option(

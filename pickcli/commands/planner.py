@@ -92,7 +92,7 @@ def _build_missing(cell: Cell) -> None:
                 lambda what: bars.enter_context(build_report(f"building the {what}")),
                 runner(min(2, available_cores())),
             )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, InputError):
         paths = default_paths(cell)
         for journal in (*journals(paths.roadmap), *journals(paths.trajectories)):
             click.echo(f"what is built is kept in {journal}; the same command goes on from there", err=True)
@@ -119,12 +119,22 @@ def deliver(
     from pickcli.motion.plan_file import write_plan
 
     if is_verified:
-        plan = certified(plan, scene, "try another --seed, or look at the plan with --no-verify")
+        plan = certified(plan, scene, _advice(plan, scene.cell))
     write_plan(plan, output, overwrite)
     if as_json:
         emit_json(plan_summary(plan, output))
     else:
         click.echo(plan_text(plan, output))
+
+
+def _advice(plan: Plan, cell: Cell) -> str:
+    """What to do where the verifier rejects a plan."""
+    from pickcli.motion.plan import MAX_DURATION
+
+    speed = cell.max_tool_speed
+    if speed is not None and plan.trajectory.duration > MAX_DURATION:
+        return f"the cell's max_tool_speed of {speed:g} m/s makes it so long: raise that"
+    return "try another --seed, or look at the plan with --no-verify"
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState | None]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.errors import InputError, Reason
@@ -16,6 +17,7 @@ from pickcli.geometry import Array
 from pickcli.seeds import derived_seed
 from pickcli.simulation.settle import settle
 from pickcli.trial.layout import Contents, lay_out
+from pickcli.trial.order import Order
 
 Progress = Callable[[int, int, str], None]
 
@@ -54,7 +56,8 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
     """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
     if not contents:
         return ()
-    _refuse_too_much(scene, bin_name, contents)
+    if too_much := _too_much(scene.cell, bin_name, [entry.item for entry in contents]):
+        raise InputError(too_much)
     reason = Reason("no room", bin_name, "for all of them at once")
     for layout in _layouts(scene, bin_name, contents, seed):
         rested = settle(scene, layout)
@@ -81,15 +84,27 @@ def _layouts(
         yield from lay_out(scene, bin_name, contents, key, may_raise=True)
 
 
-def _refuse_too_much(scene: Scene, bin_name: str, contents: Sequence[Contents]) -> None:
-    """Raise InputError, before any search, for more than the bin has room for if all were liquid."""
-    room = 1e3 * scene.cell.pod.bins[bin_name].volume
-    volume = 1e3 * sum(entry.item.shape.volume for entry in contents)
-    if volume > room:
-        raise InputError(
-            f"{bin_name}: its {len(contents)} items take {volume:.0f} litres, the bin has {room:.0f}; put "
-            "fewer items into this bin"
-        )
+def refuse_too_much(order: Order, cell: Cell, where: str) -> None:
+    """Raise InputError for bins that their items would not fit into if all were liquid, before any search.
+
+    where: the order's file, for the message
+    """
+    told = (
+        _too_much(cell, bin_name, [cell.item(name, order.year) for name in names])
+        for bin_name, names in order.bin_contents.items()
+    )
+    if too_much := [f"{where}: {text}" for text in told if text]:
+        raise InputError("\n".join(too_much))
+
+
+def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
+    """Why a bin can never hold so much, "" where it may."""
+    room = 1e3 * cell.pod.bins[bin_name].volume
+    volume = 1e3 * sum(item.shape.volume for item in items)
+    if volume <= room:
+        return ""
+    count = f"its {len(items)} items take {volume:.0f} litres, the bin has {room:.0f}"
+    return f"{bin_name}: {count}; put fewer items into this bin"
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

@@ -84,12 +84,7 @@ def order_file(name_or_path: Path) -> Path:
 
     Raises:
         UnknownNameError: There is no such file, and what would be a name is none.
-        InputError: Nothing is named.
     """
-    if not name_or_path.parts:
-        raise InputError(
-            f"no order is named; give the path of a JSON file, or one of {', '.join(order_names())}"
-        )
     if name_or_path.exists() or name_or_path.suffix:
         return name_or_path
     is_known = len(name_or_path.parts) == 1 and name_or_path.name in order_names()

@@ -20,6 +20,7 @@ from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
+from pickcli.commands.planner import deliver
 from pickcli.errors import InputError, RejectedError, TrialAbortedError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -145,6 +146,17 @@ def test_a_scene_with_a_full_cup_is_shown_and_nothing_is_planned_in_it(
     why = f"{scene}: held: bar is in the cup"
     refused(apc("plan-move", "--scene", scene, "--from", "home", "--to", "bin_C", "-o", out), 3, why)
     refused(pick(scene, out), 3, why)
+
+
+def test_a_plan_that_the_speed_limit_makes_too_long_is_refused_with_that_advice(
+    cell: Cell, tmp_path: Path
+) -> None:
+    slow = replace(cell, max_tool_speed=0.01)
+    scene = Scene(slow, slow.T_world_pod, (), PoseNoise())
+    plan = replace(rail_move(slow), scene_hash=scene_hash(scene))
+    long = replace(plan, trajectory=replace(plan.trajectory, times=np.array([0.0, 301.0])))
+    with pytest.raises(RejectedError, match=r"max_tool_speed of 0\.01 m/s makes it so long: raise that"):
+        deliver(long, scene, tmp_path / "out.json", is_verified=True, as_json=False, overwrite=False)
 
 
 def test_a_plan_that_was_sealed_again_is_not_executed(files: tuple[Path, Path], cell: Cell) -> None:

@@ -76,6 +76,20 @@ def test_no_name_at_all_is_told_so() -> None:
     assert "no order is named; give the path of a JSON file, or one of delft_pick_2" in refused(run(""))
 
 
+def test_a_folder_is_no_order_and_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert ".: is a folder" in refused(run("."))
+
+
+def test_too_much_for_a_bin_is_told_with_the_file_before_any_work(tmp_path: Path) -> None:
+    order = json.loads((TASKS / "jsk_pick_sample.json").read_text())
+    order["bin_contents"]["bin_L"] += ["kleenex_tissue_box"] * 40
+    (tmp_path / "order.json").write_text(json.dumps(order))
+    message = refused(run(tmp_path / "order.json", "-o", tmp_path / "out"))
+    assert f"{tmp_path / 'order.json'}: bin_L: its 4" in message and "litres, the bin has" in message
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("text", ["Random", "NONE", "random", "none"])
 def test_words_for_the_pod_shift_are_read_in_any_case(text: str) -> None:
     assert parse_pod_shift(None, None, text) == text.lower()
