@@ -16,9 +16,10 @@ import numpy as np
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 
-MAX_PROJECTIONS = 200
+MAX_STEPS = 200
 TIGHT = 1e-5  # m, between bound and distance, where the search may end
 _NO_WAY = 1e-9  # length of what is no direction any more
+_NO_WEIGHT = 1e-12  # share of a corner that is not needed
 
 
 def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
@@ -69,35 +70,60 @@ def half_width(shape: Shape, T: Array, direction: Array) -> float:
     return size[0] * math.hypot(x, y) + abs(z) * size[1] / 2
 
 
-def nearest_point(shape: Shape, T: Array, x: Array) -> Array:
-    """The point (3,) of a posed shape that is nearest to a point (3,), both in the world."""
-    local = T[:3, :3].T @ (x - T[:3, 3])
+def support(shape: Shape, T: Array, direction: Array) -> Array:
+    """The point (3,) of a posed shape that is farthest along a direction (3,), both in the world."""
+    local = direction @ T[:3, :3]
+    size = shape.size
     if shape.kind is ShapeKind.BOX:
-        half = np.array(shape.size) / 2
-        local = np.clip(local, -half, half)
+        point = np.copysign(np.array(size) / 2, local)
     elif shape.kind is ShapeKind.SPHERE:
-        local = local * _shrink(shape.size[0], float(np.linalg.norm(local)))
+        point = local * (size[0] / max(math.sqrt(local @ local), _NO_WAY))
     else:
-        local[:2] *= _shrink(shape.size[0], math.hypot(*local[:2]))
-        local[2] = np.clip(local[2], -shape.size[1] / 2, shape.size[1] / 2)
-    return np.asarray(T[:3, :3] @ local + T[:3, 3])
-
-
-def _shrink(radius: float, r: float) -> float:
-    return radius / r if r > radius else 1.0
+        radial = size[0] / max(math.hypot(local[0], local[1]), _NO_WAY)
+        point = np.array([local[0] * radial, local[1] * radial, math.copysign(size[1] / 2, local[2])])
+    return np.asarray(T[:3, :3] @ point + T[:3, 3])
 
 
 def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
     """The distance in m of two posed shapes from below; 0 where they touch.
 
-    Alternating projections between two convex sets approach their nearest points (Cheney and Goldstein);
-    every step gives a direction, and the widest gap counts.
+    The least vector from one to the other is the point nearest to 0 of all their differences b - a, which
+    Wolfe's algorithm finds (Finding the nearest point in a polytope, 1976; with the corners that support
+    functions give it is Gilbert, Johnson and Keerthi's): of the corners seen so far it keeps those that
+    span the face next to 0. Every step gives a direction, and the widest gap counts.
     """
-    best, x = 0.0, T_b[:3, 3]
-    for _ in range(MAX_PROJECTIONS):
-        p = nearest_point(a, T_a, x)
-        x = nearest_point(b, T_b, p)
-        best = max(best, gap(a, T_a, b, T_b, x - p))
-        if math.dist(p, x) <= best + TIGHT:
+    best = 0.0
+    x = T_b[:3, 3] - T_a[:3, 3]
+    corners, weights = x[None], np.ones(1)
+    for _ in range(MAX_STEPS):
+        best = max(best, gap(a, T_a, b, T_b, x))
+        if math.sqrt(x @ x) <= best + TIGHT:
             break
+        corner = support(b, T_b, -x) - support(a, T_a, x)
+        corners, weights = _nearest_to_zero(np.vstack([corners, corner]), np.append(weights, 0.0))
+        x = weights @ corners
     return best
+
+
+def _nearest_to_zero(corners: Array, weights: Array) -> tuple[Array, Array]:
+    """The corners (K, 3) that the point of their hull nearest to 0 lies between, and its weights (K,).
+
+    weights: of a point of the hull where the search starts; they sum up to 1
+    """
+    while True:
+        aim = _of_plane(corners)
+        if (aim > 0.0).all():
+            return corners, aim
+        falling = aim <= 0.0
+        share = float((weights[falling] / np.maximum(weights - aim, _NO_WAY)[falling]).min())
+        weights = weights + min(1.0, share) * (aim - weights)
+        kept = weights > _NO_WEIGHT
+        kept[falling.nonzero()[0][np.argmin(weights[falling])]] = False
+        corners, weights = corners[kept], weights[kept] / weights[kept].sum()
+
+
+def _of_plane(corners: Array) -> Array:
+    """Weights (K,), of any sign, of the point nearest to 0 in the point, line, plane or space of corners."""
+    edges = corners[1:] - corners[0]
+    rest = np.linalg.lstsq(edges.T, -corners[0], rcond=None)[0]
+    return np.append(1.0 - rest.sum(), rest)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse, pose, transform_points
-from pickcli.verification.separation import gap
+from pickcli.verification.separation import gap, separation
 from pickcli.verification.solids import Solid, cover, distances_to_boxes
 
 BOX = Shape(ShapeKind.BOX, (0.2, 0.4, 0.6))
@@ -105,13 +106,19 @@ def nearest(shape: Shape, x: Array) -> Array:
     return y
 
 
-def distance_by_projection(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
-    """From above: alternating projections between two convex sets close in on their distance."""
+def projected(a: Shape, T_a: Array, b: Shape, T_b: Array) -> tuple[Array, Array]:
+    """A point (3,) of each: alternating projections between two convex sets close in on their nearest ones."""
     x = T_b[:3, 3]
     for _ in range(300):
         p = transform_points(T_a, nearest(a, transform_points(inverse(T_a), x)))
         x = transform_points(T_b, nearest(b, transform_points(inverse(T_b), p)))
-    return float(np.linalg.norm(p - x))
+    return p, x
+
+
+def distance_by_projection(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
+    """From above."""
+    p, q = projected(a, T_a, b, T_b)
+    return float(np.linalg.norm(p - q))
 
 
 @settings(max_examples=60, deadline=None)
@@ -152,6 +159,94 @@ def test_aligned_solids_have_tight_distances(a: Shape, b: Shape, seed: int) -> N
     # Where round sides just meet, projections need thousands of steps to the last millimetre.
     true = 0.0 if one.depth(other) > 0.0 else distance_by_projection(a, T_a, b, np.eye(4))
     assert true - 5e-4 <= one.distance(other) <= true + 1e-9
+
+
+def distance_by_optimisation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
+    """From above: the least distance of two points whose coordinates keep the inequalities of the shapes.
+
+    By sequential quadratic programming, from where alternating projections end; a point in a shape, whatever
+    the optimiser says, is what counts.
+    """
+
+    def inside(shape: Shape, x: Array) -> Array:
+        if shape.kind is ShapeKind.BOX:
+            half = shape.extents / 2
+            return np.concatenate([half - x, half + x])
+        if shape.kind is ShapeKind.SPHERE:
+            return np.array([shape.size[0] ** 2 - x @ x])
+        radius, length = shape.size
+        return np.array([radius**2 - x[:2] @ x[:2], length / 2 - x[2], length / 2 + x[2]])
+
+    def apart(x: Array) -> float:
+        p, q = transform_points(T_a, nearest(a, x[:3])), transform_points(T_b, nearest(b, x[3:]))
+        return float(np.linalg.norm(p - q))
+
+    def squared(x: Array) -> float:
+        off = transform_points(T_a, x[:3]) - transform_points(T_b, x[3:])
+        return float(off @ off)
+
+    p, q = projected(a, T_a, b, T_b)
+    start = np.concatenate([transform_points(inverse(T_a), p), transform_points(inverse(T_b), q)])
+    constraints = [
+        {"type": "ineq", "fun": lambda x: 1e3 * inside(a, x[:3])},
+        {"type": "ineq", "fun": lambda x: 1e3 * inside(b, x[3:])},
+    ]
+    found = minimize(
+        lambda x: 1e3 * squared(x), start, method="SLSQP", constraints=constraints,
+        options={"maxiter": 300, "ftol": 1e-12},
+    )  # fmt: skip
+    return min(apart(start), apart(found.x))
+
+
+THIN = st.floats(0.003, 0.02)
+FLAT = st.one_of(
+    st.builds(
+        lambda x, y, z: Shape(ShapeKind.BOX, (x, y, z)), st.floats(0.05, 0.3), st.floats(0.05, 0.3), THIN
+    ),
+    st.builds(lambda r, h: Shape(ShapeKind.CYLINDER, (r, h)), st.floats(0.02, 0.15), THIN),
+    st.builds(lambda r, h: Shape(ShapeKind.CYLINDER, (r, h)), THIN, st.floats(0.05, 0.3)),
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    a=st.one_of(shapes(), FLAT), b=st.one_of(shapes(), FLAT), near=st.floats(1e-4, 0.01),
+    is_on_its_side=st.booleans(), seed=st.integers(0, 2**32 - 1),
+)  # fmt: skip
+def test_near_distances_are_tight(a: Shape, b: Shape, near: float, is_on_its_side: bool, seed: int) -> None:
+    """Wherever solids stand nearly against each other, thin ones too: never above the true distance, and no
+    more than 0.2 mm below it, by fcl and by our own search alone."""
+    rng = np.random.default_rng(seed)
+    T_a, T_b = random_pose(rng), random_pose(rng)
+    if is_on_its_side:  # as on a shelf: a few thousandths of a rad off quarter turns
+        T_a, T_b = (
+            pose(T[:3, 3], rpy=rng.choice([0, np.pi / 2], 3) + rng.normal(scale=5e-3, size=3))
+            for T in (T_a, T_b)
+        )
+    way = rng.normal(size=3)
+    way /= np.linalg.norm(way)
+    T_b[:3, 3] += (near - gap(a, T_a, b, T_b, way)) * way  # ``near`` across this way, or farther apart
+    p, q = projected(a, T_a, b, T_b)
+    T_b[:3, 3] += (near / np.linalg.norm(q - p) - 1.0) * (q - p)
+    one, other = Solid(a), Solid(b)
+    one.place(T_a)
+    other.place(T_b)
+    true = distance_by_optimisation(a, T_a, b, T_b)
+    for measured in (one.distance(other), other.distance(one), separation(a, T_a, b, T_b)):
+        assert measured <= true + 1e-9
+        assert measured >= true - 2e-4 or true > 0.01
+
+
+def test_a_thin_case_beside_a_lying_bottle() -> None:
+    """Nearly parallel sides, where alternating projections creep: after 200 of them 1.9 mm were missing."""
+    case, T_case = (
+        Shape(ShapeKind.BOX, (0.19, 0.135, 0.014)),
+        pose((-0.01359, 0.01681, 0.17049), rpy=(1.64814, 0.02437, 1.57268)),
+    )
+    bottle, T_bottle = Shape(ShapeKind.CYLINDER, (0.0335, 0.195)), np.eye(4)
+    true = distance_by_optimisation(case, T_case, bottle, T_bottle)
+    assert 0.0047 < true < 0.0048
+    assert true - 2e-5 <= separation(case, T_case, bottle, T_bottle) <= true + 1e-9
 
 
 @settings(max_examples=150, deadline=None)
