@@ -4,8 +4,6 @@ and never travels farther than along them. Exact where it counts, and never on t
 
 from __future__ import annotations
 
-from math import comb
-
 import numpy as np
 
 from pickcli.geometry import Array
@@ -17,11 +15,28 @@ MOST_PIECES = 100_000  # that may hold a maximum; with more the bound is what it
 
 def control_points(trajectory: Trajectory, derivative: int) -> Array:
     """Bernstein control points (pieces, 6 - derivative, n) of a time derivative (0 to 3) of each piece."""
-    powers = trajectory.coefficients()
-    h = np.diff(trajectory.times)[:, None, None]
-    for _ in range(derivative):
-        powers = powers[:, 1:] * np.arange(1, powers.shape[1])[:, None] / h
-    return np.asarray(np.einsum("ik,pkn->pin", _power_to_bernstein(powers.shape[1] - 1), powers))
+    h = np.diff(trajectory.times)[:, None]
+    points = _legs(trajectory.positions, trajectory.velocities, trajectory.accelerations, h)
+    if derivative == 0:
+        start = trajectory.positions[None, :-1]
+        points = np.concatenate([start, start + np.cumsum(points, axis=0)])
+    else:
+        points = 5 * points / h
+    for degree in range(4, 5 - derivative, -1):
+        points = degree * np.diff(points, axis=0) / h
+    return np.asarray(np.swapaxes(points, 0, 1))
+
+
+def _legs(p: Array, v: Array, a: Array, h: Array) -> Array:
+    """From each control point of every quintic to its next, (5, pieces, n).
+
+    p, v, a: (pieces + 1, n) at the knots. h: (pieces, 1) s between them. Of positions only differences enter:
+    over the third power of a few ms, what rounds at a radian would be seen in the jerk.
+    """
+    start, end = h * v[:-1] / 5, h * v[1:] / 5
+    bent_start, bent_end = start + h * h * a[:-1] / 20, end - h * h * a[1:] / 20
+    middle = np.diff(p, axis=0) - start - bent_start - bent_end - end
+    return np.stack([start, bent_start, middle, bent_end, end])
 
 
 def largest(points: Array) -> Array:
@@ -65,23 +80,4 @@ def variation(trajectory: Trajectory, times: Array) -> Array:
     quintic; its way is at most that along its control points.
     """
     p, v, a = (trajectory.sample(times, derivative) for derivative in range(3))
-    h = np.diff(times)[:, None]
-    points = np.stack(
-        [
-            p[:-1],
-            p[:-1] + h * v[:-1] / 5,
-            p[:-1] + 2 * h * v[:-1] / 5 + h * h * a[:-1] / 20,
-            p[1:] - 2 * h * v[1:] / 5 + h * h * a[1:] / 20,
-            p[1:] - h * v[1:] / 5,
-            p[1:],
-        ]
-    )
-    return np.asarray(np.abs(np.diff(points, axis=0)).sum(axis=0))
-
-
-def _power_to_bernstein(degree: int) -> Array:
-    """(d + 1, d + 1): row i gives control point i of a polynomial with power coefficients c_k."""
-    d = degree
-    return np.array(
-        [[comb(i, k) / comb(d, k) if k <= i else 0.0 for k in range(d + 1)] for i in range(d + 1)]
-    )
+    return np.asarray(np.abs(_legs(p, v, a, np.diff(times)[:, None])).sum(axis=0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -41,6 +42,31 @@ def test_a_known_peak_between_the_points() -> None:
     trajectory = Trajectory(("a",), np.array([0.0, T]), np.array([[0.0], [1.0]]), zero, zero)
     for derivative, peak in ((0, 1.0), (1, 15 / 8 / T), (2, 10 / np.sqrt(3) / T**2), (3, 60 / T**3)):
         assert largest(control_points(trajectory, derivative))[0] == pytest.approx(peak, rel=1e-8)
+
+
+def exact_jerk(trajectory: Trajectory, i: int, j: int) -> tuple[Fraction, Fraction]:
+    """At the start and the end of piece i, of joint j, in whole numbers."""
+    t0, t1 = (Fraction(float(t)) for t in trajectory.times[i : i + 2])
+    (p0, p1), (v0, v1), (a0, a1) = (
+        [Fraction(float(x)) for x in values[i : i + 2, j]]
+        for values in (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    )
+    h = t1 - t0
+    start = 60 * (p1 - p0) / h**3 - (36 * v0 + 24 * v1) / h**2 - (9 * a0 - 3 * a1) / h
+    end = 60 * (p1 - p0) / h**3 - (24 * v0 + 36 * v1) / h**2 - (3 * a0 - 9 * a1) / h
+    return start, end
+
+
+def test_the_jerk_of_short_pieces_is_not_lost_in_rounding() -> None:
+    """Pieces of 7 ms far from zero: within 1e-10 of the jerk in whole numbers."""
+    t = np.cumsum([0.0, *[1 / 140] * 60])
+    p, v, a = np.pi + np.sin(2 * t), 2 * np.cos(2 * t), -4 * np.sin(2 * t)
+    trajectory = Trajectory(("a",), t, *(x[:, None] for x in (p, v, a)))
+    points = control_points(trajectory, 3)
+    for i in range(60):
+        start, end = exact_jerk(trajectory, i, 0)
+        assert points[i, 0, 0] == pytest.approx(float(start), abs=1e-9)
+        assert points[i, -1, 0] == pytest.approx(float(end), abs=1e-9)
 
 
 @settings(max_examples=40, deadline=None)
