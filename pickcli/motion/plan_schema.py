@@ -88,7 +88,7 @@ class _Grasp(_Model):
     T_item_tip: Annotated[
         list[Annotated[list[Number], Field(min_length=4, max_length=4)]], Field(min_length=4, max_length=4)
     ]
-    score: Number
+    score: Annotated[Number, Field(ge=0.0)]
     moment: Number
     pull: Number
     shear: Number

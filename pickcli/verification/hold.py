@@ -28,7 +28,7 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     if plan.grasp is None or T_tip_item is None:
         return ()
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
-    reasons = list(_seal(grasp, item, scene.cell.robot.tool))
+    reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
     if grasp.pivot is PivotState.MOVING:
         reasons.append(
             Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
@@ -40,11 +40,19 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
                     Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.pivot}")
                 )
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
+            reasons += _kind(scene, grasp)
     if plan.segments[0].held is not None and scene.held is not None:
         reasons += _as_grasped(scene, grasp, inverse(scene.held.T_tip_item), "in the cup")
     if not item.suction:
         reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
     return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
+
+
+def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
+    """The face is the one that the tip is on."""
+    face = _face_at(item, grasp.T_item_tip[:3, 3])[0]
+    if grasp.face != face:
+        yield Reason("wrong face", "grasp", f"{grasp.face} stated, the tip is on {face}")
 
 
 def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
@@ -115,6 +123,15 @@ def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iter
     robot = scene.cell.robot
     tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.pivot)[0]
     yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
+
+
+def _kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
+    """The kind is that of the pod's axis which the cup's, where it takes the item, is nearest to."""
+    T_pod_tip = inverse(scene.T_world_pod) @ scene.find(grasp.item).T_world_item @ grasp.T_item_tip
+    into, aside, up = T_pod_tip[:3, 2]
+    kind = max((into, "frontal"), (-up, "top-down"), (abs(aside), "side"))[1]
+    if grasp.kind != kind:
+        yield Reason("wrong kind", "grasp", f"{grasp.kind} stated, by the cup's axis it is {kind}")
 
 
 def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:

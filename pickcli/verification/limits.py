@@ -30,7 +30,7 @@ class Ratios:
 
 
 def check_limits(plan: Plan, scene: Scene) -> Ratios:
-    """Position, velocity, acceleration and jerk limits; rest at both ends; slow items carried slowly."""
+    """Position, velocity, acceleration and jerk limits; rest at both ends; carried as slowly as stated."""
     cell = scene.cell
     limits = cell.robot.limits
     most = (limits.velocity * cell.speed_scale, limits.acceleration * cell.speed_scale, limits.jerk)
@@ -82,12 +82,12 @@ def _rest(plan: Plan) -> Iterator[Reason]:
 
 
 def _carrying(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Items with a speed scale below 1 are carried below that share of the velocity limits."""
+    """What is carried keeps below the share of the velocity limits that item and plan state."""
     limits = scene.cell.robot.limits
     for k, segment in enumerate(plan.segments):
         if segment.held is None:
             continue
-        scale = scene.item(segment.held).speed_scale * scene.cell.speed_scale
+        scale = min(scene.item(segment.held).speed_scale, plan.speed_scale) * scene.cell.speed_scale
         piece = _cut(plan.trajectory, segment.t_start, segment.t_end)
         if scale < 1.0:
             ratios = _ratios(piece, 1, limits.velocity)

@@ -273,6 +273,13 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "cup tilted on the face": (moved_grasp((0, 0, 0), (0.2, 0, 0)), "cup not square", CRAYOLA),
     "cup over the edge": (moved_grasp((0, 0.03, 0)), "cup beyond the edge", CRAYOLA),
     "grasp for the other pivot": (with_grasp(pivot=DOWN), "wrong pivot", "contact"),
+    "the grasp on another face than stated": (with_grasp(face="+z"), "wrong face", "-z"),
+    "the grasp on a face that boxes do not have": (with_grasp(face="mantle"), "wrong face", "-z"),
+    "a frontal grasp called a side grasp": (with_grasp(kind="side"), "wrong kind", "frontal"),
+    "a frontal grasp called a top-down one": (with_grasp(kind="top-down"), "wrong kind", "frontal"),
+    "carried faster than the plan states": (
+        lambda p: replace(p, speed_scale=0.1), "carrying speed limit", "transfer",
+    ),
     "joints in another order": (
         lambda p: replace(p, trajectory=replace(p.trajectory, joint_names=p.trajectory.joint_names[::-1])),
         "joint names", "trajectory",
