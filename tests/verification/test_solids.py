@@ -107,7 +107,7 @@ def nearest(shape: Shape, x: Array) -> Array:
 
 
 def projected(a: Shape, T_a: Array, b: Shape, T_b: Array) -> tuple[Array, Array]:
-    """A point (3,) of each: alternating projections between two convex sets close in on their nearest ones."""
+    """A point (3,) of each, nearly the nearest: alternating projections between two convex sets close in."""
     x = T_b[:3, 3]
     for _ in range(300):
         p = transform_points(T_a, nearest(a, transform_points(inverse(T_a), x)))
