@@ -80,7 +80,7 @@ def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> t
     if failed:
         there = ", ".join(path.name for path in written) or "nothing"
         raise InputError(
-            f"{next(iter(failed.values()))}; of the results in {folder} {there} was written, "
-            f"{', '.join(failed)} was not: once there is room, run the same command again with --overwrite"
+            f"{next(iter(failed.values()))}; in {folder} written: {there}; not written: {', '.join(failed)}; "
+            "once there is room, run the same command again with --overwrite"
         )
     return tuple(written)

@@ -77,5 +77,5 @@ def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> No
     with pytest.raises(InputError) as told:
         write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})
     assert "after.json: is a folder" in str(told.value) and "--overwrite" in str(told.value)
-    assert "output.json, scene.json, trial.json was written, after.json was not" in str(told.value)
+    assert "written: output.json, scene.json, trial.json; not written: after.json; " in str(told.value)
     assert {p.name for p in tmp_path.iterdir() if p.is_file()} == {"output.json", "scene.json", "trial.json"}
