@@ -93,3 +93,13 @@ def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
     floor = set(cell().pod.bins["bin_B"].floor)
     assert found[k - 1].touching == {CRAYOLA} | floor
     assert found[k].touching == floor
+
+
+def test_what_is_taken_lies_at_most_3_mm_deep_where_poses_are_exact() -> None:
+    """1.5 mm as settled items may stand in each other, 1.5 mm for lines and bounds; it lies 0.2 mm clear."""
+    plan, scene = pick()
+    target = scene.find(CRAYOLA)
+    for down, is_refused in ((0.0031, False), (0.0033, True)):
+        sunk = replace(target, T_world_item=pose((0.0, 0.0, -down)) @ target.T_world_item)
+        lower = scene.moved(sunk)
+        assert ("3.0 explained" in told(bound(plan, lower), lower)) is is_refused
