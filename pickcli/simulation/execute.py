@@ -250,6 +250,7 @@ class _Run:
         behind = min(self.tracker.progress, t_plan) - BEHIND
         now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
         self.world.touching = frozenset(name for segment in now for name in segment.touching)
+        self.world.meant = frozenset(segment.held for segment in now if segment.held is not None)
         self.world.is_meeting = any(segment.kind is SegmentKind.CONTACT for segment in now)
 
     def _record(self) -> Execution:

@@ -67,6 +67,7 @@ class World:
         self._n_steps = 0
         self.servo = servo or (Servo() if reality.servo else IDEAL)
         self.touching: frozenset[str] = frozenset()  # what cup and held item may touch now
+        self.meant: frozenset[str] = frozenset()  # what hangs in the cup now by the plan, sealed or not
         self.is_meeting = False  # the cup is being put on an item, which still stands where it stood
         self.robot = scene.cell.robot
         self.engine = Engine(time_step)
@@ -202,7 +203,7 @@ class World:
         touches += [touch for touch in self.suction.touches if touch.b not in self._uncollided]
         if self.held is not None and not self.is_meeting:
             touches += self.engine.touches(self.held)
-        self.contacts.update(touches, self.touching, self.held, self.t)
+        self.contacts.update(touches, self.touching | self.meant, self.held, self.t)
 
     def _let_held_through(self) -> None:
         """No physics between the cup and what hangs on it; again once the two are apart, or the physics

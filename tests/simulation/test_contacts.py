@@ -110,6 +110,15 @@ def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: B
             assert np.allclose(found[0].position, world.tip[:3, 3], atol=0.03)
 
 
+def test_what_the_cup_did_not_seal_on_is_met_as_planned_while_the_plan_has_it_held(
+    build_world: BuildWorld,
+) -> None:
+    world = build_world(cube(side=0.08), gap=0.01, pivot=PivotState.STRAIGHT)
+    world.touching, world.meant = NONE, frozenset({"cube"})
+    push_forward(world, 0.015)
+    assert world.held is None and world.contacts.collisions == ()
+
+
 def test_a_held_item_set_down_on_what_it_may_touch_is_none_until_it_is_driven_in(holding: World) -> None:
     x, y, z = holding.engine.pose("cube")[:3, 3]
     table = box("table", (x - 0.1, y - 0.1, z - 0.13), (x + 0.1, y + 0.1, z - 0.03))
