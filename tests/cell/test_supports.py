@@ -191,15 +191,20 @@ def test_what_carries_an_item_counts_as_smaller_by_what_both_poses_may_be_off(ce
         assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).stays("above") is stays
 
 
+def on_a_slope(cell: Cell, degrees: float, x: float, z: float) -> tuple[PlacedItem, PlacedItem]:
+    """A box that is pitched, with its middle at x and z m in the bin, and a smaller one flat on it."""
+    turn = (0.0, float(np.radians(degrees)), 0.0)
+    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), x, 0.0, z, turn)
+    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
+    return below, PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+
+
 @pytest.mark.parametrize(("degrees", "stays"), [(9.8, True), (10.8, False)])
 def test_on_a_slope_an_item_stays_as_steep_as_friction_holds_it(
     cell: Cell, degrees: float, stays: bool
 ) -> None:
     """A friction of 0.2 is 11.3 degrees, of which one is kept for a tilt of the world."""
-    turn = (0.0, float(np.radians(degrees)), 0.0)
-    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), 0.3, 0.0, 0.05, turn)
-    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
-    above = PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+    below, above = on_a_slope(cell, degrees, 0.3, 0.05)
     assert of(cell, below, above).stays("above") is stays
 
 
@@ -208,10 +213,7 @@ def test_a_face_carries_weight_up_to_seventy_degrees_of_slope(
     cell: Cell, degrees: float, carries: bool
 ) -> None:
     """Beyond that an item seems to hang in the air, and would fall straight down."""
-    turn = (0.0, float(np.radians(degrees)), 0.0)
-    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), 0.25, 0.0, 0.09, turn)
-    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
-    above = PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
+    below, above = on_a_slope(cell, degrees, 0.25, 0.09)
     contacts = of(cell, below, above).touching["above"]
     assert not any(c.b == "above" for c in contacts)
     normals = [c.normal for c in contacts if c.b == "below"]
