@@ -9,6 +9,7 @@ from annotated_types import Len
 from pydantic import Field, model_validator
 
 from pickcli.cell.data_path import data_path
+from pickcli.cell.file_kind import ITEMS
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.validate import FileModel, Number, validate
@@ -118,7 +119,7 @@ def load_items(folder: Path | None = None) -> dict[tuple[str, int], Item]:
 
 def read_items(path: Path) -> dict[tuple[str, int], Item]:
     """The items of one file, by (name, year). Raises InputError with every mistake and its place."""
-    model = validate(read_yaml(path), ItemsModel)
+    model = validate(read_yaml(path, ITEMS), ItemsModel)
     return {(name, model.year): _item(name, model.year, item) for name, item in model.items.items()}
 
 

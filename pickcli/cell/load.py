@@ -13,6 +13,7 @@ from pickcli.cell.consistency import check_consistency
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device, DeviceKind
+from pickcli.cell.file_kind import CELL
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.model import AllowedPair, Cell, NamedConfiguration
@@ -35,7 +36,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
     no such cell.
     """
     path = cell_file(name_or_path)
-    source = read_yaml(path)
+    source = read_yaml(path, CELL)
     model = validate(source, CellModel)
     chain = read_urdf(_inside(source, path.parent, model.robot.urdf))
     check_consistency(source, model, chain)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
+from pickcli.cell.file_kind import FileKind, refuse_other_kind
 from pickcli.errors import InputError
-
-HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -18,16 +17,20 @@ _KINDS = {
 }
 
 
-def read_bytes(path: Path, max_bytes: int, what_to_do: str = "check the name") -> bytes:
+def read_bytes(
+    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+) -> bytes:  # fmt: skip
     """The bytes of a regular file of at most ``max_bytes``.
 
     Args:
         path: The file, or a link to it.
         max_bytes: The most that such a file has. What is larger is not read any farther.
         what_to_do: Advice at the end of the message where the file is not there.
+        wanted: What it should be; None for any file.
 
     Raises:
-        InputError: There is no such file, it is a device, pipe, socket or folder, too large or unreadable.
+        InputError: There is no such file, it is a device, pipe, socket or folder, of another kind, too large
+            or unreadable.
     """
     try:
         refuse_special_file(path, what_to_do)
@@ -37,18 +40,18 @@ def read_bytes(path: Path, max_bytes: int, what_to_do: str = "check the name") -
         raise InputError(f"{path}: no such file; {what_to_do}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if wanted is not None:
+        refuse_other_kind(path, content, wanted)
     if len(content) > max_bytes:
         raise InputError(f"{path}: at most {max_bytes} bytes are read, it has more; is it the right file?")
     return content
 
 
-def read_text(path: Path, max_bytes: int, what_to_do: str = "check the name") -> str:
+def read_text(
+    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+) -> str:  # fmt: skip
     """``read_bytes`` as UTF-8 text. Raises InputError also for bytes that are none."""
-    content = read_bytes(path, max_bytes, what_to_do)
-    if content.startswith(HDF5_MAGIC):
-        raise InputError(
-            f"{path}: is an HDF5 file (a roadmap or trajectory database?), not text; {what_to_do}"
-        )
+    content = read_bytes(path, max_bytes, what_to_do, wanted)
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -17,6 +17,7 @@ import numpy as np
 
 from pickcli.cell.atomic import write_text
 from pickcli.cell.displacement import Displacement
+from pickcli.cell.file_kind import SCENE
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
@@ -37,7 +38,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
 
     Raises InputError with every mistake and its place, StaleError if the file was made for another cell.
     """
-    source = read_yaml(Path(path))  # JSON is YAML, and so every value has a line and a column
+    source = read_yaml(Path(path), SCENE)  # JSON is YAML, and so every value has a line and a column
     model = validate(source, SceneModel)
     cell = cell or load_cell(model.cell.name)
     if model.cell.fingerprint != cell.fingerprint:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
+from pickcli.cell.file_kind import URDF
 from pickcli.cell.reading import read_text
 from pickcli.errors import InputError
 
@@ -72,7 +73,7 @@ class Element:
 
 def read_xml(path: Path) -> Element:
     """The root element of an XML file. Raises InputError."""
-    text = read_text(path, MAX_BYTES)
+    text = read_text(path, MAX_BYTES, wanted=URDF)
     parser = expat.ParserCreate()
     top = Element(path, 1, "", {})
     open_elements = [top]

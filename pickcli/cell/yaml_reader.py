@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 import yaml
 
+from pickcli.cell.file_kind import FileKind
 from pickcli.cell.reading import read_text
 from pickcli.errors import InputError
 
@@ -87,10 +88,13 @@ def name_of(key: Key) -> str:
     return text.removeprefix(".")
 
 
-def read_yaml(path: Path) -> Source:
-    """Values and marks of a YAML file. Raises InputError with every mistake found and its place."""
+def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
+    """Values and marks of a YAML file. Raises InputError with every mistake found and its place.
+
+    wanted: the kind that the file should be of; None for any
+    """
     source = Source(path)
-    text = _SURROGATES.sub(_character, read_text(path, MAX_BYTES))
+    text = _SURROGATES.sub(_character, read_text(path, MAX_BYTES, wanted=wanted))
     events = _Events(source, text)
     try:
         source.data = events.document()

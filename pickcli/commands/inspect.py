@@ -73,10 +73,11 @@ def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]
 
 def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
-    from pickcli.cell.reading import HDF5_MAGIC, refuse_special_file
+    from pickcli.cell.file_kind import CELL, PLAN, SCENE, STORE, kind_of
+    from pickcli.cell.reading import refuse_special_file
     from pickcli.errors import InputError
 
-    if path.is_dir() or path.suffix == ".yaml" or not path.exists():
+    if path.is_dir() or not path.exists():
         return _cell(path)
     try:
         refuse_special_file(path)
@@ -84,14 +85,15 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
             head = file.read(HEAD)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    if head.startswith(HDF5_MAGIC):
-        return _stored(path)
-    if b'"apc plan"' in head:
-        return _plan(path)
-    if b'"apc scene"' in head:
+    kind = kind_of(head) or (CELL if path.suffix == ".yaml" else None)
+    if kind == SCENE:
         return _scene(path, cell_name)
+    describe = {STORE: _stored, PLAN: _plan, CELL: _cell}
+    if kind in describe:
+        return describe[kind](path)
+    found = "is no file of ours" if kind is None else f"is {kind.name}"
     raise InputError(
-        f"{path}: neither a roadmap, trajectory database, plan, scene nor cell of ours; name another file"
+        f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is wanted here"
     )
 
 

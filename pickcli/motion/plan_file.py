@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.atomic import write_bytes
+from pickcli.cell.file_kind import PLAN
 from pickcli.cell.reading import read_text
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import Array
@@ -77,7 +78,7 @@ def read_plan(path: Path) -> Plan:
     Raises InputError when it is missing, too large or breaks the format (all problems at once, each with
     its field), DamagedError when it is cut off, or when it was changed after it was certified.
     """
-    text = read_text(path, MAX_BYTES, "plan one with apc plan-pick")
+    text = read_text(path, MAX_BYTES, "plan one with apc plan-pick", PLAN)
     plan, seal = parse_plan(text, str(path))
     _check_certificate(plan, seal, str(path))
     return plan

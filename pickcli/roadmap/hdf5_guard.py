@@ -19,12 +19,15 @@ from typing import Any
 import h5py
 import numpy as np
 
+from pickcli.cell.file_kind import STORE, refuse_other_kind
 from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap.hdf5_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
 
 MAX_FILE = 512 * 2**20  # bytes
 MAX_NAMES = 64
+HEAD = 64  # bytes that tell a text from anything else
+MAX_TEXT_READ = 2**20  # bytes of a text, to tell what it is
 
 # What h5py and our own checks raise on bytes that are not what was written.
 SYMPTOMS = (
@@ -88,8 +91,10 @@ def check_readable(path: Path) -> None:
         with open(path, "rb") as file:
             if os.fstat(file.fileno()).st_size > MAX_FILE:
                 raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
-            head = file.read(64)
-        if _is_text(head):
+            head = file.read(HEAD)
+            text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
+        if text is not None:
+            refuse_other_kind(path, text, STORE)
             raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; build it first, or name another") from None
@@ -99,7 +104,7 @@ def check_readable(path: Path) -> None:
 
 def _is_text(head: bytes) -> bool:
     """Whether a file begins like a JSON or YAML file: then it is not a damaged one of ours."""
-    return len(head) > 0 and head.isascii() and head.decode("ascii").replace("\n", " ").isprintable()
+    return len(head) > 0 and head.isascii() and b" ".join(head.split()).decode("ascii").isprintable()
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
 
 from pydantic import Field, create_model
 
+from pickcli.cell.file_kind import REALITY
 from pickcli.cell.scene_schema import MAX_POD_YAW
 from pickcli.cell.validate import FileModel, validate
 from pickcli.cell.yaml_reader import read_yaml
@@ -97,7 +98,7 @@ def read_reality(path: Path | None) -> Reality:
     """
     if path is None:
         return DEFAULT
-    model = validate(read_yaml(path), _file_model())
+    model = validate(read_yaml(path, REALITY), _file_model())
     return Reality(**model.model_dump(exclude=set(RealityHead.model_fields)))
 
 

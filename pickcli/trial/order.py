@@ -17,6 +17,7 @@ from reprlib import Repr
 from typing import Any
 
 from pickcli.cell.data_path import data_path
+from pickcli.cell.file_kind import ORDER
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.trial.strict_json import Document, Place, parse_json, read_json
@@ -71,7 +72,7 @@ def read_order(path: Path, cell: Cell) -> Order:
     Raises:
         InputError: Naming every problem; UnknownNameError for a name that stands for none.
     """
-    return _order(read_json(order_file(path)), {name for name, _ in cell.items}, tuple(cell.pod.bins))
+    return _order(read_json(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins))
 
 
 def order_names() -> list[str]:

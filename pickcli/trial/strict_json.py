@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pickcli.cell.reading import HDF5_MAGIC, read_bytes
+from pickcli.cell.file_kind import FileKind
+from pickcli.cell.reading import read_bytes
 from pickcli.errors import InputError
 
 MAX_BYTES = 1_000_000  # an official order has about 3 kB
@@ -46,17 +47,18 @@ class Document:
         return _position(self.where, self.text, self.keys.get(place, 0))
 
 
-def read_json(path: Path) -> Document:
-    """Read a JSON file. Raises InputError for what is not a regular, small, well-formed JSON file."""
-    return parse_json(read_bytes(path, MAX_BYTES, "give the path of a JSON file"), str(path))
+def read_json(path: Path, wanted: FileKind | None = None) -> Document:
+    """Read a JSON file. Raises InputError for what is not a regular, small, well-formed JSON file.
+
+    wanted: the kind that the file should be of; None for any
+    """
+    return parse_json(read_bytes(path, MAX_BYTES, "give the path of a JSON file", wanted), str(path))
 
 
 def parse_json(data: bytes, where: str) -> Document:
     """Parse bytes (UTF-8 JSON; duplicate keys, NaN and deep nesting are refused). Raises InputError."""
     if len(data) > MAX_BYTES:
         raise InputError(f"{where}: larger than {MAX_BYTES} bytes; this cannot be an order")
-    if data.startswith(HDF5_MAGIC):
-        raise InputError(f"{where}: is an HDF5 file, not JSON; give the path of a JSON file")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -172,7 +172,7 @@ MISTAKES = {
         "configurations[0].q[0]: expected rail in 0.05 to 1.15, got 1.58",
     ),
     "another version": ("version: 1", "version: 2", "version: expected 1, the only version there is"),
-    "another format": ("format: apc cell", "format: apc scene", "format: expected 'apc cell'"),
+    "another format": ("format: apc cell", "format: apc cells", "format: expected 'apc cell'"),
 }
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.cell.reading import HDF5_MAGIC, read_bytes, read_text, refuse_special_file
+from pickcli.cell.file_kind import HDF5_MAGIC, PLAN
+from pickcli.cell.reading import read_bytes, read_text, refuse_special_file
 from pickcli.errors import InputError
 
 
@@ -47,13 +48,17 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         read_bytes(loop, 5)
 
 
-def test_text_is_utf8_and_no_hdf5(tmp_path: Path) -> None:
+def test_text_is_utf8(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_text("gr\u00f6\u00dfer")
     assert read_text(path, 100) == "gr\u00f6\u00dfer"
     path.write_bytes(b"ab\xff")
     with pytest.raises(InputError, match="byte 2 is not UTF-8"):
         read_text(path, 100)
-    path.write_bytes(HDF5_MAGIC)
-    with pytest.raises(InputError, match="is an HDF5 file"):
-        read_text(path, 100)
+
+
+def test_a_file_of_another_kind_is_called_by_its_name_even_where_it_is_too_large(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(HDF5_MAGIC + bytes(100))
+    with pytest.raises(InputError, match="is a roadmap or trajectory database, but a plan is wanted here"):
+        read_text(path, 20, wanted=PLAN)

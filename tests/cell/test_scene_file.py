@@ -206,7 +206,7 @@ MISTAKES = {
         "noise: expected bounds of the error of the item poses, got nothing; add it",
     ),
     "unknown key": (_set("items", 0, "weight", value=1), "items[0].weight: unknown key"),
-    "another format": (_set("format", value="apc cell"), "format: expected 'apc scene'"),
+    "another format": (_set("format", value="apc scenes"), "format: expected 'apc scene'"),
     "negative noise": (_set("noise", "position", value=-1.0), "noise.position: expected"),
     "another frame": (
         _set("items", 0, "position", value=[0.3, 0.0, 0.1]),

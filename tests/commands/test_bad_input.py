@@ -226,14 +226,3 @@ def test_pipes_are_not_waited_for(made: Made, tmp_path: Path, out: Path) -> None
         ("refresh", pipe),
     ):
         refused(apc(*argv), 3, pipe, "is a pipe, not a regular file")
-
-
-def test_files_of_another_kind_are_not_called_damaged(made: Made, tmp_path: Path, out: Path) -> None:
-    path = _roadmap(tmp_path / "roadmap.h5", load_cell("apc2016_delft").fingerprint)
-    for argv in (("check", made.plan), ("refresh", made.scene)):
-        refused(apc(*argv), 3, argv[1], "is a text file, no roadmap")
-    move = ("plan-move", "--from", "home", "--to", "bin_C", "-o", out, "--scene")
-    refused(apc(*move, made.scene, "--roadmap", made.scene), 3, made.scene, "is a text file, no roadmap")
-    refused(apc(*move, path), 3, path, "is an HDF5 file")
-    refused(apc("make-scene", path, "-o", out), 3, path, "is an HDF5 file")
-    refused(apc("verify", path, "--scene", made.scene), 3, path, "is an HDF5 file")

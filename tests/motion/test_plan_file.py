@@ -148,7 +148,7 @@ def point(i: int, key: str, value: Any) -> Any:
 @pytest.mark.parametrize(
     ("change", "field"),
     [
-        (lambda d: d.__setitem__("format", "apc scene"), "format"),
+        (lambda d: d.__setitem__("format", "apc plans"), "format"),
         (lambda d: d.__setitem__("version", 1), "version"),
         (lambda d: d.__setitem__("version", True), "version"),
         (lambda d: d.__setitem__("version", 2.0), "version"),

@@ -86,7 +86,7 @@ def test_read_reality_names_place_and_cure(tmp_path: Path, line: str, advice: st
     ("text", "place"),
     [
         ("version: 1\n", ":1:1: format"),
-        ("format: apc cell\nversion: 1\n", ":1:1: format: expected 'apc reality', got \"apc cell\";"),
+        ("format: apc real\nversion: 1\n", ":1:1: format: expected 'apc reality', got \"apc real\";"),
         ("format: apc reality\nversion: 2\n", ":2:1: version: expected 1, the only version there is, got 2;"),
     ],
 )

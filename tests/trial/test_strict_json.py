@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pickcli.cell.file_kind import HDF5_MAGIC, ORDER
 from pickcli.errors import InputError
 from pickcli.trial.strict_json import MAX_BYTES, MAX_DEPTH, Document, parse_json, read_json
 
@@ -169,6 +170,8 @@ def test_what_does_not_stand_in_a_text_is_told_at_its_beginning() -> None:
     assert document.at("b") == document.at_key("b") == "f:1:1"
 
 
-def test_a_file_of_another_kind_is_told_as_such() -> None:
-    with pytest.raises(InputError, match="is an HDF5 file, not JSON"):
-        parse_json(b"\x89HDF\r\n\x1a\n" + bytes(100), "f.json")
+def test_a_file_of_another_kind_is_told_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "f.json"
+    path.write_bytes(HDF5_MAGIC + bytes(100))
+    with pytest.raises(InputError, match="is a roadmap or trajectory database, but an order is wanted"):
+        read_json(path, ORDER)

@@ -1,0 +1,70 @@
+"""The kinds of files that commands read, told apart by what they say of themselves.
+
+So that a file handed in where another kind is wanted is called by its name, once, before a reader finds
+that every one of its keys is unknown.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from pickcli.errors import InputError
+
+HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """One kind of file.
+
+    name: with its article, as it stands in messages
+    origin: where one comes from
+    """
+
+    name: str
+    origin: str
+
+
+STORE = FileKind("a roadmap or trajectory database", "apc build-roadmap or apc build-trajectories makes one")
+PLAN = FileKind("a plan", "apc plan-pick or apc plan-move makes one")
+SCENE = FileKind("a scene", "apc make-scene makes one from an order")
+ORDER = FileKind("an order", "apc make-order makes one, others are under data/tasks")
+TRIAL = FileKind("the record of a trial", "apc run-trial writes one")
+CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells")
+ITEMS = FileKind("a file of items", "those of both years are under data/items")
+REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
+URDF = FileKind("a URDF file", "the robot of a cell is one")
+KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF)
+
+_BY_FORMAT = {
+    b"plan": PLAN,
+    b"scene": SCENE,
+    b"cell": CELL,
+    b"items": ITEMS,
+    b"reality": REALITY,
+}
+_KEY = rb"(?:^[ \t]*|[{,]\s*)[\"']?%s[\"']?\s*:"  # in JSON or YAML
+_FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)
+_BY_MARK = (  # where no format is stated
+    (re.compile(_KEY % rb"max_score", re.MULTILINE), TRIAL),
+    (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order)", re.MULTILINE), ORDER),
+    (re.compile(rb"<robot\b"), URDF),
+)
+
+
+def kind_of(content: bytes) -> FileKind | None:
+    """The kind that a file, or its beginning, says to be. None where it says nothing."""
+    if content.startswith(HDF5_MAGIC):
+        return STORE
+    if (named := _FORMAT.search(content)) is not None:
+        return _BY_FORMAT.get(named[1])
+    return next((kind for mark, kind in _BY_MARK if mark.search(content)), None)
+
+
+def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
+    """Raise InputError for a file that says to be of another kind. ``content``: it, or its beginning."""
+    found = kind_of(content)
+    if found not in (None, wanted):
+        raise InputError(f"{path}: is {found.name}, but {wanted.name} is wanted here ({wanted.origin})")

@@ -1,0 +1,126 @@
+"""A file handed in where another kind is wanted: one line that says what it is and what is wanted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import pytest
+from command_line import ITEM, Made, apc, refused
+
+from pickcli.cell.data_path import data_path
+from pickcli.cell.file_kind import (
+    CELL,
+    ITEMS,
+    KINDS,
+    ORDER,
+    PLAN,
+    REALITY,
+    SCENE,
+    STORE,
+    TRIAL,
+    URDF,
+    FileKind,
+)
+from pickcli.cell.load import load_cell
+from pickcli.commands import main as cli
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.store import write_roadmap
+
+# What every command reads, by the name of the parameter.
+READ = {
+    "build-roadmap": {"cell_name": CELL},
+    "build-trajectories": {"cell_name": CELL},
+    "suggest-configurations": {"cell_name": CELL},
+    "compare-planners": {"cell_name": CELL},
+    "make-order": {},
+    "make-scene": {"order_path": ORDER, "cell_name": CELL},
+    "plan-pick": {"scene_path": SCENE, "cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
+    "plan-move": {"scene_path": SCENE, "cell_name": CELL, "roadmap": STORE, "trajectories": STORE},
+    "verify": {"plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "stopped_path": PLAN},
+    "execute": {
+        "plan_path": PLAN, "scene_path": SCENE, "cell_name": CELL, "planned_in": SCENE,
+        "reality_path": REALITY, "roadmap": STORE, "trajectories": STORE,
+    },
+    "run-trial": {
+        "order_path": ORDER, "reality_path": REALITY, "cell_name": CELL, "roadmap": STORE,
+        "trajectories": STORE,
+    },
+    "check": {"path": STORE, "cell_name": CELL},
+    "refresh": {"path": STORE, "cell_name": CELL},
+    "inspect": {"path": None, "cell_name": CELL},
+}  # fmt: skip
+WRITTEN = ("output", "picture", "video", "plot")  # and are told apart by refuse_output
+UNREAD = ("check", "cell_name")  # but where a file is damaged
+SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect
+
+
+def _parameters(command: str) -> dict[str, click.Parameter]:
+    found = cli.apc.get_command(click.Context(cli.apc), command)
+    assert found is not None
+    return {str(parameter.name): parameter for parameter in found.params}
+
+
+@pytest.fixture(scope="module")
+def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind, Path]:
+    """A right file of every kind."""
+    folder, cell = tmp_path_factory.mktemp("kinds"), load_cell("apc2016_delft")
+    found = {kind: folder / f"file_{i}" for i, kind in enumerate(KINDS)}
+    write_roadmap(
+        found[STORE], Roadmap.empty(cell.robot.joint_names), cell.fingerprint,
+        {"by": {}, "settings": {}, "result": {}},
+    )  # fmt: skip
+    found[REALITY].write_text("format: apc reality\nversion: 1\n")
+    found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
+    return found | {
+        PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
+        ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf,
+    }  # fmt: skip
+
+
+def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out: Path) -> list[object]:
+    """A right call of a command but for one file."""
+    right: dict[str, object] = {
+        "bin_name": "bin_C", "item": ITEM, "start": "home", "goal": "bin_C", "output": out,
+    }  # fmt: skip
+    argv: list[object] = [command]
+    if command == "execute":  # a planner is needed only for the way to where the plan begins
+        right["start"] = "tote"
+        argv += ["--bridge"]
+    for parameter in _parameters(command).values():
+        kind = READ[command].get(str(parameter.name))
+        is_argument = isinstance(parameter, click.Argument)
+        value = right.get(str(parameter.name))
+        if parameter.name == name:
+            value = given
+        elif is_argument or (parameter.required and kind is not None):
+            value = files[kind or SCENE]
+        if value is not None:
+            argv += [value] if is_argument else [parameter.opts[-1], value]
+    return argv
+
+
+def test_the_table_names_every_file_that_a_command_reads() -> None:
+    assert set(READ) == set(cli.COMMANDS)
+    for command, read in READ.items():
+        parameters = _parameters(command).values()
+        paths = {p.name for p in parameters if isinstance(p.type, click.Path) or p.name == "cell_name"}
+        assert paths - set(WRITTEN) == set(read), command
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [(command, name) for command, read in READ.items() for name in read if (command, name) != UNREAD],
+)
+def test_every_other_kind_is_refused_in_one_line(
+    command: str, name: str, files: dict[FileKind, Path], out: Path
+) -> None:
+    wanted = READ[command][name]
+    for kind in KINDS:
+        if kind in ((wanted,) if wanted is not None else SHOWN):
+            continue
+        answer = apc(*_call(command, name, files[kind], files, out))
+        refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is wanted here")
+        assert wanted is None or wanted.name in answer.err
+        assert answer.err.strip().count("\n") == 0
+        assert not out.exists()
