@@ -9,7 +9,8 @@ Manocha, OBBTree, 1996), the line of centres, and those in which round sides giv
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,16 +42,23 @@ class Solids:
     @classmethod
     def of(cls, scene: Scene, items: Sequence[PlacedItem], bodies: Sequence[tuple[Body, Array]]) -> Solids:
         """Items with the noise of their scene, then bodies with the pose (4, 4) of what they stand in."""
-        shapes = (*(placed.item.shape for placed in items), *(body.shape for body, _ in bodies))
-        poses = [*(placed.T_world_item for placed in items), *(T @ body.T_parent_shape for body, T in bodies)]
+        standing = [(placed.item.shape, placed.T_world_item) for placed in items]
+        standing += [(body.shape, T @ body.T_parent_shape) for body, T in bodies]
+        names = (*(placed.id for placed in items), *(body.name for body, _ in bodies))
         bounds = [*(scene.noise.bound(placed.item) for placed in items), *(0.0 for _ in bodies)]
+        return replace(cls.standing(standing), names=names, bound=np.array(bounds))
+
+    @classmethod
+    def standing(cls, solids: Sequence[tuple[Shape, Array]]) -> Solids:
+        """Shapes exactly at their poses (4, 4), without names."""
+        shapes = tuple(shape for shape, _ in solids)
         return cls(
-            (*(placed.id for placed in items), *(body.name for body, _ in bodies)),
+            ("",) * len(shapes),
             shapes,
-            np.array(poses).reshape(-1, 4, 4),
-            np.array([shape.extents / 2 for shape in shapes]).reshape(-1, 3),
+            np.array([T for _, T in solids]).reshape(len(shapes), 4, 4),
+            np.array([shape.extents / 2 for shape in shapes]).reshape(len(shapes), 3),
             np.array([_KINDS[shape.kind] for shape in shapes], dtype=np.intp),
-            np.array(bounds),
+            np.zeros(len(shapes)),
         )
 
     def half_widths(self, of: NDArray[np.intp], directions: Array) -> Array:
@@ -64,13 +72,18 @@ class Solids:
         around = half[:, None, 0] * np.hypot(local[..., 0], local[..., 1]) + half[:, None, 2] * local[..., 2]
         return np.where(kind == 0, as_box, np.where(kind == 1, around, half[:, :1]))
 
+    @cached_property
+    def upright(self) -> Array:
+        """(N, 3) m, half extents of the boxes around them along the axes of the world."""
+        n = len(self.names)
+        return self.half_widths(np.arange(n), np.broadcast_to(np.eye(3), (n, 3, 3)))
+
     def near(self, n_items: int, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Pairs (P,), (P,) whose upright boxes come within ``reach`` m and both bounds, the first an item.
 
         n_items: how many of the solids, the first ones, are items
         """
-        axes = np.broadcast_to(np.eye(3), (len(self.names), 3, 3))
-        half = self.half_widths(np.arange(len(self.names)), axes) + self.bound[:, None] + reach / 2
+        half = self.upright + self.bound[:, None] + reach / 2
         low, high = self.T[:, :3, 3] - half, self.T[:, :3, 3] + half
         meet = (low[:n_items, None] <= high) & (high[:n_items, None] >= low)
         a, b = np.nonzero(meet.all(axis=2))

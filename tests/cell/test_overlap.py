@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
 
 from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
 from pickcli.cell.shapes import Shape, ShapeKind
@@ -43,6 +46,27 @@ def is_inside(shape: Shape, p: Array) -> Array:
     return (np.hypot(p[:, 0], p[:, 1]) <= shape.size[0]) & (abs(p[:, 2]) <= shape.size[1] / 2)
 
 
+def corners(solid: Solid, n: int = 48) -> Array:
+    """Points (K, 3) whose hull is a box, or is inscribed in a cylinder; common frame."""
+    if solid.shape.kind is ShapeKind.BOX:
+        local = np.array(list(product((-0.5, 0.5), repeat=3))) * solid.shape.extents
+    else:
+        radius, length = solid.shape.size
+        turns = 2 * np.pi * np.arange(n) / n
+        rim = np.column_stack([radius * np.cos(turns), radius * np.sin(turns)])
+        local = np.array([(x, y, z) for x, y in rim for z in (-length / 2, length / 2)])
+    return np.asarray(local @ solid.T[:3, :3].T + solid.T[:3, 3])
+
+
+def hull_depth(a: Solid, b: Solid) -> float:
+    """How deep the hulls of the corners of two solids stand in each other, m; 0 where they do not.
+
+    All differences of their points have a hull, and moving by the way from 0 to its surface parts them.
+    """
+    differences = (corners(a)[:, None] - corners(b)).reshape(-1, 3)
+    return max(0.0, float(-ConvexHull(differences).equations[:, 3].max()))
+
+
 CAN = Shape(ShapeKind.CYLINDER, (0.125, 0.125))
 ROUNDING = 2.0**-52
 
@@ -76,10 +100,16 @@ def test_order_and_frame_mean_nothing(a: Solid, b: Solid) -> None:
 
 @given(st.builds(Solid, boxes, places), st.builds(Solid, boxes, places))
 def test_the_depth_of_boxes_is_the_shortest_way_out(a: Solid, b: Solid) -> None:
-    depth = overlap_depth(a, b)
-    if depth > 0.0:
-        shadows = [float(n @ (a.support(n) - b.support(-n))) for n in DIRECTIONS[:800]]
-        assert depth <= min(shadows) + 1e-9
+    assert overlap_depth(a, b, 0.0) == pytest.approx(hull_depth(a, b), abs=1e-9)
+
+
+@given(st.builds(Solid, cylinders, places), st.builds(Solid, st.one_of(boxes, cylinders), places))
+@settings(max_examples=50)
+def test_the_depth_of_cylinders_is_never_under_the_shortest_way_out(a: Solid, b: Solid) -> None:
+    """But 0 where it is within the tolerance."""
+    for tolerance in (0.0, 0.02):
+        depth = overlap_depth(a, b, tolerance)
+        assert depth == 0.0 or depth >= max(tolerance, hull_depth(a, b) - 1e-9)
 
 
 BOX = Shape(ShapeKind.BOX, (0.1, 0.06, 0.04))

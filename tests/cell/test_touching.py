@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_overlap import is_inside, points_inside
+from test_overlap import hull_depth, is_inside, points_inside
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.overlap import Solid, overlap_depth
+from pickcli.cell.overlap import Solid
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.touching import Gaps, Solids, gaps
@@ -60,8 +60,7 @@ def test_the_overlap_of_two_boxes_is_exact(T_a: Array, T_b: Array) -> None:
     found = gap_of(("crayola_24_ct", T_a), ("jane_eyre_dvd", T_b))
     scene, _ = solids_at(("crayola_24_ct", T_a), ("jane_eyre_dvd", T_b))
     one, other = (Solid(placed.item.shape, placed.T_world_item) for placed in scene.items)
-    depth = overlap_depth(one, other, tolerance=1e-9)
-    assert max(0.0, -float(found.width[0])) == pytest.approx(depth, abs=1e-9)
+    assert max(0.0, -float(found.width[0])) == pytest.approx(hull_depth(one, other), abs=1e-9)
 
 
 def test_a_ball_over_a_box_is_as_far_away_as_it_looks() -> None:
