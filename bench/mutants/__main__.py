@@ -79,7 +79,7 @@ PACKAGES = (
         "contact rules",
         ("collision/allowed_contacts", "cell/supports", "cell/touching"),
         ("tests/collision/test_allowed_contacts.py", "tests/cell/test_supports.py",
-         "tests/cell/test_touching.py"),
+         "tests/cell/test_balance.py", "tests/cell/test_touching.py"),
     ),
     Package(
         "load rules",

@@ -26,6 +26,11 @@ class PlacedItem:
     location: str  # bin name, or TOTE
     T_world_item: Array  # (4, 4)
 
+    @property
+    def can_roll(self) -> bool:
+        """Whether it rolls as it lies when it is pushed."""
+        return self.item.can_roll(self.T_world_item[:3, :3])
+
 
 @dataclass(frozen=True, eq=False)
 class HeldItem:

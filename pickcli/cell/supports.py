@@ -47,9 +47,10 @@ class Touching:
     gap: float
     normal: Array
 
-    def seen_from(self, name: str) -> Touching:
-        """The same contact with ``name`` as a."""
-        return self if name == self.a else Touching(self.b, self.a, self.gap, -self.normal)
+    @property
+    def flipped(self) -> Touching:
+        """The same contact seen from the other of the two."""
+        return Touching(self.b, self.a, self.gap, -self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +76,12 @@ class Supports:
             one = Touching(names[a], names[b], float(gap), normal)
             found[one.a].append(one)
             if one.b in found:
-                found[one.b].append(one.seen_from(one.b))
+                found[one.b].append(one.flipped)
         for name in [name for name, contacts in found.items() if not any(_carries(c) for c in contacts)]:
             for below in self._below(name):
                 found[name].append(below)
                 if below.b in found:
-                    found[below.b].append(below.seen_from(below.b))
+                    found[below.b].append(below.flipped)
         return {name: tuple(contacts) for name, contacts in found.items()}
 
     def carriers(self, item_id: str) -> tuple[str, ...]:
@@ -90,7 +91,7 @@ class Supports:
     def lying_on(self, item_id: str) -> tuple[str, ...]:
         """Ids of the items that rest on an item, wholly or partly."""
         contacts = self.touching[item_id]
-        return tuple(c.b for c in contacts if c.b in self._items and _carries(c.seen_from(c.b)))
+        return tuple(c.b for c in contacts if c.b in self._items and _carries(c.flipped))
 
     def near(self, item_id: str, reach: float, also: frozenset[str] = frozenset()) -> tuple[Touching, ...]:
         """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
@@ -150,7 +151,7 @@ class Supports:
 
         contact: of the one that goes, seen from that. below: all that the target rests on
         """
-        if _carries(contact.seen_from(name)):
+        if _carries(contact.flipped):
             return True  # it lies on what goes, be it only in part
         if self.stays(name, gone):
             return False
@@ -161,13 +162,13 @@ class Supports:
     def _lies_level(self, name: str, gone: frozenset[str]) -> bool:
         """Whether something that can roll lies on nothing but level ground, with nothing on it."""
         placed = self._items[name]
-        if not placed.item.can_roll(placed.T_world_item[:3, :3]):
+        if not placed.can_roll:
             return False
         left = [c for c in self.touching[name] if c.b not in gone]
-        ground = np.array([c.normal for c in left if _carries(c)]).reshape(-1, 3)
-        if len(ground) == 0 or any(_carries(c.seen_from(c.b)) for c in left if c.b in self._items):
+        slopes = [np.hypot(c.normal[0], c.normal[1]) for c in left if _carries(c)]
+        if not slopes or any(_carries(c.flipped) for c in left if c.b in self._items):
             return False
-        return bool(np.hypot(ground[:, 0], ground[:, 1]).max() <= np.sin(LEVEL))
+        return bool(max(slopes) <= np.sin(LEVEL))
 
     @cached_property
     def _items(self) -> Mapping[str, PlacedItem]:
@@ -188,15 +189,12 @@ class Supports:
     @cached_property
     def _bottom(self) -> Mapping[str, float]:
         """Lowest point of every item, m."""
-        solids = self.solids
-        n = len(solids.names)
-        half = solids.half_widths(np.arange(n), np.broadcast_to(np.eye(3)[2], (n, 1, 3)))[:, 0]
-        return dict(zip(solids.names, (solids.T[:, 2, 3] - half).tolist(), strict=True))
+        bottoms = self.solids.T[:, 2, 3] - self.solids.upright[:, 2]
+        return dict(zip(self.solids.names, bottoms.tolist(), strict=True))
 
     def _weights(self, placed: PlacedItem) -> Array:
         """(K, 3) unit vectors against which an item's weight may act: straight down, and tilted."""
-        can_roll = placed.item.can_roll(placed.T_world_item[:3, :3])
-        tilt = self.scene.noise.angle + (CHOCKED if can_roll else LEAST_TILT)
+        tilt = self.scene.noise.angle + (CHOCKED if placed.can_roll else LEAST_TILT)
         turns = 2 * np.pi * np.arange(N_TILTS) / N_TILTS
         aside = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_TILTS)])
         return np.vstack([_UP, np.cos(tilt) * _UP + np.sin(tilt) * aside])
@@ -220,13 +218,11 @@ class Supports:
         """Whether contacts with what is left can balance an item, however the world is tilted."""
         left = [c for c in self.touching[name] if c.b not in gone]
         centre = self._items[name].T_world_item[:3, 3]
-        columns = [_cones(self._patch(c) - centre, -c.normal) for c in left if not _carries(c.seen_from(c.b))]
-        cones = np.concatenate([np.zeros((6, 0)), *columns], axis=1)
-        if cones.shape[1] == 0:
-            return False
+        columns = [_cones(self._patch(c) - centre, -c.normal) for c in left if not _carries(c.flipped)]
+        cones = np.concatenate([_NO_PUSH, *columns], axis=1)
         size = self._items[name].item.shape.extents.max() / 2
         wrenches = [np.concatenate([w, np.zeros(3)]) for w in self._weights(self._items[name])]
-        on_it = [c for c in left if c.b in self._items and _carries(c.seen_from(c.b))]
+        on_it = [c for c in left if c.b in self._items and _carries(c.flipped)]
         wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
         return all(_can_balance(cones, wrench, float(size)) for wrench in wrenches)
 
@@ -238,7 +234,7 @@ class Supports:
         pile = [self._items[name] for name in (contact.b, *sorted(self._chain(self.lying_on, contact.b)))]
         masses = np.array([placed.item.mass for placed in pile])
         share = float(masses.sum()) / self._items[contact.a].item.mass
-        places = self._patch(contact.seen_from(contact.b))
+        places = self._patch(contact.flipped)
         if len(self.carriers(contact.b)) == 1:  # all of the weight goes straight down
             middles = np.array([placed.T_world_item[:3, 3] for placed in pile])
             places = (masses @ middles / masses.sum())[None]
@@ -259,12 +255,11 @@ class Supports:
     def _below(self, name: str) -> Iterator[Touching]:
         """What an item that seems to hang in the air would fall onto: its support was seen elsewhere."""
         solids, k = self.solids, self._index[name]
-        every = np.arange(len(solids.names))
-        half = solids.half_widths(every, np.broadcast_to(np.eye(3), (len(every), 3, 3)))
+        half = solids.upright
         apart = np.abs(solids.T[:, :2, 3] - solids.T[k, :2, 3]) < half[:, :2] + half[k, :2]
         tops = solids.T[:, 2, 3] + half[:, 2]
         fall = solids.T[k, 2, 3] - half[k, 2] - tops
-        under = apart.all(axis=1) & (solids.T[:, 2, 3] < solids.T[k, 2, 3]) & (every != k)
+        under = apart.all(axis=1) & (solids.T[:, 2, 3] < solids.T[k, 2, 3]) & (np.arange(len(half)) != k)
         for other in self.scene.items:
             under[self._index[other.id]] &= other.location == self._items[name].location
         if under.any():
@@ -273,6 +268,7 @@ class Supports:
 
 
 _UP = np.array([0.0, 0.0, 1.0])
+_NO_PUSH = np.zeros((6, 1))  # of what touches nothing
 
 
 @lru_cache(maxsize=32)

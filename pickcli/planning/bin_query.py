@@ -233,7 +233,7 @@ class BinQuery:
         rolling = [
             p.id
             for p in self.scene.items
-            if p.id in self.touching and p.item.can_roll(p.T_world_item[:3, :3])
+            if p.id in self.touching and p.can_roll
         ]
         standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
         others = frozenset(p.id for p in self.scene.items)

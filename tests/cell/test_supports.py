@@ -6,42 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
 
 from pickcli.cell.displacement import Displacement
-from pickcli.cell.item import Item
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
-from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.supports import Supports, supports_of
+from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
 
-BIN = "bin_E"
-EXACT, NOISY = PoseNoise(), PoseNoise(0.002, float(np.radians(1.0)))
 SLOPE_FROM = 0.02  # x in the bin where the sloping part of its floor begins, behind the lip
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
-
-
-def put(
-    cell: Cell, name: str, x: float, y: float, z: float = 0.0, rpy: tuple[float, float, float] = (0, 0, 0)
-) -> PlacedItem:
-    """An item whose lowest point is z over the back part of the floor, in the bin's frame."""
-    cell_bin, item = cell.pod.bins[BIN], cell.item(name)
-    low = float(item.shape.reach(pose(rpy=rpy)[:3, :3])[2])
-    T = pose([x, y, cell_bin.floor_back + z + low], rpy=rpy)
-    return PlacedItem(name, item, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ T)
-
-
-def of(cell: Cell, *items: PlacedItem, noise: PoseNoise = EXACT) -> Supports:
-    return supports_of(Scene(cell, cell.T_world_pod, items, noise))
-
-
-def height(cell: Cell, name: str) -> float:
-    return float(cell.item(name).shape.extents[2])
 
 
 @pytest.mark.parametrize("noise", [EXACT, NOISY])
@@ -144,70 +118,6 @@ def test_every_contact_is_seen_from_both_sides(cell: Cell) -> None:
     np.testing.assert_array_equal(one.normal, -other.normal)
 
 
-def shaped(cell: Cell, size: tuple[float, ...], kind: ShapeKind = ShapeKind.BOX, mass: float = 0.2) -> Item:
-    """An item of any shape, as heavy as told."""
-    return replace(cell.item("crayola_24_ct"), shape=Shape(kind, size), mass=mass)
-
-
-def at(
-    cell: Cell, name: str, item: Item, x: float, y: float, z: float, rpy: tuple[float, ...] = (0, 0, 0)
-) -> PlacedItem:
-    """An item with its middle z over the back part of the floor, in the bin's frame."""
-    cell_bin = cell.pod.bins[BIN]
-    T = pose([x, y, cell_bin.floor_back + z], rpy=rpy)
-    return PlacedItem(name, item, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ T)
-
-
-@pytest.mark.parametrize("angle", [0.0, 1.0])
-@pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.pi / 4])
-def test_a_board_on_its_edge_stands_if_no_tilt_of_the_world_throws_it_over(
-    cell: Cell, angle: float, yaw: float
-) -> None:
-    """One degree, and what its pose may be off: its middle 80 mm high must stay over its foot."""
-    noise, least = PoseNoise(0.0, float(np.radians(angle))), 0.16 * np.tan(np.radians(1.0 + angle))
-    for width, stands in ((least + 0.0004, True), (least - 0.0004, False)):
-        board = at(cell, "board", shaped(cell, (width, 0.1, 0.16)), 0.3, 0.0, 0.08, (0.0, 0.0, yaw))
-        assert of(cell, board, noise=noise).stays("board") is stands
-
-
-@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
-def test_what_overhangs_stays_while_its_middle_is_over_what_carries_it(
-    cell: Cell, direction: tuple[int, int]
-) -> None:
-    """And over it still when the world is tilted by a degree: 30 mm high, that is half a millimetre."""
-    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
-    for short, stays in ((0.0008, True), (0.0003, False)):
-        x, y = ((0.05 - short) * d for d in direction)
-        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.3 + x, y, 0.08)
-        supports = of(cell, below, above)
-        assert supports.carriers("above") == ("below",)
-        assert supports.stays("above") is stays
-
-
-def test_what_carries_an_item_counts_as_smaller_by_what_both_poses_may_be_off(cell: Cell) -> None:
-    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
-    for short, stays in ((0.0048, True), (0.0042, False)):
-        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.35 - short, 0.0, 0.08)
-        assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).stays("above") is stays
-
-
-def on_a_slope(cell: Cell, degrees: float, x: float, z: float) -> tuple[PlacedItem, PlacedItem]:
-    """A box that is pitched, with its middle at x and z m in the bin, and a smaller one flat on it."""
-    turn = (0.0, float(np.radians(degrees)), 0.0)
-    below = at(cell, "below", shaped(cell, (0.12, 0.1, 0.05)), x, 0.0, z, turn)
-    T = below.T_world_item @ pose((0.0, 0.0, 0.04))
-    return below, PlacedItem("above", shaped(cell, (0.05, 0.05, 0.03)), BIN, T)
-
-
-@pytest.mark.parametrize(("degrees", "stays"), [(9.8, True), (10.8, False)])
-def test_on_a_slope_an_item_stays_as_steep_as_friction_holds_it(
-    cell: Cell, degrees: float, stays: bool
-) -> None:
-    """A friction of 0.2 is 11.3 degrees, of which one is kept for a tilt of the world."""
-    below, above = on_a_slope(cell, degrees, 0.3, 0.05)
-    assert of(cell, below, above).stays("above") is stays
-
-
 @pytest.mark.parametrize(("degrees", "carries"), [(0.0, True), (69.0, True), (71.0, False), (90.0, False)])
 def test_a_face_carries_weight_up_to_seventy_degrees_of_slope(
     cell: Cell, degrees: float, carries: bool
@@ -262,32 +172,6 @@ def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> Non
     assert supports.falling("behind") == ("can",) and supports.rolling("behind") == ()
 
 
-def test_what_presses_is_counted_where_all_of_its_weight_goes_down(cell: Cell) -> None:
-    """A table on one foot: a weight far out on it overturns it, one near the middle does not."""
-    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
-    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
-    for x, mass, stays in (
-        (0.01, 0.2, True), (0.03, 0.2, True), (0.05, 0.2, False), (0.05, 0.05, True), (0.015, 5.0, True),
-        (0.025, 5.0, False),
-    ):  # fmt: skip
-        weight = at(cell, "weight", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.3 + x, 0.0, 0.07)
-        supports = of(cell, foot, board, weight)
-        assert supports.carriers("weight") == ("board",)
-        assert supports.stays("board") is stays, (x, mass)
-
-
-def test_the_weight_of_a_whole_pile_counts(cell: Cell) -> None:
-    """Two on each other press at the middle of both, weighted by their masses."""
-    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
-    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
-    lower = at(cell, "lower", shaped(cell, (0.06, 0.02, 0.02), mass=0.2), 0.3, 0.0, 0.07)
-    for mass, stays in ((0.2, True), (4.0, False)):
-        upper = at(cell, "upper", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.326, 0.0, 0.09)
-        supports = of(cell, foot, board, lower, upper)
-        assert supports.carriers("upper") == ("lower",)
-        assert supports.stays("board") is stays
-
-
 @pytest.mark.parametrize("noise", [0.0, 0.002])
 def test_near_are_those_whose_gap_may_be_below_the_reach(cell: Cell, noise: float) -> None:
     flat, gap = shaped(cell, (0.1, 0.1, 0.02)), 0.02
@@ -322,6 +206,8 @@ def test_of_what_falls_the_highest_goes_first_and_names_decide_between_equals(ce
     b, a = at(cell, "b", small, 0.25, 0.0, 0.07), at(cell, "a", small, 0.35, 0.0, 0.07)
     top = at(cell, "top", shaped(cell, (0.03, 0.03, 0.02)), 0.25, 0.0, 0.1)
     assert of(cell, base, b, a, top).falling("base") == ("top", "a", "b")
+    tall = at(cell, "tall", shaped(cell, (0.04, 0.04, 0.1)), 0.35, 0.0, 0.1)
+    assert of(cell, base, b, tall, top).falling("base") == ("top", "b", "tall")
 
 
 @pytest.mark.parametrize(("degrees", "falls"), [(0.8, False), (1.2, True), (1.8, True)])
@@ -338,3 +224,73 @@ def test_a_ball_begins_to_roll_on_a_slope_of_a_degree(cell: Cell, degrees: float
     assert "behind" in {c.b for c in supports.touching["ball"]}
     assert ("ball" in supports.falling("behind")) is falls
     assert ("ball" in supports.rolling("behind")) is not falls
+
+
+def test_what_can_roll_and_is_chocked_does_not_roll(cell: Cell) -> None:
+    """When what it touches at its end goes: it lies in a slot, or on level ground between two strips."""
+    end = at(cell, "end", shaped(cell, (0.05, 0.05, 0.12)), 0.3, 0.0755, 0.06)
+    assert in_a_slot(cell, 20.0, end).rolling("end") == ()
+    radius, high = 0.03, 0.01
+    apart = float(np.sqrt(radius**2 - (radius - high) ** 2))
+    strip = shaped(cell, (0.02, 0.1, high))
+    strips = [at(cell, f"strip{s}", strip, 0.3 + s * (0.01 + apart), 0.0, high / 2) for s in (-1, 1)]
+    can = shaped(cell, (radius, 0.1), ShapeKind.CYLINDER)
+    lying = at(cell, "can", can, 0.3, 0.0, radius, (np.pi / 2, 0.0, 0.0))
+    assert of(cell, lying, end, *strips).rolling("end") == ()
+    supports = of(cell, lying, end)
+    assert supports.rolling("end") == ("can",) and supports.lies_level("can")
+    assert not of(cell, lying, strips[0]).lies_level("can")  # it lies on an edge, too
+
+
+def test_what_has_lost_all_that_carried_it_falls(cell: Cell) -> None:
+    """Two cans on each other beside a box: without the box the lower one rolls, and then the upper one."""
+    can, turn = shaped(cell, (0.03, 0.1), ShapeKind.CYLINDER), (np.pi / 2, 0.0, 0.0)
+    box = at(cell, "box", shaped(cell, (0.05, 0.1, 0.12)), 0.3, 0.0, 0.06)
+    cans = [at(cell, name, can, 0.355, 0.0, z, turn) for name, z in (("lower", 0.03), ("upper", 0.09))]
+    assert of(cell, box, *cans).falling("box") == ("upper", "lower")
+
+
+def test_what_is_unsteady_and_cannot_roll_falls_on_level_ground_too(cell: Cell) -> None:
+    board = at(cell, "board", shaped(cell, (0.002, 0.1, 0.16)), 0.3, 0.0, 0.08)
+    box = at(cell, "box", shaped(cell, (0.1, 0.1, 0.1)), 0.3515, 0.0, 0.05)
+    supports = of(cell, board, box)
+    assert not supports.lies_level("board")
+    assert supports.falling("box") == ("board",) and supports.rolling("box") == ()
+
+
+def test_what_carries_something_does_not_lie_as_something_that_stays(cell: Cell) -> None:
+    """A can with a weight on top: pushed or not, the two do not stay like this."""
+    radius = 0.03
+    can = at(
+        cell, "can", shaped(cell, (radius, 0.1), ShapeKind.CYLINDER), 0.3, 0.0, radius, (np.pi / 2, 0.0, 0.0)
+    )
+    weight = at(cell, "weight", shaped(cell, (0.04, 0.04, 0.02)), 0.3, 0.0, 2 * radius + 0.01)
+    assert of(cell, can).lies_level("can")
+    assert not of(cell, can, weight).lies_level("can")
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_near_is_as_far_as_two_rods_reach(cell: Cell, noise: float) -> None:
+    """End to end, so that their middles are as far from each other as they can be."""
+    rod, gap = shaped(cell, (0.01, 0.12, 0.01)), 0.02
+    one, other = at(cell, "one", rod, 0.3, -0.07, 0.05), at(cell, "other", rod, 0.3, 0.05 + gap, 0.05)
+    supports = of(cell, one, other, noise=PoseNoise(noise, 0.0))
+    for more, is_near in ((1e-6, True), (-1e-6, False)):
+        assert ("other" in {c.b for c in supports.near("one", gap - 2 * noise + more)}) is is_near
+
+
+def test_near_are_gaps_below_the_reach_and_not_those_that_equal_it(cell: Cell) -> None:
+    flat = shaped(cell, (0.1, 0.1, 0.02))
+    supports = of(cell, at(cell, "one", flat, 0.3, 0.0, 0.05), at(cell, "other", flat, 0.3, 0.12, 0.05))
+    (gap,) = [c.gap for c in supports.near("one", 0.1) if c.b == "other"]
+    for reach, is_near in ((gap, False), (np.nextafter(gap, 1.0), True)):
+        assert ("other" in {c.b for c in supports.near("one", float(reach))}) is is_near
+
+
+def test_what_hangs_exactly_beside_an_item_does_not_hang_over_it(cell: Cell) -> None:
+    """Sizes and places are sums of powers of two: no rounding moves them."""
+    cube = shaped(cell, (0.25, 0.25, 0.25))
+    for x, is_over in ((0.25, False), (0.25 - 2.0**-20, True)):
+        poses = {"low": pose((-2.0, 0.0, 4.0)), "high": pose((-2.0 + x, 0.0, 4.5))}
+        supports = of(cell, *(PlacedItem(name, cube, BIN, T) for name, T in poses.items()))
+        assert ("low" in supports.carriers("high")) is is_over

@@ -71,6 +71,32 @@ def test_equal_ways_are_one_key(ways: dict[str, tuple[float, float, float]]) -> 
     assert one.but(frozenset(ways)) == NO_CONTACTS
 
 
+def test_ways_are_equal_to_a_nanometre() -> None:
+    """So that the same contact, computed twice, is one key."""
+    exact, rounded, other = (
+        AllowedContacts.of({"a": np.array([x, 0, 0])}) for x in (0.1, 0.1 + 2e-10, 0.1 + 2e-9)
+    )
+    assert exact == rounded and exact != other
+
+
+def test_each_neighbour_gives_way_as_far_as_it_may_and_to_its_own_side(
+    model: CollisionModel, make_scene: MakeScene
+) -> None:
+    """One before it by 1 mm, one behind it by 4 mm, one above it by 2 mm."""
+    T = pose((-0.6, 0.0, 1.7))
+    places = [pose((SIDE, 0.0, 0.0)), pose((-SIDE, 0.0, 0.0)), pose((0.0, 0.0, SIDE))]
+    ways = {
+        "item0": np.array([0.001, 0.0, 0.0]),
+        "item1": np.array([-0.004, 0.0, 0.0]),
+        "item2": np.array([0.0, 0.0, 0.002]),
+    }
+    scene = make_scene(*((CUBE, place @ T) for place in places))
+    ghost = Ghost(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, AllowedContacts.of(item=ways))
+    assert pushed(ghost, 0.0009) and not pushed(ghost, 0.0011)
+    assert pushed(ghost, -0.0039) and not pushed(ghost, -0.0041)
+    assert pushed(ghost, 0.0, 0.0019) and not pushed(ghost, 0.0, 0.0021)
+
+
 def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array, model: CollisionModel
 ) -> None:
