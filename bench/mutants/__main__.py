@@ -51,7 +51,7 @@ PACKAGES = (
     Package(
         "scene files",
         ("cell/scene_checks", "cell/scene_file", "cell/overlap"),
-        ("tests/cell/test_scene_file.py", "tests/cell/test_overlap.py"),
+        ("tests/cell/test_scene_file.py", "tests/cell/test_scene_checks.py", "tests/cell/test_overlap.py"),
     ),
     Package(
         "plan files",

@@ -60,7 +60,8 @@ def check_places(source: Source, scene: Scene) -> None:
         if placed.location == TOTE:
             continue
         bin_ = scene.cell.pod.bins[placed.location]
-        p = (inverse(scene.T_world_pod @ bin_.T_pod_bin) @ placed.T_world_item)[:3, 3]
+        T_bin_item = inverse(scene.T_world_pod @ bin_.T_pod_bin) @ placed.T_world_item
+        p, R = T_bin_item[:3, 3], T_bin_item[:3, :3]
         low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
         high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
         astray = float(np.linalg.norm(p - np.clip(p, low, high)))
@@ -71,7 +72,6 @@ def check_places(source: Source, scene: Scene) -> None:
                 "middle in the world frame (docs/formats/scene.md)",
             )
             continue
-        R = (scene.T_world_pod @ bin_.T_pod_bin)[:3, :3].T @ placed.T_world_item[:3, :3]
         under = bin_.floor_back - (p[2] - placed.item.shape.reach(R)[2])
         if under > SUNK + scene.noise.bound(placed.item):
             source.add(
@@ -95,7 +95,7 @@ def check_held(source: Source, scene: Scene) -> None:
         away = float(np.linalg.norm(item.center))
         where = f"{away:.3g} m from the tip of the cup, which its surface is to be at"
         source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")
-    elif overlap_depth(item, _ball(_POINT, -slack), 0.0) > 0.0:
+    elif overlap_depth(item, _ball(_POINT, -slack - _POINT), 0.0) > 0.0:
         where = f"reaches more than {1000 * slack:.0f} mm behind the tip of the cup, into the tool"
         source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
 

@@ -233,14 +233,13 @@ class Supports:
         """
         pile = [self._items[name] for name in (contact.b, *sorted(self._chain(self.lying_on, contact.b)))]
         masses = np.array([placed.item.mass for placed in pile])
-        share = float(masses.sum()) / self._items[contact.a].item.mass
+        share = masses.sum() / (masses.sum() + self._items[contact.a].item.mass)
         places = self._patch(contact.flipped)
         if len(self.carriers(contact.b)) == 1:  # all of the weight goes straight down
             middles = np.array([placed.T_world_item[:3, 3] for placed in pile])
             places = (masses @ middles / masses.sum())[None]
-        up = _UP
         for place in places:
-            yield np.concatenate([(1.0 + share) * up, np.cross(place - centre, share * up)]) / (1.0 + share)
+            yield np.concatenate([_UP, np.cross(place - centre, share * _UP)])
 
     def _chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
         """Ids of the items that follow an item, and of what follows those: all on it, or all under it."""

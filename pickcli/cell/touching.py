@@ -115,7 +115,8 @@ def gaps(solids: Solids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
     widths[lengths <= _NO_WAY] = -np.inf
     best = widths.argmax(axis=1)
     rows = np.arange(len(a))
-    normal = unit[rows, best] * np.where(along[rows, best] < 0.0, -1.0, 1.0)[:, None]
+    across = unit[rows, best]
+    normal = np.where(along[rows, best, None] < 0.0, -across, across)
     return Gaps(a, b, widths[rows, best], normal)
 
 

@@ -230,11 +230,7 @@ class BinQuery:
     @cached_property
     def _leaving_alone(self) -> Ghost:
         """The target where it may touch what it is near to, but not push what would roll along with it."""
-        rolling = [
-            p.id
-            for p in self.scene.items
-            if p.id in self.touching and p.can_roll
-        ]
+        rolling = [p.id for p in self.scene.items if p.id in self.touching and p.can_roll]
         standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
         others = frozenset(p.id for p in self.scene.items)
         ground = AllowedContacts.anyhow(standing)

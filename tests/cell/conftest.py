@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 from cell_copies import CellCopy
+from scene_files import make_scene
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
+from pickcli.cell.scene_file import write_scene
 from pickcli.errors import InputError
 
 
@@ -36,3 +38,11 @@ def refused() -> Callable[[Callable[[], object]], str]:
         return str(caught.value)
 
     return message
+
+
+@pytest.fixture
+def written(tmp_path: Path, cell: Cell) -> Path:
+    """A scene file that is sound."""
+    path = tmp_path / "scene.json"
+    write_scene(make_scene(cell), path)
+    return path

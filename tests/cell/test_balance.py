@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from piles import at, in_a_slot, of, on_a_slope, shaped
+from bin_piles import at, in_a_slot, of, on_a_slope, shaped
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise

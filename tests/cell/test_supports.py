@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
+from bin_piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
 
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.model import Cell

@@ -1,0 +1,49 @@
+"""A scene with something in every place, and its file to break."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.model import Cell
+from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.geometry import pose
+
+Refused = Callable[[Callable[[], object]], str]
+
+
+def make_scene(cell: Cell) -> Scene:
+    """One box on the floor of every bin and a sphere in the tote."""
+    item, ball = cell.item("crayola_24_ct"), cell.item("rawlings_baseball")
+    placed = [
+        PlacedItem(
+            id=f"crayola_24_ct#{i}",
+            item=item,
+            location=name,
+            T_world_item=b.T_pod_bin @ pose((0.33, 0.0, b.floor_back + 0.0125), rpy=(0, 0, 0.1 * i)),
+        )
+        for i, (name, b) in enumerate(cell.pod.bins.items())
+    ]
+    in_tote = PlacedItem("rawlings_baseball", ball, TOTE, cell.tote.T_world_tote @ pose((0, 0, 0.034)))
+    return Scene(cell, cell.T_world_pod, (*placed, in_tote), PoseNoise(0.002, 0.0175), seed=3)
+
+
+def edit(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content, indent=1))
+
+
+def put_at(*path: Any, value: Any) -> Callable[[dict[str, Any]], None]:
+    def change(content: dict[str, Any]) -> None:
+        target = content
+        for part in path[:-1]:
+            target = target[part]
+        if value is None:
+            del target[path[-1]]
+        else:
+            target[path[-1]] = value
+
+    return change
