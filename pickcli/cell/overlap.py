@@ -33,11 +33,6 @@ class Solid:
         """Its middle (3,)."""
         return np.asarray(self.T[:3, 3])
 
-    @property
-    def radius(self) -> float:
-        """Of the sphere around it, m."""
-        return float(np.linalg.norm(self.shape.extents)) / 2
-
     def support(self, direction: Array) -> Array:
         """The point (3,) of the solid farthest along a direction (3,)."""
         return np.asarray(
@@ -56,8 +51,6 @@ def overlap_depth(a: Solid, b: Solid, tolerance: float = TOUCH) -> float:
     Exact for two boxes; for round ones never under the true depth and 0 whenever a motion of the
     tolerance parts them.
     """
-    if np.linalg.norm(b.center - a.center) >= a.radius + b.radius:
-        return 0.0
     pair = Solids.standing([(solid.shape, solid.T) for solid in (a, b)])
     depth = -float(gaps(pair, np.array([0]), np.array([1])).width[0])
     if depth <= tolerance:

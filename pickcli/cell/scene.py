@@ -72,6 +72,18 @@ class Scene:
         return _swept(self.cell.pod, self.pod_error)
 
     @property
+    def standing(self) -> tuple[tuple[Body, Array], ...]:
+        """Everything that stands in the cell, with the pose (4, 4) in the world of what it is part of.
+
+        The pod's bodies first, in their order.
+        """
+        cell = self.cell
+        return (
+            *((body, self.T_world_pod) for body in cell.pod.bodies),
+            *((body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)),
+        )
+
+    @property
     def T_nominal_pod(self) -> Array:
         """(4, 4) where the pod stands, seen from its place."""
         return np.asarray(inverse(self.cell.T_world_pod) @ self.T_world_pod)

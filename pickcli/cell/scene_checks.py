@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from itertools import combinations
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from pickcli.cell.overlap import TOUCH, Solid, overlap_depth
 from pickcli.cell.scene import TOTE, Scene
 from pickcli.cell.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.touching import Solids
 from pickcli.cell.yaml_reader import Source
 from pickcli.geometry import inverse, pose
 
@@ -109,22 +109,15 @@ def check_standing(source: Source, scene: Scene) -> None:
     """No item stands in shelf, tote or obstacles deeper than its pose, and the pod's, is uncertain."""
     corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
     pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
-    names, solids = [], []
-    cell = scene.cell
-    for T, bodies in (
-        (scene.T_world_pod, cell.pod.bodies),
-        (np.eye(4), (*cell.tote.bodies, *cell.obstacles.bodies)),
-    ):
-        names += [body.name for body in bodies]
-        solids += [Solid(body.shape, T @ body.T_parent_shape) for body in bodies]
-    centers, radii = np.array([s.center for s in solids]), np.array([s.radius for s in solids])
+    every = Solids.of(scene, scene.items, scene.standing)
+    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    a, b = every.near(len(scene.items), 0.0)
     for i, placed in enumerate(scene.items):
-        item = Solid(placed.item.shape, placed.T_world_item)
         tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
-        near = np.flatnonzero(np.linalg.norm(centers - item.center, axis=1) < radii + item.radius)
-        depths = {k: overlap_depth(item, solids[k], tolerance) for k in near.tolist()}
-        if depths and (depth := max(depths.values())) > 0.0:
-            name = names[max(depths, key=lambda k: depths[k])]
+        near = b[(a == i) & (b >= len(scene.items))].tolist()
+        depths = [(overlap_depth(solids[i], solids[k], tolerance), every.names[k]) for k in near]
+        depth, name = max(depths, default=(0.0, ""))
+        if depth > 0.0:
             source.add(
                 ("items", i, "position"),
                 f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}; correct its pose",
@@ -135,10 +128,11 @@ def check_standing(source: Source, scene: Scene) -> None:
 
 def check_overlaps(source: Source, scene: Scene) -> None:
     """No two items stand in each other deeper than their poses are uncertain."""
-    solids = [Solid(placed.item.shape, placed.T_world_item) for placed in scene.items]
-    bounds = [TOUCH + 2 * scene.noise.bound(placed.item) for placed in scene.items]
-    for (i, a), (j, b) in combinations(enumerate(solids), 2):
-        depth = overlap_depth(a, b, tolerance=(bounds[i] + bounds[j]) / 2)
+    every = Solids.of(scene, scene.items, ())
+    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    a, b = every.near(len(solids), 0.0)
+    for i, j in zip(a.tolist(), b.tolist(), strict=True):
+        depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))
         if depth > 0.0:
             source.add(
                 ("items", j),

@@ -17,7 +17,6 @@ import numpy as np
 from pickcli.cell.overlap import TOUCH
 from pickcli.cell.patches import feature, patch
 from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.shapes import Body
 from pickcli.cell.touching import Gaps, Solids, gaps
 from pickcli.geometry import Array, perpendiculars
 
@@ -182,9 +181,8 @@ class Supports:
     def _grown(self) -> Solids:
         """The same solids, those of the pod with the error of its pose."""
         scene = self.scene
-        return Solids.of(
-            scene, scene.items, [*_in_world(scene.pod_bodies, scene.T_world_pod), *_fixed(scene)]
-        )
+        pod = [(body, scene.T_world_pod) for body in scene.pod_bodies]
+        return Solids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:
@@ -280,9 +278,8 @@ def supports_of(scene: Scene) -> Supports:
     Returns:
         All pairs that are no farther apart than those bounds allow for solids that touch.
     """
-    bodies = [*_in_world(scene.cell.pod.bodies, scene.T_world_pod), *_fixed(scene)]
-    solids = Solids.of(scene, scene.items, bodies)
-    places = np.array([placed.location for placed in scene.items] + [""] * len(bodies))
+    solids = Solids.of(scene, scene.items, scene.standing)
+    places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
     a, b = solids.near(len(scene.items), TOUCH)
     is_possible = (places[a] == places[b]) | (places[b] == "")  # a board is between items of two bins
     found = gaps(solids, a[is_possible], b[is_possible])
@@ -290,14 +287,6 @@ def supports_of(scene: Scene) -> Supports:
     return Supports(
         scene, solids, Gaps(found.a[close], found.b[close], found.width[close], found.normal[close])
     )
-
-
-def _fixed(scene: Scene) -> list[tuple[Body, Array]]:
-    return _in_world((*scene.cell.tote.bodies, *scene.cell.obstacles.bodies), np.eye(4))
-
-
-def _in_world(bodies: Iterable[Body], T_world_parent: Array) -> list[tuple[Body, Array]]:
-    return [(body, T_world_parent) for body in bodies]
 
 
 def _carries(contact: Touching) -> bool:

@@ -71,6 +71,17 @@ CAN = Shape(ShapeKind.CYLINDER, (0.125, 0.125))
 ROUNDING = 2.0**-52
 
 
+@given(solids, st.integers(0, len(DIRECTIONS) - 1))
+def test_the_support_is_a_point_of_the_solid_and_none_lies_farther(solid: Solid, k: int) -> None:
+    n = DIRECTIONS[k]
+    p = solid.support(n)
+    local = (p - solid.T[:3, 3]) @ solid.T[:3, :3]
+    assert is_inside(solid.shape.inflated(1e-9), local[None]).all()
+    assert np.max(points_inside(solid) @ n) <= p @ n + 1e-9
+    if solid.shape.kind is not ShapeKind.SPHERE:
+        assert np.max(corners(solid) @ n) <= p @ n + 1e-9
+
+
 @given(solids, solids)
 @example(Solid(CAN, pose((0.0, 0.0, ROUNDING))), Solid(CAN, pose((0.0, ROUNDING, ROUNDING))))
 def test_no_overlap_means_no_common_point_deeper_than_a_touch(a: Solid, b: Solid) -> None:
@@ -205,6 +216,5 @@ def test_a_can_along_an_edge_stands_in_it_as_deep_as_its_radius_exceeds_its_dist
 def test_solids_far_apart_do_not_overlap_and_a_solid_overlaps_itself() -> None:
     for shape in (Shape(ShapeKind.BOX, (0.1, 0.06, 0.04)), CAN, Shape(ShapeKind.SPHERE, (0.03,))):
         one = Solid(shape, np.eye(4))
-        assert one.radius == pytest.approx(np.linalg.norm(shape.extents) / 2)
-        assert overlap_depth(one, Solid(shape, pose((2 * one.radius, 0.0, 0.0)))) == 0.0
+        assert overlap_depth(one, Solid(shape, pose((1.0, 0.0, 0.0)))) == 0.0
         assert overlap_depth(one, one) == pytest.approx(min(shape.extents))
