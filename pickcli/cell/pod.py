@@ -141,6 +141,7 @@ def _bin(
         depth=figures.back_wall,
         floor_front=row.floor_front - z,
         floor_back=row.floor_front - figures.floor_drop - z,
+        slope_from=figures.lip_depth,
         floor_flat_from=flat_from(figures),
         ceiling_front=row.ceiling_front - z,
         ceiling_back=row.ceiling_front - figures.floor_drop - z,

@@ -29,6 +29,7 @@ class Bin:
     depth: float  # m, front face to back wall
     floor_front: float  # z of the floor just behind the lip, bin frame, m (negative)
     floor_back: float  # z of the flat back part of the floor, m (negative)
+    slope_from: float  # x where floor and ceiling begin to drop, behind the lip, m
     floor_flat_from: float  # x where the slope ends, m
     ceiling_front: float  # z of the ceiling just behind the hanging lip, m
     ceiling_back: float  # z of the ceiling at the back, m
@@ -41,13 +42,13 @@ class Bin:
         return self.depth * width * height
 
     def floor_at(self, x: Array | float) -> Array:
-        """Height of the floor in m in the bin frame, x m behind the front face, up to 1.1 mm off."""
-        ends, heights = (0.0, self.floor_flat_from), (self.floor_front, self.floor_back)
+        """Height of the floor in m in the bin frame, x m behind the front face (under the lip: as behind)."""
+        ends, heights = (self.slope_from, self.floor_flat_from), (self.floor_front, self.floor_back)
         return np.asarray(np.interp(x, ends, heights))
 
     def ceiling_at(self, x: Array | float) -> Array:
-        """Height of the ceiling in m in the bin frame, x m behind the front face, up to 1.1 mm off."""
-        ends, heights = (0.0, self.floor_flat_from), (self.ceiling_front, self.ceiling_back)
+        """Height of the ceiling in m in the bin frame, x m behind the front face (at the lip: as behind)."""
+        ends, heights = (self.slope_from, self.floor_flat_from), (self.ceiling_front, self.ceiling_back)
         return np.asarray(np.interp(x, ends, heights))
 
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from pickcli.geometry import Array, inverse, pose, transform_points
 
 BIN = Bin(
     "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297,
-    0.21, 0.255, 0.236, ("slope", "flat"),
+    0.0116, 0.21, 0.255, 0.236, ("slope", "flat"),
 )  # fmt: skip
 FIRST = 0.05
 MOST = 4

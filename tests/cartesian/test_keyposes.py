@@ -16,7 +16,7 @@ from pickcli.geometry import inverse, is_pose, pose, rotation_angle
 
 BIN = Bin(
     "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297,
-    0.21, 0.255, 0.236, ()
+    0.0116, 0.21, 0.255, 0.236, ()
 )  # fmt: skip
 FORWARD = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 

@@ -15,8 +15,6 @@ from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
 
-SLOPE_FROM = 0.02  # x in the bin where the sloping part of its floor begins, behind the lip
-
 
 @pytest.mark.parametrize("noise", [EXACT, NOISY])
 def test_what_lies_on_another_falls_without_it_and_not_the_other_way(cell: Cell, noise: PoseNoise) -> None:
@@ -74,10 +72,10 @@ def test_a_ball_beside_rolls_down_a_slope_and_stays_on_the_level(cell: Cell) -> 
     assert supports.falling(box.id) == () and supports.rolling(box.id) == (level.id,)
     cell_bin = cell.pod.bins[BIN]
     x = cell_bin.floor_flat_from - 0.05
-    front = float(
-        np.interp(x, [SLOPE_FROM, cell_bin.floor_flat_from], [cell_bin.floor_front, cell_bin.floor_back])
+    front = float(cell_bin.floor_at(x))
+    slope = np.arctan2(
+        cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - cell_bin.slope_from
     )
-    slope = np.arctan2(cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - SLOPE_FROM)
     at = pose([x, 0.0, front + radius / np.cos(slope)])
     ball = replace(level, T_world_item=cell.T_world_pod @ cell_bin.T_pod_bin @ at)
     behind = put(cell, "kleenex_tissue_box", x + radius + 0.0655, 0.0)
@@ -161,8 +159,10 @@ def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> Non
     cell_bin, radius = cell.pod.bins[BIN], 0.03
     can = shaped(cell, (radius, 0.05), ShapeKind.CYLINDER)
     x = cell_bin.floor_flat_from - 0.06
-    front = np.interp(x, [SLOPE_FROM, cell_bin.floor_flat_from], [cell_bin.floor_front, cell_bin.floor_back])
-    slope = np.arctan2(cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - SLOPE_FROM)
+    front = float(cell_bin.floor_at(x))
+    slope = np.arctan2(
+        cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - cell_bin.slope_from
+    )
     up = pose([x, 0.0, float(front)], rpy=(0.0, float(slope), 0.0))
     lying = pose([0.0, 0.0, radius], rpy=(np.pi / 2, 0.0, 0.0))
     placed = PlacedItem("can", can, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ up @ lying)

@@ -392,7 +392,9 @@ def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
     cell_bin = cell().pod.bins["bin_B"]
     for x in (cell_bin.floor_flat_from + 0.15, 0.1):
         floor = np.interp(
-            x + 0.1, (0.0, cell_bin.floor_flat_from), (cell_bin.floor_front, cell_bin.floor_back)
+            x + 0.1,
+            (cell_bin.slope_from, cell_bin.floor_flat_from),
+            (cell_bin.floor_front, cell_bin.floor_back),
         )
         for over, problem in ((0.0219, []), (0.0221, ["released too high"])):
             T = scene.T_world_pod @ cell_bin.T_pod_bin @ pose((x, 0.0, float(floor) + 0.06 + over))
