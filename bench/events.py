@@ -11,13 +11,14 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from bench.paces import LAGGING, paused, slowed
 from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.simulation.execute import execute
-from pickcli.simulation.servo import LAGGING, Servo
-from pickcli.simulation.stream import Pace, full_speed, paused, slowed
+from pickcli.simulation.servo import Servo
+from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.world import World
 
 ROBOTS: dict[str, tuple[Servo, Pace]] = {

@@ -119,16 +119,6 @@ def perpendiculars(normal: Array) -> tuple[Array, Array]:
     return u, np.cross(normal, u)
 
 
-def interpolate(T_a: Array, T_b: Array, s: float) -> Array:
-    """Pose on the straight line from T_a (s = 0) to T_b (s = 1): position linear, rotation geodesic."""
-    v = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
-    angle = float(np.linalg.norm(v))
-    R = T_a[:3, :3]
-    if angle > 1e-12:
-        R = R @ rotation_axis_angle(v / angle, s * angle)
-    return pose((1.0 - s) * T_a[:3, 3] + s * T_b[:3, 3], R=R)
-
-
 def transform_points(T: Array, points: Array) -> Array:
     """Points (N, 3) mapped by a pose (4, 4)."""
     return np.asarray(points @ T[:3, :3].T + T[:3, 3])

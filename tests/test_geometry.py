@@ -10,12 +10,10 @@ from numpy.testing import assert_allclose
 from pickcli.geometry import (
     Array,
     from_quaternion,
-    interpolate,
     inverse,
     is_pose,
     perpendiculars,
     pose,
-    rotation_angle,
     rotation_axis_angle,
     rotation_rpy,
     rotation_vector,
@@ -88,16 +86,6 @@ def test_roll_pitch_yaw_turn_about_fixed_axes(rpy: tuple[float, float, float]) -
 def test_perpendiculars_complete_a_direction_to_a_right_handed_frame(R: Array) -> None:
     for normal in (R[:, 2], *np.eye(3), *-np.eye(3)):
         assert is_pose(pose(R=np.column_stack([*perpendiculars(normal), normal])), tolerance=1e-12)
-
-
-@given(poses, poses, st.floats(0.0, 1.0))
-def test_interpolation_goes_straight_and_turns_evenly(T_a: Array, T_b: Array, s: float) -> None:
-    T = interpolate(T_a, T_b, s)
-    assert is_pose(T)
-    assert_allclose(T[:3, 3], (1 - s) * T_a[:3, 3] + s * T_b[:3, 3], atol=1e-12)
-    whole = rotation_angle(T_a[:3, :3].T @ T_b[:3, :3])
-    assert abs(rotation_angle(T_a[:3, :3].T @ T[:3, :3]) - s * whole) < 1e-6
-    assert_allclose(interpolate(T_a, T_b, 1.0), T_b, atol=1e-6)
 
 
 @given(poses, st.lists(vectors, min_size=1, max_size=5))

@@ -60,10 +60,6 @@ class Arm:
         """The kernel's chain in that pivot state (MOVING stands where STRAIGHT does)."""
         return self._chains[pivot]
 
-    def T_last_tip(self, pivot: PivotState) -> Array:
-        """Pose (4, 4) of the tool frame in the chain's last frame: the same in every pivot state."""
-        return self._T_last_tip
-
     def tip(self, q: Array, pivot: PivotState) -> Array:
         """Pose (4, 4) of the tool frame in the world at q (n,)."""
         return np.asarray(self._chains[pivot].fk(q)[-1] @ self._T_last_tip)

@@ -117,8 +117,3 @@ def _places(room: Array) -> Array:
     along_x = np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1)
     along_y = np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1)
     return np.stack(np.meshgrid(along_x, along_y, indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-def released_pose(spot: Spot, held: Held) -> Array:
-    """Pose (4, 4) in the world of the item at the moment of release."""
-    return np.asarray(spot.release @ held.T_tip_item)

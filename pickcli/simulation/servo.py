@@ -49,7 +49,6 @@ class Servo:
 
 
 IDEAL = Servo(spread=0.0, load_lag=0.0, speed=np.inf, has_finite_torque=False)
-LAGGING = Servo(lag=20e-3)  # a worn or overloaded arm, ten times as late
 
 
 class Drives:

@@ -49,18 +49,6 @@ def full_speed(t: float) -> float:
     return 1.0
 
 
-def slowed(factor: float) -> Pace:
-    """Everything at a constant share of the planned speed, as by a speed override."""
-    return lambda t: factor
-
-
-def paused(at: float, duration: float, ramp: float = 0.4) -> Pace:
-    """Slow down along the path to a stand ``at`` s, stay for ``duration`` s and go on; each ramp takes
-    ``ramp`` s."""
-    knots = [at, at + ramp, at + ramp + duration, at + 2 * ramp + duration]
-    return lambda t: float(np.interp(t, knots, [1.0, 0.0, 0.0, 1.0]))
-
-
 def stream(
     trajectory: Trajectory, time_step: float, pace: Pace = full_speed, t_plan: float = 0.0, t: float = 0.0
 ) -> Stream:

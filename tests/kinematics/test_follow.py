@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import InputError
-from pickcli.geometry import Array, interpolate, pose, rotation_angle
+from pickcli.geometry import Array, pose, rotation_angle, rotation_vector
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.chain import build_chain
 from pickcli.kinematics.follow import Deviation
@@ -20,7 +21,13 @@ STRAIGHT = PivotState.STRAIGHT
 
 
 def line(T_a: Array, T_b: Array, n: int) -> Array:
-    return np.array([interpolate(T_a, T_b, s) for s in np.linspace(0, 1, n)])
+    """Poses (n, 4, 4), straight and turning evenly."""
+    s = np.linspace(0, 1, n)[:, None]
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, 3] = (1 - s) * T_a[:3, 3] + s * T_b[:3, 3]
+    turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
+    poses[:, :3, :3] = T_a[:3, :3] @ Rotation.from_rotvec(s * turn).as_matrix()
+    return poses
 
 
 def insertion(y: float, z: float, depth: float = 0.45, step: float = 0.01) -> Array:
@@ -116,7 +123,7 @@ def test_leaving_the_line_between_poses_is_seen(arm: Arm, rng: np.random.Generat
 
 def test_deviation_measures_offset_and_angle() -> None:
     ends = np.array([np.eye(4), pose((0.02, 0, 0), rpy=(0.2, 0, 0))])
-    good = interpolate(ends[0], ends[1], 0.5)
+    good = line(ends[0], ends[1], 3)[1]
     assert Deviation().first_broken(ends, good[None]) is None
     shifted, turned = good.copy(), good @ pose(rpy=(0, 0, 0.02))
     shifted[2, 3] += 0.0011

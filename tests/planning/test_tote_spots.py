@@ -14,7 +14,7 @@ from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.collision.checker import Held
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, released_pose, spots
+from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
 
 SceneWith = Callable[..., Scene]
 
@@ -43,6 +43,11 @@ def found(scene: Scene, held: Held, pivot: PivotState) -> tuple[Spot, ...]:
     places = spots(scene, held, pivot)
     assert not isinstance(places, Reason)
     return places
+
+
+def released_pose(spot: Spot, held: Held) -> Array:
+    """Pose (4, 4) in the world of the item at the moment of release."""
+    return np.asarray(spot.release @ held.T_tip_item)
 
 
 @pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])

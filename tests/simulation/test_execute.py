@@ -9,14 +9,15 @@ import pytest
 from pedestal import BuildWorld, cube, evacuate
 from rail_pick import GAP, rail_pick
 
+from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import StaleError
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.execute import StartError, execute
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.simulation.servo import IDEAL, LAGGING, Servo
-from pickcli.simulation.stream import Pace, full_speed, paused, slowed
+from pickcli.simulation.servo import IDEAL, Servo
+from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.world import World
 
 BuildReady = BuildWorld

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.paces import paused, slowed
 from pickcli.cell.robot import Limits
 from pickcli.motion.trajectory import Trajectory
-from pickcli.simulation.stream import Pace, full_speed, paused, slowed, stream, violations
+from pickcli.simulation.stream import Pace, full_speed, stream, violations
 
 LIMITS = Limits(*(np.array([x]) for x in (-1.0, 1.0, 2.0, 10.0, 100.0)))
 

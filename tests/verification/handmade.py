@@ -9,13 +9,14 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import scene_hash
-from pickcli.geometry import Array, interpolate, pose, rotation_vector
+from pickcli.geometry import Array, pose, rotation_vector
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -73,8 +74,10 @@ class Builder:
     ) -> None:
         """A straight line of the tool to T."""
         T_a, qs = tip(self.q, pivot), [self.q]
+        turn = rotation_vector(T_a[:3, :3].T @ T[:3, :3])
         for s in np.linspace(0, 1, 17)[1:]:
-            qs.append(solve(interpolate(T_a, T, float(s)), qs[-1], pivot))
+            R = T_a[:3, :3] @ Rotation.from_rotvec(s * turn).as_matrix()
+            qs.append(solve(pose((1 - s) * T_a[:3, 3] + s * T[:3, 3], R=R), qs[-1], pivot))
         self._move(kind, np.array(qs), duration, pivot=pivot, **state)
 
     def wait(self, kind: SegmentKind, duration: float, **state: object) -> None:
