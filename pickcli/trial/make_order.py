@@ -31,6 +31,7 @@ BIN_SIZES: Mapping[tuple[OrderKind, int], Mapping[int, int]] = {
 }
 
 MOST_FULL = 0.5  # of a bin's volume, by the boxes around its items; docs/scenes.md says what was measured
+MOST_DRAWS = 1000  # one is enough in 95 of 100 cases
 KIVA_POD = "apc2016_delft"  # the cell with the pod of both years
 
 TWO_COPIES: Mapping[int, tuple[str, ...]] = {
@@ -60,15 +61,19 @@ def make_order(task: OrderKind, year: int, seed: int) -> Order:
         order of the bins; a stow has one item of each bin in the tote. No bin is fuller than MOST_FULL.
 
     Raises:
-        InputError: There was no such task.
+        InputError: There was no such task, or the items do not fit into the bins.
     """
     if (task, year) not in BIN_SIZES:
         raise InputError(f"there was no {task} task in {year}; take one of {', '.join(tasks())}")
     rng = derived_rng("order", str(task), year, seed)
-    while True:
+    for _ in range(MOST_DRAWS):
         order = _draw(task, year, rng)
         if all(share_filled(name, names, year) <= MOST_FULL for name, names in order.bin_contents.items()):
             return order
+    raise InputError(
+        f"{task} {year}: each of {MOST_DRAWS} orders drawn fills a bin by more than {100 * MOST_FULL:g} % of "
+        f"its volume; have the items under data/items, or the bins of {KIVA_POD}, been changed?"
+    )
 
 
 def share_filled(bin_name: str, names: Sequence[str], year: int) -> float:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cell.load import load_cell
 from pickcli.errors import InputError
 from pickcli.seeds import derived_rng
+from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
 from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import BINS, Order, OrderKind, parse_order
@@ -134,3 +135,10 @@ def test_make_scene_stows_fresh_orders(task: OrderKind, year: int) -> None:
     scene = make_scene(order.bin_contents, CELL, 101, year)
     for bin_name, names in order.bin_contents.items():
         assert Counter(placed.item.name for placed in scene.in_location(bin_name)) == Counter(names)
+
+
+def test_an_order_that_fits_in_no_way_is_not_drawn_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_FULL", 0.01)
+    monkeypatch.setattr(module, "MOST_DRAWS", 5)
+    with pytest.raises(InputError, match="pick 2016: each of 5 orders drawn fills a bin by more than 1 %"):
+        make_order(OrderKind.PICK, 2016, 1)
