@@ -65,7 +65,7 @@ def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str
     """
     here = from_the_mouth(scene, scene.in_location(target.location))
     others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
-    return others if _blamed(what_if, scene, others) is None else ()
+    return others if others and _blamed(what_if, scene, others) is None else ()
 
 
 def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str] | None:

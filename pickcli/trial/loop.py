@@ -6,8 +6,9 @@ two runs of one trial differ in nothing but ``statistics``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from typing import TypeAlias
 
 from pickcli.cell.scene import TOTE, PlacedItem, Scene
@@ -194,10 +195,18 @@ class _Trial:
             self.open[job.index] = replace(self.open[job.index], refusals=0)
             return
         here = {p.id for p in scene.in_location(placed.location)} - {placed.id}
-        others = worth_moving(what_if, scene, placed)
+
+        @cache
+        def others() -> tuple[str, ...]:  # costs a planning call: asked for when nothing blamed can be moved
+            return worth_moving(what_if, scene, placed)
+
+        def promising() -> Iterator[str]:
+            yield from queue
+            yield from others()
+
         asked = set[str]()
         while self.player.has_time_to_plan:
-            left = (name for name in (*queue, *others) if name not in asked)
+            left = (name for name in promising() if name not in asked)
             name = next((name for name in left if scene.find(name).item.suction), None)
             if name is None:
                 return

@@ -169,6 +169,18 @@ def test_what_is_not_blamed_is_moved_where_what_is_blamed_cannot_be(scene: Scene
     assert asked[0] == NAMES[0]  # what is blamed is asked for first
 
 
+def test_nothing_is_planned_for_the_others_while_what_is_blamed_can_be_moved(scene: Scene) -> None:
+    fake = FakeCrew(scene, blocked={"crayola_24_ct": NAMES[0]})
+    assert run_trial(ORDER, fake.crew()).items_in_tote == 1
+    assert [item for item, _, _ in fake.planned] == [
+        "crayola_24_ct",  # refused
+        "crayola_24_ct",  # what if it were not for the one that is blamed
+        NAMES[0],  # does it come out
+        NAMES[0],  # into another bin
+        "crayola_24_ct",
+    ]
+
+
 def test_the_nearest_to_the_mouth_comes_first(scene: Scene) -> None:
     items = [
         replace(p, T_world_item=p.T_world_item @ pose((0.01 * (k % 3), 0.0, 0.0)))
