@@ -21,7 +21,7 @@ from pickcli.simulation.execution import Fall, FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
-from pickcli.trial.disturbance import Fate, disturbances
+from pickcli.trial.disturbance import Disturbance, Fate, disturbances
 from pickcli.trial.ports import LET_GO_TIME, Crew, Execution
 from pickcli.trial.score import Drop, Rules
 from pickcli.verification.verify import verify
@@ -123,6 +123,10 @@ class SimulatedArena:
             drops=drops,
             disturbed=tuple(d for d in found if d.item != target or d.fate is Fate.FELL),
         )
+
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        """What has moved since the last record, though nobody meant it to: while the robot stood."""
+        return disturbances(self._recorded, self.now(), (), Rules.drop_limit)
 
     def _let_fall(self) -> None:
         """Wait, for a while, until nothing falls any more: a fall is over before it is recorded."""

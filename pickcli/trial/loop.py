@@ -268,7 +268,9 @@ class _Trial:
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]
-        fallen = (Drop(d.item, d.fell) for e in executions for d in e.disturbed if d.fate is Fate.FELL)
+        disturbed_last = arena.disturbed()
+        disturbed = [*(d for e in executions for d in e.disturbed), *disturbed_last]
+        fallen = (Drop(d.item, d.fell) for d in disturbed if d.fate is Fate.FELL)
         drops = (*(d for e in executions for d in e.drops), *fallen)
         is_judged = self.settings.reality.damage_limits
         hit = damages(self.before, arena.collisions) if is_judged else ()
@@ -278,7 +280,7 @@ class _Trial:
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
             final, points, arena.collisions, player.clock.simulated, player.clock.now, player.stuck,
-            player.cut_short,
+            player.cut_short, disturbed_last,
         )  # fmt: skip
 
     def _target_result(self, job: Job, score: Score) -> TargetResult:

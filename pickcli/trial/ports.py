@@ -81,6 +81,9 @@ class Arena(Protocol):
     def now(self) -> Scene:
         """Where everything really is, without the item that is held: for perception and the score."""
 
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        """What has moved since the last record, though nobody meant it to: for the score alone."""
+
     def has_vacuum(self) -> bool:
         """What the vacuum sensor answers now."""
 

@@ -67,6 +67,7 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
         "final_places": {item.id: item.end for item in result.final.items},
         "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
         "attempts": [_attempt(attempt) for attempt in result.attempts],
+        "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
         "claim": CLAIM,
         "made_from": _made_from(result, order_file),
         "statistics": _statistics(result, wall_s),

@@ -105,6 +105,7 @@ class TrialResult:
     clock: s on the clock of the trial: simulated time and the charge of the planning calls
     aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
     cut_short: what the end of the time left undone although there was a way, "" if nothing
+    disturbed_last: what moved without being meant to after the last execution, during the last look
     """
 
     order: Order
@@ -122,6 +123,7 @@ class TrialResult:
     clock: float
     aborted: str
     cut_short: str = ""
+    disturbed_last: tuple[Disturbance, ...] = ()
 
     @property
     def executions(self) -> tuple[Execution, ...]:
@@ -146,7 +148,7 @@ class TrialResult:
     @property
     def disturbed(self) -> tuple[Disturbance, ...]:
         """What moved without being meant to, in the order of time."""
-        return tuple(d for e in self.executions for d in e.disturbed)
+        return (*(d for e in self.executions for d in e.disturbed), *self.disturbed_last)
 
     @property
     def items_in_tote(self) -> int:

@@ -17,6 +17,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
+from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import Order
 from pickcli.trial.ports import Crew, Execution
 from pickcli.verification.verdict import Verdict
@@ -75,6 +76,7 @@ class FakeCrew:
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
     collided: tuple[Collision, ...] = ()  # the world's own record, whatever the executions tell
+    disturbed_last: tuple[Disturbance, ...] = ()  # after the last of the executions
     waited: list[float] = field(default_factory=list)
     levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
@@ -87,6 +89,9 @@ class FakeCrew:
     @property
     def collisions(self) -> tuple[Collision, ...]:
         return self.collided
+
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        return self.disturbed_last
 
     def has_vacuum(self) -> bool:
         return self.clogged or (self.held is not None and not self.lying_sensor)

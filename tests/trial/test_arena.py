@@ -17,9 +17,11 @@ from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.suction import NO_LOAD, Release
 from pickcli.trial.arena import SimulatedArena
+from pickcli.trial.disturbance import Fate
 from pickcli.trial.ports import LET_GO_TIME
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
@@ -127,6 +129,19 @@ def test_a_fall_is_over_before_it_is_told_and_told_once() -> None:
     arena.wait(0.5)
     after = arena.release()
     assert after.drops == () and after.disturbed == ()
+
+
+def test_what_falls_while_the_robot_stands_is_told_and_by_the_next_record_too() -> None:
+    scene, item = scene_of(ORDER, load_cell("apc2016_delft")), "crayola_24_ct"
+    hanging = replace(scene.find(item), location=OUTSIDE, T_world_item=pose((-0.5, -1.5, 1.0)))
+    arena = SimulatedArena(scene.moved(hanging))
+    assert arena.disturbed() == ()
+    arena.wait(1.0)
+    (fallen,) = arena.disturbed()
+    assert (fallen.item, fallen.fate, fallen.into) == (item, Fate.FELL, OUTSIDE)
+    assert fallen.fell == pytest.approx(1.0, abs=0.1)
+    assert [d.item for d in arena.release().disturbed] == [item]
+    assert arena.disturbed() == ()
 
 
 def test_letting_go_takes_simulated_time(arena: SimulatedArena) -> None:

@@ -124,6 +124,17 @@ def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
     assert any(BAR in line and "fell" in line for line in summary(result))
 
 
+def test_what_falls_during_the_last_look_costs_the_same_and_is_told_apart() -> None:
+    (fall,) = disturbances(SCENE, after(pose((-0.6, 0.0, -1.2)), OUTSIDE), (), 0.3)
+    result = run_trial(ORDER, FakeCrew(SCENE, disturbed_last=(fall,)).crew())
+    assert [(line.subject, line.points) for line in result.score.lines if line.points < 0] == [(BAR, -5)]
+    record = trial_record(result, "order.json", 1.0)
+    assert record["disturbed"] == 1
+    assert [(d["item"], d["fate"]) for d in record["disturbed_last"]] == [(BAR, "fell")]
+    assert not any(e["execution"]["disturbed"] for e in record["attempts"])
+    assert any(BAR in line and "fell" in line for line in summary(result))
+
+
 def test_a_contact_counts_once_and_by_what_it_came_to_after_the_motion() -> None:
     told = hit("lance", BAR, 60.0)  # as the execution tells it; it grew while the robot waited
     fake = FakeCrew(SCENE, executions={"crayola_24_ct": [Execution(4.0, "contact", collisions=(told,))]})
