@@ -152,10 +152,7 @@ def exchange(cell: Cell, in_scenes: list[Scene], asked: list[Query], time_limit:
 
 
 def _world(scene: Scene) -> list[dict[str, Any]]:
-    cell = scene.cell
-    bodies = [(body, scene.T_world_pod) for body in cell.pod.bodies]
-    bodies += [(body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)]
-    solids = [_solid(body.name, body.shape, T @ body.T_parent_shape) for body, T in bodies]
+    solids = [_solid(body.name, body.shape, T @ body.T_parent_shape) for body, T in scene.standing]
     return solids + [_solid(placed.id, placed.item.shape, placed.T_world_item) for placed in scene.items]
 
 

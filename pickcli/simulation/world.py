@@ -298,10 +298,7 @@ class World:
 
 def ground_of(scene: Scene) -> tuple[Array, Array]:
     """Lower and upper corner (3,) of the box around all that stands firm, world axes."""
-    cell = scene.cell
-    standing = [(body, scene.T_world_pod) for body in cell.pod.bodies]
-    standing += [(body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)]
-    corners = [bounds(body.shape, T @ body.T_parent_shape) for body, T in standing]
+    corners = [bounds(body.shape, T @ body.T_parent_shape) for body, T in scene.standing]
     return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
 
 
