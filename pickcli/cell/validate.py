@@ -130,10 +130,6 @@ def _innermost(annotation: Any) -> Any:
 
 
 def _unwrapped(annotation: Any) -> Any:
-    """The annotation without Annotated[...] and without an optional None."""
+    """The annotation without an optional None."""
     arguments = get_args(annotation)
-    if hasattr(annotation, "__metadata__"):
-        return _unwrapped(arguments[0])
-    if type(None) in arguments:
-        return _unwrapped(next(a for a in arguments if a is not type(None)))
-    return annotation
+    return next(a for a in arguments if a is not type(None)) if type(None) in arguments else annotation

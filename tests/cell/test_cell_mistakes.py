@@ -200,6 +200,14 @@ def test_all_mistakes_are_told_at_once(cell_copy: CellCopy, refused: Refused) ->
     )
 
 
+def test_of_a_value_forty_characters_are_told(cell_copy: CellCopy, refused: Refused) -> None:
+    for n in (38, 39, 1000):  # and two quotes
+        cell_copy.yaml.replace("max_pull: 42.0", f'max_pull: "{n * "x"}"')
+        told = refused(cell_copy.load).split(", got ")[1].split(";")[0]
+        assert told == ('"' + 38 * "x" + '"' if n == 38 else '"' + 36 * "x" + "...")
+        cell_copy.yaml.replace(f'max_pull: "{n * "x"}"', "max_pull: 42.0")
+
+
 def test_a_missing_urdf_is_named(cell_copy: CellCopy, refused: Refused) -> None:
     cell_copy.yaml.replace("urdf: robot.urdf", "urdf: robbot.urdf")
     assert "robbot.urdf: no such file" in refused(cell_copy.load)

@@ -175,6 +175,14 @@ def test_a_mistake_is_told_with_file_line_and_key(written: Path, refused: Refuse
     assert all(line.startswith(f"{written}:") for line in message.splitlines())
 
 
+def test_a_mistake_in_what_may_be_left_out_is_told_as_any_other(written: Path, refused: Refused) -> None:
+    held = {"id": "x", "name": "rawlings_baseball", "year": 2016, "position": [0, 0, 0.04], "quternion": 1}
+    edit(written, put_at("held", value=held))
+    message = refused(lambda: read_scene(written))
+    assert "held.quternion: unknown key; did you mean 'quaternion'?" in message
+    assert "held.quaternion: expected a unit quaternion [x, y, z, w], got nothing; add it" in message
+
+
 def test_the_line_is_the_line(written: Path, refused: Refused) -> None:
     text = written.read_text()
     line = text[: text.index('"crayola_24_ct#4"')].count("\n") + 1

@@ -269,6 +269,8 @@ def test_a_piece_may_begin_where_the_data_end_if_it_is_empty(path: Path) -> None
         rows, offsets = file.pieces("pieces")
         assert (rows.tolist(), offsets.tolist()) == ([[1.0], [1.0]], [0, 2, 2])
         assert file.texts("rows", "name") == ("a", "b")
+    found = survey(path, [KIND])
+    assert found.damage == () and [len(row.pieces["pieces"]) for row in found.intact["rows"]] == [2, 0]
 
 
 def test_columns_of_different_length_are_not_written(path: Path) -> None:

@@ -240,6 +240,10 @@ def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
         assert (found.image[:100], found.has_directory, found.has_spare) == (bytes(image), True, False)
 
 
+def test_a_spare_copy_may_be_all_that_there_is() -> None:
+    assert restored(with_spare(b"", [])) == Restored(b"", True, True)
+
+
 def test_a_spare_copy_is_no_larger_than_what_it_copies() -> None:
     image = bytes(100_000)
     assert len(with_spare(image, [(100, 99_900)])) < len(image) + 200
@@ -254,7 +258,8 @@ def test_the_same_file_gives_the_same_spare_whatever_the_order_of_its_data() -> 
     [
         b"", b"APCSPARE", _spare((4, 3), copied=b"abc", n=2), _spare((4, 3), copied=b"abc", n=2**63),
         _spare((4, 3), copied=b"ab"), _spare((101, 0), copied=b""), _spare((0, 101), copied=b"x" * 101),
-        _spare((4, 3), copied=b"abc")[:-1], _spare((4, 3), copied=b"abc") + b"x",
+        _spare((4, 3), (98, 3), copied=b"abcdef"), _spare((4, 3), copied=b"abc")[:-1],
+        _spare((4, 3), copied=b"abc") + b"x",
     ],
 )  # fmt: skip
 def test_a_tail_that_is_no_spare_copy_is_not_believed(tail: bytes) -> None:
