@@ -32,7 +32,11 @@ SLOW = 0.1  # of the velocity limits
 JOG_WAY = 0.03  # m that any link and the tool may go in a jog
 INWARDS = 0.015  # m deeper into the pod than it has been: what it takes to come free of a lip
 OFF_PATH = 0.005  # rad or m, of any joint, between a way back and the motion that it goes back along
-PATH_STEP = 1e-3  # s between samples of that
+LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be left out at once, where it turns round
+PATH_STEP, PATH_WAY = (
+    1e-3,
+    OFF_PATH / 10,
+)  # s between samples of that, and rad or m where it goes slowly or rests
 IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 
 
@@ -65,15 +69,14 @@ def check_recovery(
 def _leads(
     plan: Plan, scene: Scene, states: States, opening: Opening, stopped: Trajectory | None
 ) -> Iterator[Reason]:
-    """Out of the pod, or back along the motion that stopped."""
+    """Out of the pod, or back along the motion that stopped, in its order."""
     where = f"recovery {plan.recovery}"
     if plan.recovery is RecoveryLevel.AS_PLANNED:
         return
     if plan.recovery is RecoveryLevel.BACKWARDS and stopped is not None:
-        off, i = _off_path(states.Q, stopped)
-        if off > OFF_PATH:
-            at = f"at {states.times[i]:.3f} s a joint is {off:.4f} rad or m off the motion that stopped"
-            yield Reason("not back the way it came", where, f"{at}, at most {OFF_PATH} are allowed")
+        if (strayed := _strayed(states.Q, stopped)) is not None:
+            i, how = strayed
+            yield Reason("not back the way it came", where, f"at {states.times[i]:.3f} s {how}")
         return
     tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
     depths = np.maximum(0.0, (inverse(scene.T_world_pod) @ tips)[:, 0, 3])
@@ -88,13 +91,32 @@ def _leads(
         yield Reason("leads into the pod", where, told)
 
 
-def _off_path(Q: Array, stopped: Trajectory) -> tuple[float, int]:
-    """How far the farthest configuration of Q (N, n) is from a trajectory, worst joint, and its index."""
+def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
+    """The first of the configurations Q (N, n) that does not go on backwards along a trajectory, and how not.
+
+    Where a configuration may be on the trajectory is kept as a set, as the trajectory may pass one place more
+    than once: all samples that are near enough, that do not come later than one where the configuration
+    before may have been, and between which and that one no more of the motion lies than may be left out.
+    """
     n = int(np.ceil(stopped.duration / PATH_STEP)) + 1
-    path = cKDTree(stopped.sample(np.linspace(0.0, stopped.duration, n)))
-    off, _ = path.query(Q, p=np.inf)
-    i = int(np.argmax(off))
-    return float(off[i]), i
+    path = stopped.sample(np.linspace(0.0, stopped.duration, n))
+    gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))])
+    kept = np.unique(np.append(np.unique(gone // PATH_WAY, return_index=True)[1], n - 1))
+    path, gone = path[kept], gone[kept]
+    steps = np.abs(np.diff(Q, axis=0, prepend=Q[:1])).max(axis=1)
+    tree, may_be_at = cKDTree(path), np.arange(len(path))
+    for i, q in enumerate(Q):
+        near = np.array(tree.query_ball_point(q, OFF_PATH, p=np.inf, return_sorted=True), dtype=np.intp)
+        if len(near) == 0:
+            off = float(tree.query(q, p=np.inf)[0])
+            most = f"at most {OFF_PATH} are allowed"
+            return i, f"a joint is {off:.4f} rad or m off the motion that stopped, {most}"
+        before = may_be_at[np.minimum(np.searchsorted(may_be_at, near), len(may_be_at) - 1)]
+        is_next = (before >= near) & ((i == 0) | (gone[before] - gone[near] <= steps[i] + LEFT_OUT))
+        if not is_next.any():
+            return i, "it does not go on backwards along the motion that stopped"
+        may_be_at = near[is_next]
+    return None
 
 
 def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterator[Reason]:

@@ -14,7 +14,9 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.held import pose_in_tool
+from pickcli.verification.recovery import _strayed
 from pickcli.verification.verify import verify
 
 OPENING, SLOWLY, JOG = RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.JOG
@@ -124,11 +126,62 @@ def test_a_way_back_leads_along_the_motion_that_stopped() -> None:
     """Also into the pod, where that came from there; and nowhere else."""
     scene = make_scene()
     plan = plan_of(inwards(0.42), scene, RecoveryLevel.BACKWARDS)
-    assert verify(plan, scene, inwards(0.44).trajectory()).reasons == ()
+    assert verify(plan, scene, reversed_in_time(inwards(0.44).trajectory())).reasons == ()
     bowed = Builder(np.asarray(cell().configurations["bin_H"].q))
     bowed.line(SegmentKind.RETREAT, tip(bowed.q) @ pose([0.0, 0.03, 0.42]), 20.0)
-    found = verify(plan, scene, bowed.trajectory()).reasons
-    assert {reason.what for reason in found} == {"not back the way it came"}
+    elsewhere, onwards = reversed_in_time(bowed.trajectory()), inwards(0.44).trajectory()
+    for stopped in (elsewhere, onwards):
+        found = verify(plan, scene, stopped).reasons
+        assert {reason.what for reason in found} == {"not back the way it came"}
+
+
+def reversed_in_time(trajectory: Trajectory) -> Trajectory:
+    """The same curve from its end to its start."""
+    return replace(
+        trajectory, times=trajectory.duration - trajectory.times[::-1], positions=trajectory.positions[::-1],
+        velocities=-trajectory.velocities[::-1], accelerations=trajectory.accelerations[::-1],
+    )  # fmt: skip
+
+
+def along(*corners: tuple[float, float]) -> Trajectory:
+    """Two joints from corner to corner, at rest at each, a second for every way."""
+    q = np.array(corners)
+    still = np.zeros_like(q)
+    return Trajectory(("a", "b"), np.arange(float(len(q))), q, still, still)
+
+
+def states_of(trajectory: Trajectory, begin: float, end: float) -> Array:
+    """Configurations (N, n) from one time to another, also an earlier one."""
+    return trajectory.sample(np.linspace(begin, end, 1 + round(100 * abs(end - begin))))
+
+
+ASIDE = (0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3)
+SPUR = (0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.3, 0.0), (0.6, 0.0)  # passes one place twice
+HAIRPIN = (0.0, 0.0), (0.3, 0.0), (0.3, 0.004), (0.0, 0.004)  # comes back beside itself
+SHAKE = (0.0, 0.0), (0.3, 0.0), *(((0.29, 0.0), (0.3, 0.0)) * 5), (0.6, 0.0)
+
+
+@pytest.mark.parametrize("path", [ASIDE, SPUR, HAIRPIN, SHAKE], ids=["aside", "spur", "hairpin", "shake"])
+@pytest.mark.parametrize("share", [0.1, 0.37, 0.5, 0.81, 1.0])
+@pytest.mark.parametrize("off", [0.0, 0.0045, -0.0045])
+def test_back_along_any_motion_from_any_time(
+    path: Sequence[tuple[float, float]], share: float, off: float
+) -> None:
+    motion = along(*path)
+    assert _strayed(states_of(motion, share * motion.duration, 0.0) + off, motion) is None
+
+
+def test_a_way_back_keeps_the_order_of_the_motion_and_leaves_nothing_out() -> None:
+    aside, spur, hairpin = along(*ASIDE), along(*SPUR), along(*HAIRPIN)
+    onwards = states_of(aside, 1.0, 2.0)
+    back_and_on = np.vstack([states_of(aside, 2.5, 1.5), states_of(aside, 1.5, 2.5)])
+    past_the_spur = np.vstack([states_of(spur, 4.0, 3.0), states_of(spur, 1.0, 0.0)])
+    jumps = np.vstack([states_of(hairpin, 3.0, 2.5), states_of(hairpin, 0.5, 0.0)])  # by 4 mm, over 300 mm
+    for motion, Q in ((aside, onwards), (aside, back_and_on), (spur, past_the_spur), (hairpin, jumps)):
+        strayed = _strayed(Q, motion)
+        assert strayed is not None and "does not go on backwards" in strayed[1]
+        assert 0 < strayed[0] < len(Q)
+    assert _strayed(states_of(aside, 3.0, 0.0) + np.array([0.0, 0.0051]), aside) is not None
 
 
 def test_a_way_out_switches_nothing() -> None:
