@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
 from pydantic import Field, create_model
 
 from pickcli.cell.file_kind import REALITY
-from pickcli.cell.scene_schema import MAX_POD_YAW
+from pickcli.cell.scene_schema import MAX_POD_YAW, POD_YAW
 from pickcli.cell.validate import FileModel, validate
 from pickcli.cell.yaml_reader import read_yaml
 
@@ -23,7 +23,7 @@ Switch: TypeAlias = Annotated[bool, Field(description="true or false")]
 Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0, description="a share, 0 to 1")]
 Scale: TypeAlias = Annotated[float, Field(ge=1.0, le=10.0, description="a factor, 1 to 10")]
 Metres: TypeAlias = Annotated[float, Field(ge=0.0, le=0.1, description="m, 0 to 0.1")]
-PodYaw: TypeAlias = Annotated[float, Field(ge=0.0, le=MAX_POD_YAW, description=f"rad, 0 to {MAX_POD_YAW}")]
+PodYaw: TypeAlias = Annotated[float, Field(ge=0.0, le=MAX_POD_YAW, description=POD_YAW)]
 Seconds: TypeAlias = Annotated[float, Field(ge=0.0, le=60.0, description="s, 0 to 60")]
 
 
