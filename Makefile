@@ -8,15 +8,17 @@ CASES ?= 20000
 KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
 
 PEERS := .venv-peers
+LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check fuzz mutants bench bench-peers install format clean
+.PHONY: run test check coverage fuzz mutants bench bench-peers install lock format clean
 
 install: $(VENV)/.installed
 
-$(VENV)/.installed: requirements.lock pyproject.toml CMakeLists.txt $(KERNEL_SOURCES)
+$(VENV)/.installed: requirements-dev.lock pyproject.toml CMakeLists.txt $(KERNEL_SOURCES)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+		--require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
@@ -31,6 +33,9 @@ check: install
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+coverage: install
+	$(BIN)/python -m pytest -m "not slow" --cov=pickcli --cov-report=term-missing:skip-covered
 
 fuzz: install
 	$(BIN)/python -m bench.fuzz --cases $(CASES)
@@ -50,9 +55,21 @@ $(PEERS)/.installed: bench/peers/requirements.txt
 bench-peers: install $(PEERS)/.installed
 	$(BIN)/python -m bench.peers
 
+# Both files keep their versions as far as pyproject.toml allows; delete one to move to the newest of everything.
+LOCK := $(LOCKER)/bin/uv pip compile pyproject.toml --quiet --generate-hashes --no-annotate \
+	--custom-compile-command "make lock" --python-version 3.11 --python-platform x86_64-manylinux_2_28
+
+lock: $(LOCKER)/bin/uv
+	$(LOCK) --extra cluster --output-file requirements.lock
+	$(LOCK) --extra dev --constraint requirements.lock --output-file requirements-dev.lock
+
+$(LOCKER)/bin/uv:
+	$(PYTHON) -m venv $(LOCKER)
+	$(LOCKER)/bin/python -m pip install --quiet --disable-pip-version-check uv
+
 format: install
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) $(PEERS) build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	rm -rf $(VENV) $(PEERS) $(LOCKER) build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
