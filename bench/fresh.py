@@ -15,7 +15,7 @@ import hashlib
 import json
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -27,31 +27,22 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from bench.deliverable import CANNOT_BE_CLEARED, CANNOT_BE_HELD, NO_PLAN_WHEN_CLEARED, why_not_deliverable
 from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
-from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool
-from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.scene import Scene
 from pickcli.cell.scene_file import read_scene
-from pickcli.cell.supports import supports_of
-from pickcli.errors import NoPlanError
-from pickcli.geometry import Array, inverse
-from pickcli.grasping.candidates import sample_grasps
-from pickcli.grasping.search import WIDE
-from pickcli.grasping.surfaces import faces
+from pickcli.geometry import Array
 from pickcli.planning.context import Planner
-from pickcli.planning.pick import Start, plan_pick
 from pickcli.precompute.recipe import code_digest
-from pickcli.seeds import derived_rng
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.output import write_output
 
 FOLDER = Path("runs/fresh")
-GRAVITY = 9.81  # m/s^2
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
-CANNOT_BE_CLEARED = "cannot be cleared"  # what is in the way stays, or carries what stays
+JUDGES = ("deliverable", "fresh", "played")  # the files that say what the figures are
 DO_NOT_FIT = "do not fit at rest"  # what run-trial tells of a bin that its items cannot be stowed in
 
 
@@ -77,7 +68,7 @@ class Job:
     @property
     def judged(self) -> Path:
         """Where the figures are kept, by what they are judged with."""
-        sources = [Path(__file__).with_name(name).read_bytes() for name in ("fresh.py", "played.py")]
+        sources = [Path(__file__).with_name(f"{name}.py").read_bytes() for name in JUDGES]
         return self.folder / f"judged_{hashlib.sha256(b''.join(sources)).hexdigest()[:12]}.json"
 
 
@@ -153,85 +144,15 @@ def judged(folder: Path, warm: Planner) -> dict[str, Any]:
 
 
 def undelivered(played: Played, scene: Scene, warm: Planner) -> list[dict[str, Any]]:
-    """Every target that was not delivered, with its reason and whether it counts as deliverable.
-
-    Deliverable is what the tool can hold and what can be planned exactly where it stands, once everything
-    that the tool can hold is gone from its bin: that could have been moved out of the way. Where nothing of
-    the kind could go first, be it that the target or something that stays rests on it, that is told apart.
-    """
+    """Every target that was not delivered, with its reason and why it is not deliverable, "" if it is."""
     found = []
     for line in played.record["items"]:
         if line["outcome"] == "in tote":
             continue
         copies = [p for p in scene.in_location(line["bin"]) if p.item.name == line["item"]]
         told = {key: line[key] for key in ("bin", "item", "outcome", "reason")}
-        found.append(told | {"why_not": _why_not(copies, scene, warm)})
+        found.append(told | {"why_not": why_not_deliverable(copies, scene, warm)})
     return found
-
-
-def _why_not(copies: list[PlacedItem], scene: Scene, warm: Planner) -> str:
-    """Why none of the copies of a target is deliverable, "" if one is."""
-    if not any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies):
-        return "cannot be held"
-    tool = warm.cell.robot.tool
-    if not any(_is_plannable(copy, _cleared(scene, copy, tool), warm) for copy in copies):
-        return "no plan when cleared"
-    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tool), warm) for copy in copies):
-        return CANNOT_BE_CLEARED
-    return ""
-
-
-def is_holdable(item: Item, tool: Tool) -> bool:
-    """Whether the cup bears the item's weight, hanging straight below one of the faces on which it seals."""
-    wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
-    shares = (item.seals[face.name] for face in faces(item, tool))
-    return any(float(tool.cup_limits.ratio(wrench, share)) <= 1.0 for share in shares)
-
-
-def _cleared(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
-    """The scene with nothing left in the target's bin but the target and what the tool cannot hold."""
-    here = scene.in_location(target.location)
-    return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tool)))
-
-
-def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
-    """The scene without what could go before the target.
-
-    What carries the target stays, so does what has no grasp as it lies, and what carries that.
-    """
-    supports = supports_of(scene)
-    here = {p.id: p for p in scene.in_location(target.location)}
-    todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tool)]
-    stay = set(todo)
-    while todo:
-        below = [name for name in supports.carriers(todo.pop()) if name in here and name not in stay]
-        stay.update(below)
-        todo += below
-    return _without(scene, (p for name, p in here.items() if name not in stay))
-
-
-def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
-    """Whether any face within reach as an item lies would hold it, whatever is around it."""
-    cell_bin = scene.cell.pod.bins[placed.location]
-    T_bin_item = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
-    rng = derived_rng("has grasp", placed.id)
-    found = sample_grasps(placed.id, placed.item, T_bin_item, tool, cell_bin, rng, WIDE)
-    return bool(found.grasps)
-
-
-def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
-    for placed in gone:
-        scene = scene.without(placed.id)
-    return scene
-
-
-def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
-    home = warm.cell.configurations["home"]
-    try:
-        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.pivot))
-    except NoPlanError:
-        return False
-    return True
 
 
 def play_all(wanted: Sequence[Job], processes: int) -> list[dict[str, Any]]:
@@ -271,8 +192,8 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "delivered_share_of_clearable": sum(delivered) / reachable if reachable else 1.0,
         "missed_deliverable": deliverable - sum(delivered),
         "missed_cannot_be_cleared": missed.count(CANNOT_BE_CLEARED),
-        "missed_cannot_be_held": missed.count("cannot be held"),
-        "missed_no_plan_when_cleared": missed.count("no plan when cleared"),
+        "missed_cannot_be_held": missed.count(CANNOT_BE_HELD),
+        "missed_no_plan_when_cleared": missed.count(NO_PLAN_WHEN_CLEARED),
         "holds": len(planned),
         "holds_over_plan_share": _share(measured > OVER_PLAN * planned),
         "holds_over_by_share": _share(measured > planned + OVER_BY),

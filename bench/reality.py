@@ -20,7 +20,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench.fresh import FOLDER, is_holdable, jobs, play_all, summary
+from bench.deliverable import is_holdable
+from bench.fresh import FOLDER, jobs, play_all, summary
 from pickcli.cell.load import load_cell
 from pickcli.simulation.reality import DEFAULT, IDEAL, Reality
 from pickcli.trial.make_order import YEARS, make_order

@@ -1,4 +1,4 @@
-"""Fresh orders as a benchmark: what counts as deliverable, what is kept, how figures are summed."""
+"""Fresh orders as a benchmark: what is left out, what is kept, how figures are summed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,6 @@ from typing import Any
 import pytest
 
 from bench import fresh
-from pickcli.cell.load import load_cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
-from pickcli.geometry import pose
-
-CELL = load_cell("apc2016_delft")
 
 
 def trial(**changes: Any) -> dict[str, Any]:
@@ -68,33 +63,6 @@ def test_what_could_only_be_cleared_by_magic_counts_as_missed_and_is_told_apart(
     assert figures["missed_deliverable"] == figures["missed_cannot_be_cleared"] == 1
 
 
-def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
-    """In one stack the target lies on a box; in another a box lies under a dumbbell; a bar lies free."""
-    on_box, heavy = (
-        ("kleenex_tissue_box", "crayola_24_ct"),
-        ("staples_index_cards", "fitness_gear_3lb_dumbbell"),
-    )
-    scene = _stacks(on_box, heavy, ("dove_beauty_bar",))
-    left = fresh._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
-    assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}
-    all_gone = fresh._cleared(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
-    assert {p.id for p in all_gone.items} == {"crayola_24_ct", "fitness_gear_3lb_dumbbell"}
-
-
-def _stacks(*stacks: tuple[str, ...]) -> Scene:
-    """Items of bin_E in stacks side by side, each flat on the one before."""
-    cell_bin, items = CELL.pod.bins["bin_E"], []
-    for k, names in enumerate(stacks):
-        top = cell_bin.floor_back
-        for name in names:
-            item = CELL.item(name, 2016)
-            height = float(item.shape.extents[2])
-            at = pose((0.3, 0.1 * (k - 1), top + height / 2))
-            top += height
-            items.append(PlacedItem(name, item, "bin_E", CELL.T_world_pod @ cell_bin.T_pod_bin @ at))
-    return Scene(CELL, CELL.T_world_pod, tuple(items), PoseNoise())
-
-
 def test_shares_without_a_hold_are_missing_and_not_zero() -> None:
     assert fresh.summary([trial(loads=[])])["holds_over_plan_share"] is None
     assert [row[:9] for row in missed_rows(trial(loads=[]))] == ["holds wit", "the same,"]
@@ -108,13 +76,6 @@ def test_loads_over_the_plan_count_by_their_share_and_by_how_much() -> None:
     assert figures["load_worst"] == pytest.approx(0.81)
 
 
-@pytest.mark.parametrize(("name", "holds"), [
-    ("crayola_24_ct", True), ("oral_b_toothbrush_green", False), ("fitness_gear_3lb_dumbbell", False),
-])  # fmt: skip
-def test_is_holdable_says_what_a_cup_can_carry(name: str, holds: bool) -> None:
-    assert fresh.is_holdable(CELL.item(name, 2016), CELL.robot.tool) == holds
-
-
 def test_jobs_are_kept_apart_by_seed_and_levels(tmp_path: Path) -> None:
     levels = tmp_path / "levels.yaml"
     levels.write_text("format: apc reality\nversion: 1\nmass_error: 0.2\n")
@@ -122,6 +83,19 @@ def test_jobs_are_kept_apart_by_seed_and_levels(tmp_path: Path) -> None:
     other = fresh.jobs(range(2), 2016, levels, tmp_path)
     assert len({job.folder for job in (*plain, *other)}) == 4
     assert [job.folder for job in fresh.jobs(range(2), 2016, None, tmp_path)] == [j.folder for j in plain]
+
+
+@pytest.mark.parametrize("changed", fresh.JUDGES)
+def test_figures_are_kept_by_every_file_that_judges(
+    changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in fresh.JUDGES:
+        (tmp_path / f"{name}.py").write_text(f"the judge {name}")
+    monkeypatch.setattr(fresh, "__file__", str(tmp_path / "fresh.py"))
+    (job,) = fresh.jobs([7], 2016, None, tmp_path)
+    before = job.judged
+    (tmp_path / f"{changed}.py").write_text("another opinion")
+    assert job.judged != before
 
 
 def test_play_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,95 @@
+"""Which targets of a trial could have been delivered: the question that a share of deliveries is of.
+
+Deliverable is what the tool can hold and what can be planned exactly where it stands, once everything that
+the tool can hold is gone from its bin: that could have been moved out of the way. Where nothing of the kind
+could go first, be it that the target or something that stays rests on it, that is told apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import Tool
+from pickcli.cell.scene import PlacedItem, Scene
+from pickcli.cell.supports import supports_of
+from pickcli.errors import NoPlanError
+from pickcli.geometry import inverse
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.search import WIDE
+from pickcli.grasping.surfaces import faces
+from pickcli.planning.context import Planner
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.seeds import derived_rng
+
+GRAVITY = 9.81  # m/s^2
+CANNOT_BE_HELD = "cannot be held"
+NO_PLAN_WHEN_CLEARED = "no plan when cleared"
+CANNOT_BE_CLEARED = "cannot be cleared"  # what is in the way stays, or carries what stays
+
+
+def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Planner) -> str:
+    """Why none of the copies of a target is deliverable, "" if one is."""
+    if not any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies):
+        return CANNOT_BE_HELD
+    tool = warm.cell.robot.tool
+    if not any(_is_plannable(copy, _cleared(scene, copy, tool), warm) for copy in copies):
+        return NO_PLAN_WHEN_CLEARED
+    if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tool), warm) for copy in copies):
+        return CANNOT_BE_CLEARED
+    return ""
+
+
+def is_holdable(item: Item, tool: Tool) -> bool:
+    """Whether the cup bears the item's weight, hanging straight below one of the faces on which it seals."""
+    wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
+    shares = (item.seals[face.name] for face in faces(item, tool))
+    return any(float(tool.cup_limits.ratio(wrench, share)) <= 1.0 for share in shares)
+
+
+def _cleared(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
+    """The scene with nothing left in the target's bin but the target and what the tool cannot hold."""
+    here = scene.in_location(target.location)
+    return _without(scene, (p for p in here if p is not target and is_holdable(p.item, tool)))
+
+
+def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:
+    """The scene without what could go before the target.
+
+    What carries the target stays, so does what has no grasp as it lies, and what carries that.
+    """
+    supports = supports_of(scene)
+    here = {p.id: p for p in scene.in_location(target.location)}
+    todo = [name for name, p in here.items() if p is target or not _has_grasp(p, scene, tool)]
+    stay = set(todo)
+    while todo:
+        below = [name for name in supports.carriers(todo.pop()) if name in here and name not in stay]
+        stay.update(below)
+        todo += below
+    return _without(scene, (p for name, p in here.items() if name not in stay))
+
+
+def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
+    """Whether any face within reach as an item lies would hold it, whatever is around it."""
+    cell_bin = scene.cell.pod.bins[placed.location]
+    T_bin_item = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
+    rng = derived_rng("has grasp", placed.id)
+    found = sample_grasps(placed.id, placed.item, T_bin_item, tool, cell_bin, rng, WIDE)
+    return bool(found.grasps)
+
+
+def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
+    for placed in gone:
+        scene = scene.without(placed.id)
+    return scene
+
+
+def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
+    home = warm.cell.configurations["home"]
+    try:
+        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.pivot))
+    except NoPlanError:
+        return False
+    return True

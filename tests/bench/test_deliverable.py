@@ -1,0 +1,46 @@
+"""What counts as deliverable."""
+
+from __future__ import annotations
+
+import pytest
+
+from bench import deliverable
+from pickcli.cell.load import load_cell
+from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.geometry import pose
+
+CELL = load_cell("apc2016_delft")
+
+
+def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
+    """In one stack the target lies on a box; in another a box lies under a dumbbell; a bar lies free."""
+    on_box, heavy = (
+        ("kleenex_tissue_box", "crayola_24_ct"),
+        ("staples_index_cards", "fitness_gear_3lb_dumbbell"),
+    )
+    scene = _stacks(on_box, heavy, ("dove_beauty_bar",))
+    left = deliverable._cleared_as_it_can_be(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}
+    all_gone = deliverable._cleared(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
+    assert {p.id for p in all_gone.items} == {"crayola_24_ct", "fitness_gear_3lb_dumbbell"}
+
+
+def _stacks(*stacks: tuple[str, ...]) -> Scene:
+    """Items of bin_E in stacks side by side, each flat on the one before."""
+    cell_bin, items = CELL.pod.bins["bin_E"], []
+    for k, names in enumerate(stacks):
+        top = cell_bin.floor_back
+        for name in names:
+            item = CELL.item(name, 2016)
+            height = float(item.shape.extents[2])
+            at = pose((0.3, 0.1 * (k - 1), top + height / 2))
+            top += height
+            items.append(PlacedItem(name, item, "bin_E", CELL.T_world_pod @ cell_bin.T_pod_bin @ at))
+    return Scene(CELL, CELL.T_world_pod, tuple(items), PoseNoise())
+
+
+@pytest.mark.parametrize(("name", "holds"), [
+    ("crayola_24_ct", True), ("oral_b_toothbrush_green", False), ("fitness_gear_3lb_dumbbell", False),
+])  # fmt: skip
+def test_is_holdable_says_what_a_cup_can_carry(name: str, holds: bool) -> None:
+    assert deliverable.is_holdable(CELL.item(name, 2016), CELL.robot.tool) == holds
