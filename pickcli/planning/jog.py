@@ -1,0 +1,78 @@
+"""The last level of recovery: some millimetres that take apart what is near. See docs/recovery.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.assemble import assemble_pieces
+from pickcli.planning.pieces import Piece
+from pickcli.planning.recovery_rules import Rules
+
+JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
+JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
+JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
+
+
+def plan_jog(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
+    """A short straight edge in joint space that takes the nearest pair apart farthest."""
+    q, pivot = rules.start.q, rules.start.pivot
+    all_pairs = rules.planner.checker(rules.seen, pivot, reserve=rules.reserve)
+    before = all_pairs.clearance(q)
+    ranked = []
+    for step in _jogs(rules, all_pairs):
+        there = q + step
+        gain = all_pairs.clearance(there).distance - before.distance
+        if gain >= JOG_GAIN:
+            ranked.append((-gain, tuple(there.tolist())))
+    reasons = [Reason("no jog", "where the robot stopped", f"none takes {before} apart", before.item)]
+    checker = rules.checker()
+    for _, end in sorted(ranked):
+        edge = np.stack([q, np.array(end)])
+        if not checker.edge_is_free(edge[0], edge[1]):
+            reasons.append(checker.explain_edge(edge[0], edge[1]))
+        elif (closes := rules.closes(edge)) is not None:
+            reasons.append(closes)
+        else:
+            piece = Piece(SegmentKind.TRANSIT, edge, pivot, checker, scale=rules.scale)
+            plan = assemble_pieces(rules.planner, rules.scene, [piece], label, seed)
+            if not isinstance(plan, Reason):
+                return plan
+            reasons.append(plan)
+    return reasons
+
+
+def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
+    """Joint steps (n,) within the limits: up the gradient of the least distance, and the tool every way."""
+    arm, q, pivot = rules.planner.arm, rules.start.q, rules.start.pivot
+    unit = np.eye(arm.n)
+    ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
+    behind = np.array([all_pairs.clearance(q - JOG_STEP * e).distance for e in unit])
+    jacobian = np.linalg.pinv(arm.jacobian(q, pivot), rcond=1e-3)
+    axes = rules.scene.T_world_pod[:3, :3]
+    ways = [sign * axes[:, k] for k in range(3) for sign in (1.0, -1.0)]
+    ways.append(-arm.tip(q, pivot)[:3, 2])
+    directions = [ahead - behind, *(jacobian @ np.concatenate([way, np.zeros(3)]) for way in ways)]
+    directions += [sign * e for e in unit for sign in (1.0, -1.0)]
+    for direction in directions:
+        farthest = _farthest(rules, direction * JOG_STEP / max(float(np.abs(direction).max()), 1e-12))
+        if farthest <= 1e-9:
+            continue
+        step = direction * JOG_STEP / float(np.abs(direction).max()) * JOG / farthest
+        if ((q + step > arm.limits.lower) & (q + step < arm.limits.upper)).all():
+            yield step
+
+
+def _farthest(rules: Rules, step: Array) -> float:
+    """m that a small joint step (n,) moves the frame, or the tool, that goes farthest."""
+    arm, q, pivot = rules.planner.arm, rules.start.q, rules.start.pivot
+    chain = arm.chain(pivot)
+    moved = np.asarray(chain.fk(q + step))[:, :3, 3] - np.asarray(chain.fk(q))[:, :3, 3]
+    tool = arm.tip(q + step, pivot)[:3, 3] - arm.tip(q, pivot)[:3, 3]
+    return float(np.linalg.norm(np.vstack([moved, tool]), axis=1).max())

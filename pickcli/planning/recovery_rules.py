@@ -1,0 +1,118 @@
+"""What holds on one level of recovery, from where a motion stopped. See docs/recovery.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from pickcli.cell.scene import PoseNoise, Scene
+from pickcli.collision.allowed_contacts import AllowedContacts
+from pickcli.collision.checker import SceneChecker
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import RecoveryLevel
+from pickcli.planning.context import NONE, Planner
+from pickcli.planning.pick import Start
+
+SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
+SLOW = 0.095  # of all limits, where the verifier allows a tenth of the velocity
+CLOSING = 5e-4  # m that the nearest pair may come nearer on a way out, sampled as below
+SAMPLES = 6  # between two waypoints
+TOUCH_MARGIN = 2e-4  # m that slow motions keep from what they are not near to
+MOST_NEAR = 24  # pairs
+
+
+@dataclass(frozen=True, eq=False)
+class Rules:
+    """What holds on one level from one start.
+
+    scene: as it is seen now. touching: what the cup may touch on the first line
+    opening: pairs that are near at the start and need only come apart
+    reserve: m on top of the cell's clearance. scale: of all limits
+    """
+
+    planner: Planner
+    scene: Scene
+    start: Start
+    level: RecoveryLevel
+    touching: frozenset[str] = NONE
+    opening: frozenset[tuple[str, str]] = frozenset()
+    reserve: float = 0.0
+    scale: float = 1.0
+
+    @property
+    def seen(self) -> Scene:
+        """The scene in which what is near at the start must open: on a slow level items as they were seen."""
+        return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
+
+    def checker(self, touching: frozenset[str] = NONE) -> SceneChecker:
+        """Of the empty tool as it stands."""
+        return self.planner.checker(
+            self.scene,
+            self.start.pivot,
+            touching=AllowedContacts.anyhow(touching),
+            reserve=self.reserve,
+            opening=self.opening,
+        )
+
+    def closes(self, waypoints: Array) -> Reason | None:
+        """Why a polyline brings together what is near at the start; None where it does not."""
+        if not self.opening:
+            return None
+        all_pairs = self.planner.checker(self.seen, self.start.pivot, reserve=self.reserve)
+        s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
+        dense = [a + s * (b - a) for a, b in pairwise(waypoints)]
+        Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))
+        distances = np.minimum(all_pairs.kernel.clearances(Q, all_pairs.margin), all_pairs.margin)
+        before = np.maximum.accumulate(distances)
+        if (worst := float((before - distances).max())) <= CLOSING:
+            return None
+        i = int(np.argmax(before - distances))
+        contact = all_pairs.clearance(Q[i])
+        return Reason("closes again", "way out", f"{contact} by {worst * 1e3:.1f} mm", contact.item)
+
+
+def rules_at(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
+    """What the level allows where the robot stands."""
+    rules = Rules(planner, scene, start, level)
+    if level is RecoveryLevel.AS_PLANNED:
+        touching = _near_the_cup(rules)
+        return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
+    if level in SLOW_LEVELS:
+        depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.pivot))[0, 3])
+        if depth <= 0.0 and rules.checker().is_free(start.q):
+            outside = "outside of the pod, near to nothing"
+            return Reason("nothing to come free of", "where the robot stopped", outside)
+        rules = replace(rules, reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW)
+    opening = _near(rules)
+    return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
+
+
+def _near_the_cup(rules: Rules) -> frozenset[str] | Reason:
+    """What is within the clearance of the cup where the robot stopped."""
+    touching: frozenset[str] = frozenset()
+    for _ in range(MOST_NEAR):
+        checker = rules.checker(touching)
+        if checker.is_free(rules.start.q):
+            return touching
+        near = checker.clearance(rules.start.q)
+        if near.b in touching or near.kind == "robot":
+            break
+        touching |= {near.b}
+    return rules.checker(touching).explain(rules.start.q).at("where the robot stopped")
+
+
+def _near(rules: Rules) -> frozenset[tuple[str, str]] | Reason:
+    """The pairs of a link and what stands within the clearance of it where the robot stopped."""
+    opening: frozenset[tuple[str, str]] = frozenset()
+    for _ in range(MOST_NEAR):
+        checker = replace(rules, opening=opening).checker()
+        if checker.is_free(rules.start.q):
+            return opening
+        near = checker.clearance(rules.start.q)
+        if near.kind in ("robot", ""):
+            break
+        opening |= {(near.a, near.b)}
+    return replace(rules, opening=opening).checker().explain(rules.start.q).at("where the robot stopped")
