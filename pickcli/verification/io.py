@@ -132,19 +132,18 @@ def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Rea
 
 
 def _is_on(on: list[Event], off: list[Event], t: float) -> Iterator[Reason]:
-    """What was switched last until then was switched on."""
-    times = [max((e.t_trigger for e in each if e.t_trigger is not None and e.t_trigger <= t), default=-np.inf)
-             for each in (on, off)]  # fmt: skip
-    if on and off and times[1] >= times[0] > -np.inf:
-        yield Reason(
-            "vacuum lost", f"{off[0].device} off", f"at {times[1]:.3f} s, before the contact is made"
-        )
+    """What was switched on last before a time is not switched off again until then."""
+    since = max((e.t_trigger for e in on if e.t_trigger is not None and e.t_trigger <= t), default=np.inf)
+    for event in off:
+        if event.t_trigger is not None and since <= event.t_trigger <= t:
+            at = f"at {event.t_trigger:.3f} s, before the contact is made"
+            yield Reason("vacuum lost", f"{event.device} off", at)
 
 
 def _kept(off: list[Event], t_start: float, t_end: float) -> Iterator[Reason]:
-    """Nothing is switched off between two times."""
+    """Nothing is switched off from one time on and before another."""
     for event in off:
-        if event.t_trigger is not None and t_start < event.t_trigger < t_end:
+        if event.t_trigger is not None and t_start - TIME_TOLERANCE <= event.t_trigger < t_end:
             where = f"{event.device} off"
             yield Reason("vacuum lost", where, f"at {event.t_trigger:.3f} s the item is still held")
 

@@ -1,0 +1,89 @@
+"""When devices are switched: cases at the very times on which the verdict turns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from handmade import CRAYOLA, DOWN, MOVING, Builder, bound, cell, make_scene, pick
+from mutations import segment
+
+from pickcli.cell.scene import Scene
+from pickcli.errors import Reason
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.verification.io import check_io
+
+Q = np.asarray(cell().configurations["home"].q)
+
+
+def whats(reasons: Iterable[Reason]) -> list[str]:
+    return [reason.what for reason in reasons]
+
+
+def event_at(device: str, action: str, trigger: float) -> Event:
+    """An event commanded at a time, s, of a plan's first segment."""
+    lead = cell().devices[device].lead
+    anchor = Anchor(AnchorKind.TIME, 0, trigger + lead)
+    return Event(device, action, anchor, lead, trigger + lead, trigger)
+
+
+def carrying(*events: Event) -> tuple[Plan, Scene]:
+    """A plan that begins and ends with the item in the cup."""
+    builder, scene = Builder(Q), make_scene()
+    builder.wait(SegmentKind.TRANSFER, 4.0, held=CRAYOLA)
+    grasp = pick()[0].grasp
+    plan = Plan("bring", "", "", 0, tuple(builder.segments), builder.trajectory(), events, grasp)
+    return bound(plan, scene), scene
+
+
+@pytest.mark.parametrize("device", ["pump", "valve"])
+@pytest.mark.parametrize("t", [-0.9e-6, 0.0, 1e-3, 1.0])
+def test_what_is_carried_from_the_start_is_lost_if_anything_is_switched_off(device: str, t: float) -> None:
+    """Also with the first command of all."""
+    assert check_io(*carrying()) == ()
+    assert whats(check_io(*carrying(event_at(device, "off", t)))) == ["vacuum lost"]
+
+
+@pytest.mark.parametrize(("by", "is_lost"), [(-1e-3, False), (0.0, True), (1e-3, True)])
+def test_what_is_switched_off_after_it_was_switched_on_is_off(by: float, is_lost: bool) -> None:
+    """At the same time too: nobody knows which command comes last."""
+    plan, scene = pick()
+    on = plan.events[0]
+    assert on.t_trigger is not None
+    contact = plan.segments[segment(plan, SegmentKind.CONTACT)]
+    off = event_at(on.device, "off", on.t_trigger + by)
+    assert on.t_trigger + by < contact.t_end
+    again = replace(plan, events=(*plan.events, off))
+    found = [reason for reason in check_io(again, scene) if reason.what == "vacuum lost"]
+    assert bool(found) is is_lost
+
+
+def turning(early: float, late: float) -> tuple[Plan, Scene]:
+    """A wait, the cup turning down for as long as that takes, and a wait with it turned.
+
+    early, late: s by which the command comes before the turning segment, and by which that is shorter
+    """
+    builder, lead = Builder(Q), cell().devices["cup_pivot"].lead
+    builder.wait(SegmentKind.TRANSIT, 1.0)
+    builder.wait(SegmentKind.TRANSIT, lead - early - late, pivot=MOVING)
+    builder.wait(SegmentKind.TRANSIT, 1.0, pivot=DOWN)
+    scene = make_scene()
+    events = (event_at("cup_pivot", "down", 1.0 - early),)
+    plan = Plan("move", "", "", 0, tuple(builder.segments), builder.trajectory(), events)
+    return bound(plan, scene), scene
+
+
+@pytest.mark.parametrize(
+    ("early", "late", "is_refused"),
+    [(0.0, 0.0, False), (0.9e-6, 0.0, False), (1.2e-6, 0.0, True), (0.0, 0.9e-6, False),
+     (0.0, 1.2e-6, True), (-0.1, 0.0, False), (0.0, -0.1, False), (0.1, 0.0, True)],
+)  # fmt: skip
+def test_the_cup_turns_while_a_segment_says_so_and_at_no_other_time(
+    early: float, late: float, is_refused: bool
+) -> None:
+    """To a microsecond."""
+    assert ("wrong pivot" in whats(check_io(*turning(early, late)))) is is_refused
