@@ -91,6 +91,10 @@ class Ghost:
                 return len(D) - 2
         return -1
 
+    def clearances(self, D: Array) -> Array:
+        """(N,) m to what is closest to the item at each of D (N, 6), negative where they overlap."""
+        return np.asarray(self.kernel.clearances(np.ascontiguousarray(D), 1.0))
+
     def clearance(self, d: Array) -> Contact:
         """What is closest to the item when displaced by d (6,)."""
         distance, frame, _, index = self.kernel.clearance(d, 1.0)

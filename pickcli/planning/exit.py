@@ -6,6 +6,9 @@ the six dimensions in which an item that hangs on a cup is pushed: along the bin
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from pickcli.cartesian.corridor import RETREAT_DISTANCE, Corridor
@@ -14,6 +17,7 @@ from pickcli.collision.ghost import Ghost
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
+from pickcli.planning.first_stretch import climbed, drawn
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.shorten import shorten
 from pickcli.roadmap.space import JointSpace
@@ -23,14 +27,22 @@ LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of
 UPPER = np.array([0.04, 0.15, 0.2, 0.5, 0.15, 1.7])
 # How far each goes in the time of a metre: weighs the pushes. Roll turns nothing but the wrist.
 SPEED = np.array([1.0, 1.0, 1.0, 3.0, 3.0, 6.0])
-STARTS = np.array([0.04, 0.03, 0.045, 0.15, 0.1, 0.3])  # largest displacements of the first stretch
-N_SAMPLES = 4000  # of first stretches
-N_LEAVING = 100  # of those that end free, of which it is asked whether they begin so
-N_STARTS = 8
 ROLLS = (0.0, np.pi / 2, -np.pi / 2)  # in which the item may come out
-ITERATIONS = 1500
 SHORTCUTS = 60
+N_FINE = 3  # of the drawn first stretches, from which a narrow way is looked for
 MOST_PUSHES = 5  # more turns than that are no line of a tool any more
+
+
+@dataclass(frozen=True)
+class _Search:
+    """How long a way is looked for, and by edges of which length over the diagonal of the bounds."""
+
+    iterations: int
+    step: float
+
+
+COARSE = _Search(1500, 0.1)
+FINE = _Search(20000, 0.01)  # what hardly fits through the mouth goes through by short edges only
 
 
 class _Item:
@@ -60,15 +72,29 @@ def planned_corridors(
 
     Arguments as of ``cartesian.corridor.corridors``. Same arguments, same corridors.
     """
-    rng = np.random.default_rng(seed)
-    checker = _Item(carrying)
-    space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     goals = _outside(T_bin_item, shape, carrying)
-    found: list[tuple[float, Corridor]] = []
     if len(goals) == 0:
         return ()
-    for k, freed in enumerate(_first_stretches(leaving, carrying, first, rng)):
-        path = plan(checker, space, freed, goals, seed=seed + k, max_iterations=ITERATIONS)
+    rng = np.random.default_rng(seed)
+    starts = drawn(leaving, carrying, first, rng)
+    found = _through(carrying, starts, goals, COARSE, seed)
+    if not found:
+        starts = [*starts[:N_FINE], *climbed(leaving, carrying, first, rng)]
+        found = _through(carrying, starts, goals, FINE, seed)
+    return found
+
+
+def _through(
+    carrying: Ghost, starts: Sequence[Array], goals: Array, search: _Search, seed: int
+) -> tuple[Corridor, ...]:
+    """Corridors from the ends of first stretches (6,) to places outside (G, 6), shortest first."""
+    checker = _Item(carrying)
+    space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
+    found: list[tuple[float, Corridor]] = []
+    for k, freed in enumerate(starts):
+        path = plan(
+            checker, space, freed, goals, seed=seed + k, max_iterations=search.iterations, step=search.step
+        )
         if path is None:
             continue
         short = shorten(checker, space, path, seed=seed + k, iterations=SHORTCUTS)
@@ -84,21 +110,6 @@ def _outside(T_bin_item: Array, shape: Shape, carrying: Ghost) -> Array:
     heights, aside = (0.04, 0.08, 0.12, 0.0, -0.04), (0.0, 0.05, -0.05)
     places = np.array([[x, y, z, 0.0, 0.0, roll] for roll in ROLLS for z in heights for y in aside])
     return places[carrying.are_free(places)] if x >= LOWER[0] else np.zeros((0, len(NAMES)))
-
-
-def _first_stretches(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Generator) -> list[Array]:
-    """Displacements no longer than ``first`` after which the item touches nothing any more."""
-    D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, len(NAMES))) * STARTS
-    D[:, 2] = np.abs(D[:, 2])
-    D[::2, 5] = 0.0
-    D = D[np.linalg.norm(D[:, :3], axis=1) <= first]
-    found: list[Array] = []
-    for d in D[carrying.are_free(D)][:N_LEAVING]:
-        if leaving.path_is_free(np.stack([np.zeros(len(NAMES)), d])) == -1:
-            found.append(d)
-        if len(found) == N_STARTS:
-            break
-    return found
 
 
 def _length(path: JointPath) -> float:

@@ -18,7 +18,7 @@ class PickSettings:
     """How a pick is shaped and how long the search goes on (counted, never timed)."""
 
     approach_offset: float = 0.04  # of the approach along the tool axis
-    lift_contact: float = 0.05  # first stretch of the lift in which support and neighbours may be touched
+    lift_contact: float = 0.053  # first stretch of the lift in which support and neighbours may be touched
     approach_speed: float = 0.35
     preapproach_speed: float = 0.8
     lift_speed: float = 0.25

@@ -29,12 +29,15 @@ def plan(
     seed: int,
     planner: PlannerName | str = PlannerName.RRT_CONNECT,
     max_iterations: int = 5000,
+    step: float = _STEP,
 ) -> JointPath | None:
     """A proven polyline from q_start (n,) to one of the goals (G, n), or None.
 
     A straight edge to the nearest goal that has one comes first: no sampling can beat it. Otherwise the
     planner runs, at most ``max_iterations`` times round its loop (RRT* uses them all). The same arguments
     give the same bytes, in one process as in another.
+
+    step: longest edge of RRT-Connect's trees, as a share of the diagonal of the space
     """
     q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
     if not (space.holds(q_start) and checker.is_free(q_start)):
@@ -46,7 +49,7 @@ def plan(
             return JointPath(space.joint_names, np.stack([q_start, goal]))
     if not reachable:
         return None
-    waypoints = _solve(checker, space, q_start, reachable, PlannerName(planner), seed, max_iterations)
+    waypoints = _solve(checker, space, q_start, reachable, PlannerName(planner), seed, max_iterations, step)
     if waypoints is None or not _is_answer(checker, q_start, reachable, waypoints):
         return None
     return JointPath(space.joint_names, waypoints)
@@ -60,15 +63,16 @@ def _solve(
     planner: PlannerName,
     seed: int,
     max_iterations: int,
+    step: float,
 ) -> Array | None:
     """The planner's own answer (N, n), unchecked."""
     ends = np.array([q_start, *goals])
     # An end may lie a hair outside of the limits, and trees must be able to get there.
     lower, upper = np.minimum(space.lower, ends.min(axis=0)), np.maximum(space.upper, ends.max(axis=0))
     if planner is PlannerName.RRT_CONNECT:
-        step = _STEP * float(np.linalg.norm(upper - lower))
+        longest = step * float(np.linalg.norm(upper - lower))
         waypoints = rrt_connect(
-            checker.kernel, q_start, ends[1:], lower, upper, seed, max_iterations, step, checker.margin
+            checker.kernel, q_start, ends[1:], lower, upper, seed, max_iterations, longest, checker.margin
         )
         return waypoints if len(waypoints) else None
     from pickcli.roadmap import sampling  # only who asks for OMPL waits for its import

@@ -13,6 +13,7 @@ from pickcli.geometry import Array, pose
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.context import Planner
 from pickcli.planning.exit import MOST_PUSHES, planned_corridors
+from pickcli.planning.first_stretch import climbed
 from pickcli.planning.settings import Neighbours
 from pickcli.planning.ways_out import WaysOut
 
@@ -95,3 +96,34 @@ def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: Planner) -> N
     reason = ways_out(planner, target, cover).corridors
     assert isinstance(reason, Reason)
     assert reason.in_the_way == "peva_shower_curtain_liner"
+
+
+@pytest.fixture(scope="module")
+def mailer(planner: Planner) -> WaysOut:
+    """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
+    cell = planner.cell
+    cell_bin = cell.pod.bins["bin_I"]
+    T_bin = cell.T_world_pod @ cell_bin.T_pod_bin
+    item = cell.item("scotch_bubble_mailer")
+    at = [0.33, sum(cell_bin.y_range) / 2, cell_bin.floor_back + item.shape.extents[2] / 2 + 0.0005]
+    placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
+    scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
+    return BinQuery(planner, scene, cell_bin, placed, Neighbours.AVOID).ways_out
+
+
+def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: WaysOut) -> None:
+    found = climbed(mailer.leaving, mailer.carrying, mailer.first, np.random.default_rng(0))
+    assert found
+    for d in found:
+        assert is_proven(mailer.leaving, mailer.carrying, d[None])
+        assert np.linalg.norm(d[:3]) <= mailer.first + 1e-12
+        assert d[2] >= 0.0
+
+
+def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: WaysOut) -> None:
+    found = planned(mailer)
+    assert found
+    width = float(mailer.shape.extents.max())
+    for D in found:
+        assert is_proven(mailer.leaving, mailer.carrying, D)
+        assert np.abs(D[:, 5]).max() > np.arccos(mailer.cell_bin.mouth_width / width)
