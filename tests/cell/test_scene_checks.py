@@ -229,3 +229,9 @@ def test_what_the_cup_holds_begins_within_the_bellows_and_what_is_uncertain(
                 _read(scene, tmp_path / "s.json", noise)
         else:
             assert _read(scene, tmp_path / "s.json", noise).held is not None
+
+
+def test_an_item_may_hang_in_the_air_far_from_everything(cell: Cell, tmp_path: Path) -> None:
+    """As poses from elsewhere may have it, and as it does while it falls into the tote."""
+    placed = PlacedItem("one", cell.item("crayola_24_ct"), TOTE, pose((-0.7, -0.6, 1.2)))
+    assert _read(replace(make_scene(cell), items=(placed,)), tmp_path / "s.json").items
