@@ -11,6 +11,8 @@ import pytest
 from stored_samples import JOINTS, database, roadmap
 
 from pickcli.cell.model import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
@@ -41,6 +43,20 @@ def test_what_our_own_builders_made_makes_sense() -> None:
         validate.database(DATABASE, cell)
         validate.database(replace(DATABASE, points=None), cell)
         validate.database(TrajectoryDatabase.of(JOINTS, []), cell)
+
+
+def test_what_goes_straight_has_two_points_and_makes_sense() -> None:
+    straight = Roadmap.empty(JOINTS)
+    for q in ROADMAP.configurations[:2]:
+        straight, _ = straight.with_node(q, "", PivotState.STRAIGHT)
+    validate.roadmap(straight.with_edge(0, 1, straight.configurations[[0, 1]]), _cell())
+    motion = next(iter(DATABASE))
+    assert motion.trajectory is not None and len(motion.path.waypoints) == 2
+    timed = motion.trajectory
+    ends = [array[[0, -1]] for array in (timed.times, timed.positions, timed.velocities, timed.accelerations)]
+    validate.database(
+        TrajectoryDatabase.of(JOINTS, [replace(motion, trajectory=Trajectory(JOINTS, *ends))]), _cell()
+    )
 
 
 def test_any_number_of_nodes_may_be_without_a_name() -> None:
