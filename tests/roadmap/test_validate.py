@@ -16,6 +16,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.space import LIMIT_TOLERANCE
 
 ROADMAP, DATABASE = roadmap(), database()
 assert DATABASE.points is not None
@@ -188,3 +189,15 @@ def test_joints_of_another_order_are_refused() -> None:
     for stored, check in ((ROADMAP, validate.roadmap), (DATABASE, validate.database)):
         with pytest.raises(ValueError, match="its joints are x y z, not z y x"):
             check(stored, _cell(("z", "y", "x")))  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_configuration_may_lie_exactly_where_the_tolerance_ends(sign: float) -> None:
+    last = sign * (1.0 + LIMIT_TOLERANCE)
+    for q, is_inside in ((last, True), (np.nextafter(last, 2.0 * sign), False)):
+        built, _ = Roadmap.empty(JOINTS).with_node(np.array([0.0, q, 0.0]), "", PivotState.STRAIGHT)
+        if is_inside:
+            validate.roadmap(built, _cell())
+        else:
+            with pytest.raises(ValueError, match="outside of the joint limits"):
+                validate.roadmap(built, _cell())
