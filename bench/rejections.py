@@ -38,7 +38,8 @@ from pickcli.verification.verify import verify
 class Tally:
     """What came of the queries. Times are those of the processor, ms."""
 
-    asked: int = 0
+    asked: Counter[int] = field(default_factory=Counter)  # picks, by the number of items in the bin
+    planned: Counter[int] = field(default_factory=Counter)  # of those, the ones with a plan
     refused: Counter[str] = field(default_factory=Counter)  # kinds of reasons of plans that were rejected
     examples: list[str] = field(default_factory=list)
     in_the_way: int = 0  # no plan, and an item is named
@@ -59,7 +60,10 @@ class Tally:
     def told(self) -> dict[str, Any]:
         """As figures."""
         return {
-            "asked": self.asked,
+            "asked": self.asked.total(),
+            "planned_by_items_in_bin": {
+                n: f"{self.planned[n]} of {asked}" for n, asked in sorted(self.asked.items())
+            },
             "plans": self.plans,
             "rejected": self.rejected,
             "rejected_percent": 100.0 * self.rejected / max(1, self.plans),
@@ -89,7 +93,8 @@ def tally(warm: Planner, scene: Scene, seed: int, into: Tally) -> None:
     for placed in scene.items:
         if not placed.item.suction:
             continue
-        into.asked += 1
+        n_items = len(scene.in_location(placed.location))
+        into.asked[n_items] += 1
         began = process_time()
         try:
             plan = plan_pick(warm, scene, placed.location, placed.id, start, derived_seed(seed, placed.id))
@@ -97,6 +102,7 @@ def tally(warm: Planner, scene: Scene, seed: int, into: Tally) -> None:
             into.in_the_way += bool(error.in_the_way)
             continue
         planned = process_time()
+        into.planned[n_items] += 1
         verdict = verify(plan, scene)
         into.planning.append(1e3 * (planned - began))
         into.verifying.append(1e3 * (process_time() - planned))
