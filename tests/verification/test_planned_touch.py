@@ -9,6 +9,7 @@ import numpy as np
 from handmade import CRAYOLA, Builder, bound, cell, make_scene, move_plan, pick, pick_pushing, tip
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
+from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan, RecoveryLevel
@@ -29,14 +30,14 @@ def box_at(xyz: Sequence[float], noise: float = 0.0) -> Scene:
     return make_scene(placed, noise=PoseNoise(noise, 0.0))
 
 
-def leaving(scene: Scene, way: Sequence[float], back: float = 0.0) -> Plan:
-    """A way out of a stop that begins with a line on which the cup may touch the box, and goes back then.
+def leaving(scene: Scene, way: Sequence[float], back: float = 0.0, touching: str = CRAYOLA) -> Plan:
+    """A way out of a stop that begins with a line on which the cup may touch something, and goes back then.
 
-    way: (3,) m along the tool's axes. back: m along its axis, afterwards
+    way: (3,) m along the tool's axes. back: m along its axis, afterwards. touching: the box, or another
     """
     builder = Builder(Q)
     there = tip(Q) @ pose(way)
-    builder.line(SegmentKind.DEPART, there, 2.0, touching=(CRAYOLA,))
+    builder.line(SegmentKind.DEPART, there, 2.0, touching=(touching,))
     if back:
         builder.line(SegmentKind.RETREAT, there @ pose((0.0, 0.0, -back)), 2.0)
     return replace(move_plan(scene, builder), recovery=RecoveryLevel.AS_PLANNED)
@@ -79,6 +80,17 @@ def test_the_bellows_do_not_give_sideways() -> None:
     scene = box_at((0.0, beside, float(size[2]) / 2 - 0.006))
     assert "planned contact too deep" in told(leaving(scene, (0.0, 0.005, 0.0), back=0.03), scene)
     assert told(leaving(scene, (0.0, -0.005, 0.0), back=0.03), scene) == ""
+
+
+def test_what_stands_in_the_cell_stands_where_the_cell_says() -> None:
+    """A plate 1 mm before the cup: nothing but the rounding of lines explains that the cup is in it."""
+    plate = Body("plate", Shape(ShapeKind.BOX, (0.2, 0.2, 0.02)), tip(Q) @ pose((0.0, 0.0, 0.011)))
+    obstacles = replace(cell().obstacles, bodies=(*cell().obstacles.bodies, plate))
+    scene = replace(make_scene(), cell=replace(cell(), obstacles=obstacles))
+    for forward, is_refused in ((0.002, False), (0.003, True)):
+        way_out = leaving(scene, (0.0, 0.0, forward), touching="plate")
+        assert ("cup and plate" in told(way_out, scene)) is is_refused
+        assert ("planned contact too deep" in told(way_out, scene)) is is_refused
 
 
 def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
