@@ -30,7 +30,7 @@ BIN_SIZES: Mapping[tuple[OrderKind, int], Mapping[int, int]] = {
     (OrderKind.STOW, 2016): {2: 3, 3: 4, 4: 2, 6: 2, 8: 1},
 }
 
-MOST_FULL = 0.5  # of a bin's volume, by the boxes around its items; docs/scenes.md says what was measured
+MOST_FULL = 0.5  # of a bin's volume, by the boxes around its items: most that are fuller cannot be stowed
 MOST_DRAWS = 1000  # one is enough in 95 of 100 cases
 KIVA_POD = "apc2016_delft"  # the cell with the pod of both years
 
