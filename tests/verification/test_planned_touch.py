@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from handmade import CRAYOLA, Builder, bound, cell, make_scene, move_plan, pick, pick_pushing, tip
+from handmade import CRAYOLA, Builder, bound, cell, make_scene, move_plan, pick, pick_pushing, place, tip
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
@@ -91,6 +91,17 @@ def test_what_stands_in_the_cell_stands_where_the_cell_says() -> None:
         way_out = leaving(scene, (0.0, 0.0, forward), touching="plate")
         assert ("cup and plate" in told(way_out, scene)) is is_refused
         assert ("planned contact too deep" in told(way_out, scene)) is is_refused
+
+
+def test_an_uncertain_item_explains_as_much_as_its_pose_may_be_off_whatever_else_lies_there() -> None:
+    """A box 1 mm before the cup and known to 4 mm, and a ball elsewhere."""
+    scene = box_at((0.0, 0.0, float(cell().item(CRAYOLA).shape.extents[2]) / 2 + 0.001), noise=0.004)
+    ball = place("rawlings_baseball", (0.2, 0.0, 0.05), "bin_H")
+    for items in (scene.items, (*scene.items, ball), (ball, *scene.items)):
+        there = replace(scene, items=items)
+        for forward, is_refused in ((0.006, False), (0.007, True)):
+            refused = "planned contact too deep" in told(leaving(there, (0.0, 0.0, forward)), there)
+            assert refused is is_refused
 
 
 def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
