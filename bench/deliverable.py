@@ -2,15 +2,19 @@
 
 Deliverable is what the tool can hold and what can be planned exactly where it stands, once everything that
 the tool can hold is gone from its bin: that could have been moved out of the way. Where nothing of the kind
-could go first, be it that the target or something that stays rests on it, that is told apart.
+could go first, be it that the target or something that stays rests on it, that is told apart. So is, of the
+rest, what no order of plans leads to, one item after another into the tote: with exact poses, and with what a
+plan has to allow for poses that are known as well as in a trial.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.displacement import Displacement
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
 from pickcli.cell.scene import PlacedItem, Scene
@@ -23,11 +27,16 @@ from pickcli.grasping.surfaces import faces
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.seeds import derived_rng
+from pickcli.simulation.reality import Reality
+from pickcli.trial.clearing import from_the_mouth
+from pickcli.trial.noise import DEFAULT_NOISE
 
 GRAVITY = 9.81  # m/s^2
 CANNOT_BE_HELD = "cannot be held"
 NO_PLAN_WHEN_CLEARED = "no plan when cleared"
 CANNOT_BE_CLEARED = "cannot be cleared"  # what is in the way stays, or carries what stays
+NO_ORDER = "no order of plans leads to it"
+NO_ORDER_AS_KNOWN = "no order of plans leads to it as well as poses are known"
 
 
 def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Planner) -> str:
@@ -39,6 +48,10 @@ def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Planne
         return NO_PLAN_WHEN_CLEARED
     if not any(_is_plannable(copy, _cleared_as_it_can_be(scene, copy, tool), warm) for copy in copies):
         return CANNOT_BE_CLEARED
+    if not any(_leads_to(copy, scene, warm) for copy in copies):
+        return NO_ORDER
+    if not any(_leads_to(copy, _as_known(scene), warm) for copy in copies):
+        return NO_ORDER_AS_KNOWN
     return ""
 
 
@@ -69,6 +82,28 @@ def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene
         stay.update(below)
         todo += below
     return _without(scene, (p for name, p in here.items() if name not in stay))
+
+
+def _leads_to(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
+    """Whether the target can be planned once whatever can be planned before it is gone, one by one.
+
+    What can be taken out beside an item can be taken out without it: the order makes no difference.
+    """
+    while not _is_plannable(target, scene, warm):
+        others = (p for p in scene.in_location(target.location) if p is not target)
+        able = (p for p in others if is_holdable(p.item, warm.cell.robot.tool))
+        first = next((p for p in from_the_mouth(scene, able) if _is_plannable(p, scene, warm)), None)
+        if first is None:
+            return False
+        scene = scene.without(first.id)
+    return True
+
+
+def _as_known(scene: Scene) -> Scene:
+    """The scene with the bounds on errors of poses that a trial states to planning; the poses are true."""
+    level = Reality()
+    error = Displacement(level.pod_position_error, level.pod_position_error, level.pod_angle_error)
+    return replace(scene, noise=DEFAULT_NOISE, pod_error=error)
 
 
 def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:

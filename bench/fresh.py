@@ -27,7 +27,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bench.deliverable import CANNOT_BE_CLEARED, CANNOT_BE_HELD, NO_PLAN_WHEN_CLEARED, why_not_deliverable
+from bench.deliverable import (
+    CANNOT_BE_CLEARED,
+    CANNOT_BE_HELD,
+    NO_ORDER,
+    NO_ORDER_AS_KNOWN,
+    NO_PLAN_WHEN_CLEARED,
+    why_not_deliverable,
+)
 from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
@@ -177,8 +184,10 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
     missed = [target["why_not"] for trial in trials for target in trial["missed"]]
     planned, measured = np.array([load for t in trials for load in t["loads"]]).reshape(-1, 2).T
     rejected, certified = (sum(trial[key] for trial in trials) for key in ("rejected", "certified"))
-    reachable = sum(delivered) + missed.count("")
-    deliverable = reachable + missed.count(CANNOT_BE_CLEARED)
+    as_known = sum(delivered) + missed.count("")
+    by_plans = as_known + missed.count(NO_ORDER_AS_KNOWN)
+    clearable = by_plans + missed.count(NO_ORDER)
+    deliverable = clearable + missed.count(CANNOT_BE_CLEARED)
     return {
         "trials": len(trials),
         "items_in_tote_mean": float(np.mean(delivered)),
@@ -188,10 +197,14 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "with_limit_violation": sum(trial["limit_violations"] > 0 for trial in trials),
         "neighbours_moved": sum(len(trial["neighbours_moved"]) for trial in trials),
         "aborted": sum(bool(trial["aborted"]) for trial in trials),
-        "delivered_share": sum(delivered) / deliverable if deliverable else 1.0,
-        "delivered_share_of_clearable": sum(delivered) / reachable if reachable else 1.0,
+        "delivered_share": sum(delivered) / max(deliverable, 1),
+        "delivered_share_of_clearable": sum(delivered) / max(clearable, 1),
+        "delivered_share_by_plans": sum(delivered) / max(by_plans, 1),
+        "delivered_share_as_known": sum(delivered) / max(as_known, 1),
         "missed_deliverable": deliverable - sum(delivered),
         "missed_cannot_be_cleared": missed.count(CANNOT_BE_CLEARED),
+        "missed_no_order": missed.count(NO_ORDER),
+        "missed_no_order_as_known": missed.count(NO_ORDER_AS_KNOWN),
         "missed_cannot_be_held": missed.count(CANNOT_BE_HELD),
         "missed_no_plan_when_cleared": missed.count(NO_PLAN_WHEN_CLEARED),
         "holds": len(planned),
@@ -268,7 +281,8 @@ def show(figures: dict[str, Any], console: Console) -> None:
     console.print(table)
     for key in ("not_stowed", "items_in_tote_mean", "items_in_tote_least", "score_share",
                 "missed_cannot_be_held", "missed_no_plan_when_cleared", "missed_deliverable",
-                "missed_cannot_be_cleared", "delivered_share_of_clearable",
+                "missed_cannot_be_cleared", "missed_no_order", "missed_no_order_as_known",
+                "delivered_share_of_clearable", "delivered_share_by_plans", "delivered_share_as_known",
                 "holds", "load_worst", "clock_s_mean", "delivery_s_mean", "planning_ms",
                 "verification_ms"):  # fmt: skip
         console.print(f"{key}: {figures[key]}", highlight=False)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from bench import deliverable
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
+from pickcli.trial.noise import DEFAULT_NOISE
 
 CELL = load_cell("apc2016_delft")
 
@@ -23,6 +26,35 @@ def test_what_carries_the_target_or_what_cannot_be_taken_stays() -> None:
     assert {p.id for p in scene.items} - {p.id for p in left.items} == {"dove_beauty_bar"}
     all_gone = deliverable._cleared(scene, scene.find("crayola_24_ct"), CELL.robot.tool)
     assert {p.id for p in all_gone.items} == {"crayola_24_ct", "fitness_gear_3lb_dumbbell"}
+
+
+def test_an_order_of_plans_ends_where_nothing_more_can_be_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chain, each of which is plannable once the one before is gone; then with a link that never is."""
+    chain = ("dove_beauty_bar", "crayola_24_ct", "kleenex_tissue_box", "staples_index_cards")
+    scene = _stacks(*((name,) for name in chain))
+    target, asked = scene.find("staples_index_cards"), []
+
+    def plannable(never: str = "") -> None:
+        def ask(item: PlacedItem, left: Scene, _: object) -> bool:
+            asked.append(item.id)
+            before = chain[: chain.index(item.id)]
+            return item.id != never and not {p.id for p in left.items} & set(before)
+
+        monkeypatch.setattr(deliverable, "_is_plannable", ask)
+
+    warm = SimpleNamespace(cell=CELL)
+    plannable()
+    assert deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
+    assert asked[-1] == target.id
+    plannable(never="crayola_24_ct")
+    assert not deliverable._leads_to(target, scene, warm)  # type: ignore[arg-type]
+
+
+def test_what_is_known_of_poses_is_stated_and_moves_nothing() -> None:
+    scene = _stacks(("dove_beauty_bar",))
+    known = deliverable._as_known(scene)
+    assert known.noise == DEFAULT_NOISE and known.pod_error.x > 0.0
+    assert known.items == scene.items and known.T_world_pod is scene.T_world_pod
 
 
 def _stacks(*stacks: tuple[str, ...]) -> Scene:
