@@ -99,7 +99,7 @@ def make(name: str, key: MotionKey) -> Made:
     began = time.perf_counter()
     motion = maker.make(key)
     took = time.perf_counter() - began
-    is_end_free, is_blocked = tests.is_free(q0) and tests.is_free(q1), not tests.edge_is_free(q0, q1)
+    is_end_free, is_blocked = tests.is_valid(q0) and tests.is_valid(q1), not tests.is_valid_edge(q0, q1)
     if isinstance(motion, Reason):
         return Made(key, np.nan, bound, is_blocked, took, np.nan, str(motion), is_end_free)
     return Made(key, motion.duration, bound, is_blocked, took, motion.clearance, "", is_end_free)

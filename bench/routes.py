@@ -15,6 +15,7 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.precompute.artifacts import ensure_artifacts
 from pickcli.precompute.empty_scene import checker
@@ -22,7 +23,7 @@ from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.connect import Problem, QueryOptions
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 from pickcli.roadmap.store import read_roadmap
 from pickcli.roadmap.through import through_roadmap
 
@@ -50,18 +51,20 @@ def measure(n_runs: int = 300) -> dict[str, float]:
     }
 
 
-def _problem(cell: Cell, roadmap: Roadmap, tests: EdgeChecker, rng: np.random.Generator) -> Problem:
+def _problem(cell: Cell, roadmap: Roadmap, tests: MotionValidator, rng: np.random.Generator) -> Problem:
     """A query whose ends are free and no nodes."""
     space = JointSpace.of(cell.robot)
     start, goal = (_near(cell, kind, tests, space, rng) for kind in rng.permutation(["bin", "drop"]))
     return Problem(roadmap, tests, space, start, goal[None], 0, QueryOptions())
 
 
-def _near(cell: Cell, kind: str, tests: EdgeChecker, space: JointSpace, rng: np.random.Generator) -> Array:
+def _near(
+    cell: Cell, kind: str, tests: MotionValidator, space: JointSpace, rng: np.random.Generator
+) -> Array:
     named = [each.q for each in cell.configurations.values() if each.kind == kind]
     while True:
         q: Array = named[rng.integers(len(named))] + rng.normal(0.0, SPREAD, space.n)
-        if space.holds(q) and tests.is_free(q):
+        if space.holds(q) and tests.is_valid(q):
             return q
 
 

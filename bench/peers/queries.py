@@ -22,7 +22,8 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Shape
-from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.planning.bin_query import BinQuery
@@ -48,7 +49,7 @@ class Query:
     name: str
     scene: int
     pivot: PivotState
-    held: Held | None
+    held: AttachedItem | None
     without: frozenset[str]  # ids of items that are not in the world
     q_start: Array
     q_goal: Array
@@ -106,7 +107,7 @@ def _of_pick(
         Query(f"{number} to {target}", number, pivot, None, NONE, start, to, transit),
         Query(f"{number} with {target}", number, pivot, held, gone, out, above, transfer),
     ]
-    return [q for q in made if q.checker.is_free(q.q_start) and q.checker.is_free(q.q_goal)]
+    return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]
 
 
 def _first(chosen: InBin) -> Array:
@@ -117,7 +118,7 @@ def _start(planner: Planner, scene: Scene, pivot: PivotState, rng: np.random.Gen
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
     tests = planner.checker(scene, pivot, reserve=RESERVE)
     named = [c.q for c in planner.cell.configurations.values() if c.pivot is pivot]
-    free = [q for q in named if tests.is_free(q)]
+    free = [q for q in named if tests.is_valid(q)]
     return free[int(rng.integers(len(free)))]
 
 

@@ -11,14 +11,14 @@ import numpy as np
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import Joint, JointType, PivotState
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.collision.checker import Held
+from pickcli.collision.attached_item import AttachedItem
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kinematics.chain import bodies_of_frames, is_planned
 
 BASE, HELD = "world_base", "held_item"
 
 
-def robot_json(cell: Cell, pivot: PivotState, held: Held | None) -> dict[str, Any]:
+def robot_json(cell: Cell, pivot: PivotState, held: AttachedItem | None) -> dict[str, Any]:
     """What a peer needs to know of the robot in one state.
 
     links: from the base outwards; each with its joint to the link before it (``kind``, ``T`` (4, 4),
@@ -133,5 +133,5 @@ def _shapes(bodies: tuple[Body, ...], T: Array) -> list[dict[str, Any]]:
     return [shape_json(body.shape, T @ body.T_parent_shape) for body in bodies]
 
 
-def _held(held: Held) -> dict[str, Any]:
+def _held(held: AttachedItem) -> dict[str, Any]:
     return shape_json(held.item.shape.inflated(held.inflate), held.T_tip_item)

@@ -13,7 +13,7 @@ import numpy as np
 
 from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_rpy
 
@@ -74,8 +74,8 @@ def corridors(
     cell_bin: Bin,
     T_bin_item: Array,
     shape: Shape,
-    leaving: Ghost,
-    carrying: Ghost,
+    leaving: FreeItemChecker,
+    carrying: FreeItemChecker,
     first: float,
     n_most: int,
 ) -> tuple[Corridor, ...] | Reason:
@@ -101,7 +101,7 @@ def corridors(
     found: list[Corridor] = []
     nearest: Reason | None = None
     for corridor in options:
-        if carrying.is_free(corridor.lift) and _is_proven(corridor, leaving, carrying):
+        if carrying.is_valid(corridor.lift) and _is_proven(corridor, leaving, carrying):
             found.append(corridor)
         elif nearest is None:
             nearest = _explained(corridor, carrying)
@@ -110,14 +110,13 @@ def corridors(
     return tuple(found) if found else nearest or Reason("no way out", "lift")
 
 
-def _is_proven(c: Corridor, leaving: Ghost, carrying: Ghost) -> bool:
-    return (
-        carrying.path_is_free(np.stack([c.freed, c.lift, *c.retreat])) == -1
-        and leaving.path_is_free(np.stack([np.zeros(6), c.freed])) == -1
+def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:
+    return carrying.is_valid_path(np.stack([c.freed, c.lift, *c.retreat])) and leaving.is_valid_path(
+        np.stack([np.zeros(6), c.freed])
     )
 
 
-def _explained(c: Corridor, carrying: Ghost) -> Reason:
+def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
     """What is in the way of the shortest corridor, and where it is worst."""
     places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
     places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat[-1] for s in (0.2, 0.4, 0.6, 0.8)}

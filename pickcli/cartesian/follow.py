@@ -52,12 +52,12 @@ def follow_line(
 
 def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
     """Why a polyline is not proven free. The waypoints come first: cheap to test, and cheap to explain."""
-    is_free = checker.are_free(waypoints)
+    is_free = checker.are_valid(waypoints)
     if not is_free.all():
         i = int(np.argmin(is_free))
         reason = checker.explain(waypoints[i])
         return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
-    i = checker.path_is_free(waypoints)
+    i = checker.first_invalid_edge(waypoints)
     return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
 
 

@@ -1,58 +1,25 @@
-"""Is this configuration, edge or path free? One checker per scene, pivot state, held item and contacts."""
+"""The robot in a scene: one checker per scene, pivot state, held item and set of allowed contacts."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-
 import numpy as np
-from numpy.typing import NDArray
 
-from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
-from pickcli.collision import explain
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
-from pickcli.collision.cover import Cover, cover_shape
-from pickcli.collision.explain import Contact
+from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.model import CollisionModel
-from pickcli.collision.world import KERNEL_KINDS, build_world
-from pickcli.errors import Reason
+from pickcli.collision.motion_validator import Entered, KernelValidator
+from pickcli.collision.world import KERNEL_KINDS, World, build_world
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 
 
-@dataclass(frozen=True, eq=False)
-class Held:
-    """An item in the cup.
+class SceneChecker(KernelValidator):
+    """The robot in one scene, in one pivot state. Cheap to make: covers and boxes are shared.
 
-    T_tip_item: (4, 4) item frame in the tool frame
-    inflate: m, how far any of its points may be from where that pose says
-    """
-
-    item: Item
-    T_tip_item: Array
-    inflate: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class Touch:
-    """A checker of planned contacts alone. kept: (K,) indices of its solids in the world of the scene."""
-
-    kernel: Checker
-    kept: NDArray[np.intp]
-
-
-class SceneChecker:
-    """Answers for one scene and one way the robot is in it. Cheap to make: covers and boxes are shared.
-
-    without: ids of items that are not there (the held one, or those a planner may ignore)
-    touching: what cup and held item may touch, and how deep; all other links of the robot keep clear of it
-    margin: m that everything else is kept apart, the cell's clearance by default
-    opening: pairs (link of the robot or "held <item>", body or item) that are not tested: those that a way
-        out of a stop only has to take apart
-
-    Raises UnknownNameError for a name in ``without`` or ``touching`` that is not in the scene.
+    Attributes:
+        held: What is in the cup, None if nothing is.
     """
 
     def __init__(
@@ -60,108 +27,82 @@ class SceneChecker:
         model: CollisionModel,
         scene: Scene,
         pivot: PivotState,
-        held: Held | None = None,
+        held: AttachedItem | None = None,
         without: frozenset[str] = frozenset(),
         touching: AllowedContacts = NO_CONTACTS,
         margin: float | None = None,
         opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> None:
-        self.model, self.scene, self.pivot, self.held = model, scene, pivot, held
-        self.margin = model.cell.clearance if margin is None else margin
-        self.world = build_world(model, scene)
-        self.kept: NDArray[np.intp] = np.flatnonzero(self.world.is_kept(without))
-        state = model.state(pivot)
-        self.kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
+        """Enter the scene into the kernel.
+
+        Args:
+            model: The robot of the scene's cell.
+            scene: What stands around it.
+            pivot: State of the cup.
+            held: What is in the cup.
+            without: Ids of items that are not there (the held one, or those a planner may ignore).
+            touching: What cup and held item may touch, and how deep; all other links keep clear of it.
+            margin: m that everything else is kept apart, the cell's clearance by default.
+            opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that
+                a way out of a stop only has to take apart.
+
+        Raises:
+            UnknownNameError: For a name in ``without`` or ``touching`` that is not in the scene.
+        """
+        self.held, self._model, self._pivot = held, model, pivot
+        world = build_world(model, scene)
         touching = touching.but(without)
-        self._set_world(touching, opening)
-        if held is not None:
-            self._set_held(held)
-        self.touch = self._touch(touching) if touching.is_limited else None
+        parts = (*model.frame_names, held.name if held is not None else "")
+        margin = model.cell.clearance if margin is None else margin
+        clear = self._clear_of(world, without, touching, opening)
+        touch = self._touching(world, touching) if touching.is_limited else None
+        super().__init__(world, parts, margin, clear, touch)
 
     @property
-    def n(self) -> int:
-        """Number of joints of a configuration."""
-        return len(self.model.robot.joint_names)
+    def _cup(self) -> int:
+        """Frame of the cup; the next is the held item's."""
+        return self._model.n_frames - 1
 
-    def is_free(self, q: Array) -> bool:
-        """Whether q (n,) keeps more than the margin everywhere."""
-        is_free = bool(self.kernel.is_free(q, self.margin))
-        return is_free and (self.touch is None or bool(self.touch.kernel.is_free(q, 0.0)))
-
-    def are_free(self, Q: Array) -> NDArray[np.bool_]:
-        """(N,) whether each of Q (N, n) is free."""
-        Q = np.ascontiguousarray(Q)
-        are_free = np.asarray(self.kernel.are_free(Q, self.margin), dtype=bool)
-        if self.touch is not None:
-            are_free &= np.asarray(self.touch.kernel.are_free(Q, 0.0), dtype=bool)
-        return are_free
-
-    def edge_is_free(self, q0: Array, q1: Array, slack: Array | None = None) -> bool:
-        """Whether every point of the straight edge is proven free.
-
-        slack: (n,) half-width per joint of a tube around the edge that must be free as well
-        """
-        is_free = bool(self.kernel.edge_is_free(q0, q1, self.margin, slack))
-        return is_free and (self.touch is None or bool(self.touch.kernel.edge_is_free(q0, q1, 0.0, slack)))
-
-    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
-        """Index of the first edge of the polyline Q (N, n) that is not proven free, -1 if all are.
-
-        slack: (N - 1, n) per edge as in `edge_is_free`
-        """
-        Q = np.ascontiguousarray(Q)
-        blocked = int(self.kernel.path_is_free(Q, self.margin, slack))
-        if blocked >= 0 or self.touch is None:
-            return blocked
-        return int(self.touch.kernel.path_is_free(Q, 0.0, slack))
-
-    def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
-        """The closest pair at q; distances of spheres, negative inside. ``a`` is a part of the robot."""
-        return explain.closest(self, q, max_distance)
-
-    def explain(self, q: Array) -> Reason:
-        """Why q is not free: which link, which obstacle, how deep."""
-        return explain.configuration(self, q)
-
-    def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Why the edge is not free: the deepest pair on it, and at which fraction of the edge."""
-        return explain.edge(self, q0, q1)
-
-    def _set_world(self, touching: AllowedContacts, opening: frozenset[tuple[str, str]]) -> None:
-        cup, item = self.model.n_frames - 1, self.model.n_frames
-        ignored = self.world.ignored | touching.ignored(self.world, cup, item)
+    def _clear_of(
+        self, world: World, without: frozenset[str], touching: AllowedContacts,
+        opening: frozenset[tuple[str, str]],
+    ) -> Entered:  # fmt: skip
+        """The whole robot, and all solids but those it may touch."""
+        cup, item = self._cup, self._cup + 1
+        ignored = world.ignored | touching.ignored(world, cup, item)
         for part, name in opening:
-            frame = item if part.startswith("held ") else self.model.frame_names.index(part)
-            ignored[self.world.indices([name])] |= np.uint64(1 << frame)
-        self.world.enter(self.kernel, self.kept, ignored)
+            frame = item if part.startswith("held ") else self._model.frame_names.index(part)
+            ignored[world.indices([name])] |= np.uint64(1 << frame)
+        state = self._model.state(self._pivot)
+        kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
+        kept = np.flatnonzero(world.is_kept(without))
+        world.enter(kernel, kept, ignored)
+        if self.held is not None:
+            self._attach(kernel, self.held)
+        return Entered(kernel, kept)
 
-    def _touch(self, touching: AllowedContacts) -> Touch:
-        """A checker of what may be touched only so deep: cup and held item as they are, nothing else."""
-        state, cup, item = self.model.state(self.pivot), self.model.n_frames - 1, self.model.n_frames
+    def _touching(self, world: World, touching: AllowedContacts) -> Entered:
+        """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
+        state, cup = self._model.state(self._pivot), self._cup
         mine = state.frames == cup
         none = np.zeros((0, 2), np.int32)
         kernel = Checker(state.chain, state.centers[mine], state.radii[mine], state.frames[mine], none)
-        kept = touching.enter(kernel, self.world, cup, item)
+        kept = touching.enter(kernel, world, cup, cup + 1)
         if self.held is not None:
-            shape, T_cup_item = self.held.item.shape, self.model.robot.tool.T_cup_tip @ self.held.T_tip_item
-            kind, no_frames = KERNEL_KINDS[shape.kind], np.zeros(0, np.int32)
-            kernel.set_held_solid(T_cup_item, shape.extents / 2, no_frames, kind, 0.0)
-        return Touch(kernel, kept)
-
-    def _set_held(self, held: Held) -> None:
-        tested = self.model.held_tested_frames
-        if self.pivot is PivotState.MOVING:
-            cover = swept_cover(self.model, held)
-            self.kernel.set_held(cover.centers, cover.radii, tested)
-        else:
-            shape, T_cup_item = held.item.shape, self.model.robot.tool.T_cup_tip @ held.T_tip_item
+            shape, no_frames = self.held.item.shape, np.zeros(0, np.int32)
             kind = KERNEL_KINDS[shape.kind]
-            self.kernel.set_held_solid(T_cup_item, shape.extents / 2, tested, kind, held.inflate)
+            kernel.set_held_solid(self._T_cup_item(self.held), shape.extents / 2, no_frames, kind, 0.0)
+        return Entered(kernel, kept)
 
+    def _attach(self, kernel: Checker, held: AttachedItem) -> None:
+        tested = self._model.held_tested_frames
+        if self._pivot is PivotState.MOVING:
+            cover = swept_cover(self._model, held)
+            kernel.set_held(cover.centers, cover.radii, tested)
+        else:
+            shape = held.item.shape
+            kind = KERNEL_KINDS[shape.kind]
+            kernel.set_held_solid(self._T_cup_item(held), shape.extents / 2, tested, kind, held.inflate)
 
-@lru_cache(maxsize=32)
-def swept_cover(model: CollisionModel, held: Held) -> Cover:
-    """Spheres in the cup's frame of all that a held item passes through while the cup moves. Cached by
-    identity."""
-    T_cup_item = model.robot.tool.T_cup_tip @ held.T_tip_item
-    return model.swept(cover_shape(held.item.shape).inflated(held.inflate).moved(T_cup_item))
+    def _T_cup_item(self, held: AttachedItem) -> Array:
+        return np.asarray(self._model.robot.tool.T_cup_tip @ held.T_tip_item)

@@ -16,8 +16,7 @@ from pickcli.cell.station import Bin
 from pickcli.cell.supports import Supports, Touching, supports_of
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.ghost import Ghost
-from pickcli.collision.tool_ghost import ToolGhost
+from pickcli.collision.free_flyer import FreeItemChecker, FreeToolChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.surfaces import flat_normal, tilt_on
@@ -29,7 +28,7 @@ from pickcli.seeds import derived_seed
 
 PRESS = 0.001  # m that the bellows are pressed at least
 SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
-GHOST_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest
+ALONE_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest
 TURNED = 0.5  # of how far a pose that is off in angle leads deeper over the first stretch
 
 
@@ -109,9 +108,9 @@ class BinQuery:
     def near(self) -> Mapping[str, Touching]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
         floor = frozenset(self.cell_bin.floor)
-        found = {c.b: c for c in self.supports.near(self.target.id, self.ghost.margin, floor)}
+        found = {c.b: c for c in self.supports.near(self.target.id, self.flying.margin, floor)}
         # An item near the bend rests on either side of it; one that hangs in the air on neither.
-        limit = self.ghost.margin + self.uncertainty
+        limit = self.flying.margin + self.uncertainty
         off_floor = floor if all(found[name].gap >= limit for name in floor) else frozenset()
         return {name: c for name, c in found.items() if name not in self.ignored | off_floor}
 
@@ -196,31 +195,31 @@ class BinQuery:
 
     def tool(
         self, pivot: PivotState, touching: frozenset[str] = NONE, without: frozenset[str] = NONE
-    ) -> ToolGhost:
+    ) -> FreeToolChecker:
         """The empty tool by itself. touching: names that the cup may touch. without: ids of items, gone."""
         key = pivot, touching, without
         if key not in self._tools:
             axes, gone = self.T_world_bin[:3, :3], self.ignored | without
-            self._tools[key] = ToolGhost(self.planner.model, self.scene, pivot, axes, gone, touching)
+            self._tools[key] = FreeToolChecker(self.planner.model, self.scene, pivot, axes, gone, touching)
         return self._tools[key]
 
     @cached_property
-    def _tools(self) -> dict[tuple[PivotState, frozenset[str], frozenset[str]], ToolGhost]:
+    def _tools(self) -> dict[tuple[PivotState, frozenset[str], frozenset[str]], FreeToolChecker]:
         """Those made so far."""
         return {}
 
     @cached_property
-    def ghost(self) -> Ghost:
+    def flying(self) -> FreeItemChecker:
         """The target by itself, displaced along the bin's axes; it may touch nothing."""
-        return self._ghost(NO_CONTACTS, self.ignored | {self.target.id})
+        return self._flying(NO_CONTACTS, self.ignored | {self.target.id})
 
     @cached_property
     def ways_out(self) -> WaysOut:
         """The ways out of the bin for the target."""
         shape = self.target.item.shape.inflated(self.uncertainty)
         first, seed = self.planner.settings.lift_contact, derived_seed(self.seed, "exit", self.target.id)
-        ghosts = self._leaving_alone, self.ghost
-        return WaysOut(self.cell_bin, self.T_world_bin, self.T_bin_item, shape, *ghosts, first, seed)
+        alone = self._leaving_alone, self.flying
+        return WaysOut(self.cell_bin, self.T_world_bin, self.T_bin_item, shape, *alone, first, seed)
 
     @property
     def corridors(self) -> tuple[Corridor, ...] | Reason:
@@ -228,20 +227,20 @@ class BinQuery:
         return self.ways_out.corridors
 
     @cached_property
-    def _leaving_alone(self) -> Ghost:
+    def _leaving_alone(self) -> FreeItemChecker:
         """The target where it may touch what it is near to, but not push what would roll along with it."""
         rolling = [p.id for p in self.scene.items if p.id in self.touching and p.can_roll]
         standing = {b.name for b in self.scene.cell.pod.bodies} & self.touching
         others = frozenset(p.id for p in self.scene.items)
         ground = AllowedContacts.anyhow(standing)
-        beside = tuple(self._ghost(ground, others - {name}) for name in rolling)
-        touching = AllowedContacts.of(item=self._given_way(GHOST_SLIP))
-        return self._ghost(touching, self.ignored | {self.target.id}, beside)
+        beside = tuple(self._flying(ground, others - {name}) for name in rolling)
+        touching = AllowedContacts.of(item=self._given_way(ALONE_SLIP))
+        return self._flying(touching, self.ignored | {self.target.id}, beside)
 
-    def _ghost(
-        self, touching: AllowedContacts, without: frozenset[str], beside: tuple[Ghost, ...] = ()
-    ) -> Ghost:
-        return Ghost(
+    def _flying(
+        self, touching: AllowedContacts, without: frozenset[str], beside: tuple[FreeItemChecker, ...] = ()
+    ) -> FreeItemChecker:
+        return FreeItemChecker(
             self.planner.model, self.scene, self.target.item, self.target.T_world_item,
             self.T_world_bin[:3, :3], self.uncertainty, without, touching, beside,
         )  # fmt: skip

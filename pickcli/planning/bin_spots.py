@@ -15,7 +15,7 @@ from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
 from pickcli.cell.supports import supports_of
 from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.context import Planner
@@ -40,12 +40,12 @@ def bin_spots(
         return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
     on_floor = AllowedContacts.of(item=dict.fromkeys(cell_bin.floor, np.zeros(3)))
-    ghost = Ghost(
+    flying = FreeItemChecker(
         planner.model, scene, placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3],
         scene.noise.bound(placed.item), frozenset({placed.id}), on_floor,
     )  # fmt: skip
     places = _places(cell_bin, reach, scene.noise.bound(placed.item) + HOVER)
-    free = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if ghost.is_free(d)]
+    free = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
     if not free:
         return Reason("no free place on the floor", cell_bin.name, f"{len(places)} places tried")
     staying = tuple(islice((spot for spot in free if _stays(scene, spot)), n_most))
@@ -71,7 +71,7 @@ def _levelled(R: Array) -> Array:
 
 
 def _places(cell_bin: Bin, half: Array, hover: float) -> Array:
-    """(K, 6) displacements from the bin's origin to places on the floor, as those of a ghost.
+    """(K, 6) displacements from the bin's origin to places on the floor, as of a free flyer.
 
     As far back and as near a wall as possible first. half: (3,) of the box around the item, level
     """

@@ -74,7 +74,7 @@ def _straight(
 ) -> Coarse | None:
     """The fastest goal that a straight edge reaches."""
     for g in order:
-        if checker.edge_is_free(q_start, goals[g]):
+        if checker.is_valid_edge(q_start, goals[g]):
             return Coarse(np.stack([q_start, goals[g]]), int(g), least[g], "straight edge")
     return None
 
@@ -107,7 +107,7 @@ def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Arra
     for database in filter(None, (planner.database, planner.learned)):
         for g, goal in enumerate(goals):
             motion = database.between(q_start, goal, _payload(checker))
-            if motion is not None and checker.path_is_free(motion.path.waypoints) == -1:
+            if motion is not None and checker.is_valid_path(motion.path.waypoints):
                 waypoints = motion.path.waypoints
                 return Coarse(waypoints, g, estimated_duration(planner.space, waypoints), "database")
     return None

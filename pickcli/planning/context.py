@@ -10,7 +10,8 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
-from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.kinematics.arm import Arm
 from pickcli.planning.settings import DEFAULTS, PickSettings
@@ -56,7 +57,7 @@ class Planner:
         self,
         scene: Scene,
         pivot: PivotState,
-        held: Held | None = None,
+        held: AttachedItem | None = None,
         without: frozenset[str] = NONE,
         touching: AllowedContacts = NO_CONTACTS,
         reserve: float = 0.0,

@@ -13,8 +13,7 @@ import numpy as np
 
 from pickcli.cartesian.corridor import RETREAT_DISTANCE, Corridor
 from pickcli.cell.shapes import Shape
-from pickcli.collision.ghost import Ghost
-from pickcli.errors import Reason
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.planning.first_stretch import climbed, drawn
@@ -45,28 +44,13 @@ COARSE = _Search(1500, 0.1)
 FINE = _Search(20000, 0.01)  # what hardly fits through the mouth goes through by short edges only
 
 
-class _Item:
-    """A ghost as the planner's checker."""
-
-    def __init__(self, ghost: Ghost) -> None:
-        self._ghost = ghost
-        self.kernel, self.margin = ghost.kernel, ghost.margin
-
-    def is_free(self, q: Array) -> bool:
-        return self._ghost.is_free(q)
-
-    def edge_is_free(self, q0: Array, q1: Array) -> bool:
-        return self._ghost.path_is_free(np.stack([q0, q1])) == -1
-
-    def path_is_free(self, Q: Array) -> int:
-        return self._ghost.path_is_free(Q)
-
-    def explain(self, q: Array) -> Reason:
-        return Reason("collision", "", str(self._ghost.clearance(q)))
-
-
 def planned_corridors(
-    T_bin_item: Array, shape: Shape, leaving: Ghost, carrying: Ghost, first: float, seed: int
+    T_bin_item: Array,
+    shape: Shape,
+    leaving: FreeItemChecker,
+    carrying: FreeItemChecker,
+    first: float,
+    seed: int,
 ) -> tuple[Corridor, ...]:
     """Corridors found by RRT-Connect from several first stretches, shortest first; () if none was.
 
@@ -85,31 +69,30 @@ def planned_corridors(
 
 
 def _through(
-    carrying: Ghost, starts: Sequence[Array], goals: Array, search: _Search, seed: int
+    carrying: FreeItemChecker, starts: Sequence[Array], goals: Array, search: _Search, seed: int
 ) -> tuple[Corridor, ...]:
     """Corridors from the ends of first stretches (6,) to places outside (G, 6), shortest first."""
-    checker = _Item(carrying)
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     found: list[tuple[float, Corridor]] = []
     for k, freed in enumerate(starts):
         path = plan(
-            checker, space, freed, goals, seed=seed + k, max_iterations=search.iterations, step=search.step
+            carrying, space, freed, goals, seed=seed + k, max_iterations=search.iterations, step=search.step
         )
         if path is None:
             continue
-        short = shorten(checker, space, path, seed=seed + k, iterations=SHORTCUTS)
+        short = shorten(carrying, space, path, seed=seed + k, iterations=SHORTCUTS)
         if len(short.waypoints) <= MOST_PUSHES + 1:
             found.append((_length(short), Corridor(freed, freed, tuple(short.waypoints[1:]))))
     return tuple(corridor for _, corridor in sorted(found, key=lambda f: f[0]))
 
 
-def _outside(T_bin_item: Array, shape: Shape, carrying: Ghost) -> Array:
+def _outside(T_bin_item: Array, shape: Shape, carrying: FreeItemChecker) -> Array:
     """(G, 6) places in front of the mouth, at several heights, where the whole item is outside."""
     reach = float(np.linalg.norm(shape.reach(T_bin_item[:3, :3])[:2]))
     x = -float(T_bin_item[0, 3]) - reach - RETREAT_DISTANCE
     heights, aside = (0.04, 0.08, 0.12, 0.0, -0.04), (0.0, 0.05, -0.05)
     places = np.array([[x, y, z, 0.0, 0.0, roll] for roll in ROLLS for z in heights for y in aside])
-    return places[carrying.are_free(places)] if x >= LOWER[0] else np.zeros((0, len(NAMES)))
+    return places[carrying.are_valid(places)] if x >= LOWER[0] else np.zeros((0, len(NAMES)))
 
 
 def _length(path: JointPath) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 
 # Largest displacements that are drawn: m along the bin's axes; rad of yaw, pitch and roll.
@@ -23,14 +23,16 @@ LEAST_SPREAD = 1e-4  # m or rad around those
 HOPELESS = 0.02  # m of room that may be missing half-way through a climb
 
 
-def drawn(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Generator) -> list[Array]:
+def drawn(
+    leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
+) -> list[Array]:
     """Displacements (6,) no longer than ``first`` m after which the item touches nothing any more."""
     D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, 6)) * MOST_DRAWN
     D[:, 2] = np.abs(D[:, 2])
     D[::2, 5] = 0.0
     D = D[np.linalg.norm(D[:, :3], axis=1) <= first]
     found: list[Array] = []
-    for d in D[carrying.are_free(D)][:N_LEAVING]:
+    for d in D[carrying.are_valid(D)][:N_LEAVING]:
         if _leads(leaving, d):
             found.append(d)
         if len(found) == N_DRAWN:
@@ -38,7 +40,9 @@ def drawn(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Generato
     return found
 
 
-def climbed(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Generator) -> list[Array]:
+def climbed(
+    leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
+) -> list[Array]:
     """The same, found by climbing to where the item has more room than anywhere around.
 
     Source: the cross-entropy method, R. Rubinstein, D. Kroese (2004): draw, keep the best, draw around those.
@@ -50,7 +54,7 @@ def climbed(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Genera
             D = _within(mean + spread * rng.standard_normal((N_TRIED, 6)), first)
             room = carrying.clearances(D)
             best = np.argsort(-room, kind="stable")[:N_KEPT]
-            free = D[best][carrying.are_free(D[best])]
+            free = D[best][carrying.are_valid(D[best])]
             if (d := next((d for d in free if _leads(leaving, d)), None)) is not None:
                 found.append(d)
                 break
@@ -60,9 +64,9 @@ def climbed(leaving: Ghost, carrying: Ghost, first: float, rng: np.random.Genera
     return found
 
 
-def _leads(leaving: Ghost, d: Array) -> bool:
+def _leads(leaving: FreeItemChecker, d: Array) -> bool:
     """Whether the straight push to a displacement (6,) is proven."""
-    return leaving.path_is_free(np.stack([np.zeros(6), d])) == -1
+    return leaving.is_valid_path(np.stack([np.zeros(6), d]))
 
 
 def _within(D: Array, first: float) -> Array:

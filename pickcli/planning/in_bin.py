@@ -15,7 +15,8 @@ from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.keyposes import PickPoses
 from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp
@@ -29,7 +30,7 @@ class InBin:
     """All lines of one grasp. Each starts where the one before ends; the configurations are exact."""
 
     grasp: Grasp
-    held: Held
+    held: AttachedItem
     preapproach: Line
     approach: Line
     contact: Line
@@ -62,10 +63,10 @@ def plan_in_bin(
         return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact))]
     meeting = query.meeting(grasp)
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
-    held = Held(query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty)
+    held = AttachedItem(query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty)
     reasons: list[Reason] = []
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
-        if not meeting.is_free(q_contact):
+        if not meeting.is_valid(q_contact):
             reason = meeting.explain(q_contact)
             reasons.append(reason.at(f"{where}, contact"))
             continue
@@ -124,7 +125,7 @@ def _lines_in(
 
 
 def _way_out(
-    query: BinQuery, grasp: Grasp, contact: Array, ways: Sequence[LiftPoses], held: Held,
+    query: BinQuery, grasp: Grasp, contact: Array, ways: Sequence[LiftPoses], held: AttachedItem,
     q_contact: Array, where: str,
 ) -> tuple[Line, Line, tuple[Line, ...]] | list[Reason]:  # fmt: skip
     """Lift and retreat with the item held, along the first way that the arm can follow."""
@@ -152,7 +153,7 @@ def _lines_out(
     if isinstance(freed, Reason):
         return freed
     q = freed.waypoints[-1]
-    if not carrying.is_free(q):
+    if not carrying.is_valid(q):
         reason = carrying.explain(q)
         return reason.at(f"{where}, lift")
     lift = follow_line(arm, carrying, option.freed, option.lift, pivot, q, f"{where}, lift")

@@ -35,7 +35,7 @@ def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] 
     for spot in places:
         seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
         solutions = planner.arm.solve(spot.above, pivot, seeds)
-        for q in solutions[carrying.are_free(solutions)]:
+        for q in solutions[carrying.are_valid(solutions)]:
             landing = _landing(query, spot, q, chosen, carrying, empty)
             if not isinstance(landing, Reason):
                 found.append(landing)

@@ -35,7 +35,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
     checker = rules.checker()
     for _, end in sorted(ranked):
         edge = np.stack([q, np.array(end)])
-        if not checker.edge_is_free(edge[0], edge[1]):
+        if not checker.is_valid_edge(edge[0], edge[1]):
             reasons.append(checker.explain_edge(edge[0], edge[1]))
         elif (closes := rules.closes(edge)) is not None:
             reasons.append(closes)

@@ -24,7 +24,7 @@ def plan_move(
     """
     began = time.perf_counter()
     checker = planner.checker(scene, start.pivot)
-    if not checker.is_free(q_goal):
+    if not checker.is_valid(q_goal):
         reason = checker.explain(q_goal)
         raise NoPlanError(label, [reason.at("goal")])
     coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")

@@ -97,7 +97,7 @@ def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
         last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
         if last <= first:
             continue
-        i = piece.checker.path_is_free(chords[first : last + 1], slack[first:last])
+        i = piece.checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
         if i >= 0:
             reason = piece.checker.explain_edge(chords[first + i], chords[first + i + 1])
             where = f"{piece.kind} at {times[first + i]:.3f} s"
@@ -141,7 +141,7 @@ def _timed_once(
     ]
 
     def is_free(part: int, chords: Array, slack: Array) -> int:
-        return pieces[part].checker.path_is_free(chords, slack)
+        return pieces[part].checker.first_invalid_edge(chords, slack)
 
     # A cell's own limit holds for both places of the cup, whichever it is in.
     pivots = [pieces[-1].pivot] if most is None else [PivotState.STRAIGHT, PivotState.DOWN]

@@ -124,7 +124,7 @@ def _home(rules: Rules, q: Array, seed: int) -> Piece | Reason:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
     planner, pivot = rules.planner, rules.start.pivot
     checker = planner.checker(rules.scene, pivot)
-    if not checker.is_free(q):
+    if not checker.is_valid(q):
         checker = rules.checker()
     goal = planner.cell.configurations[SAFE].q
     coarse = plan_coarse(planner, checker, q, goal[None], [0.0], seed, "way home")

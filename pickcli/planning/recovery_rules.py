@@ -82,7 +82,7 @@ def rules_at(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
     if level in SLOW_LEVELS:
         depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.pivot))[0, 3])
-        if depth <= 0.0 and rules.checker().is_free(start.q):
+        if depth <= 0.0 and rules.checker().is_valid(start.q):
             outside = "outside of the pod, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)
         rules = replace(rules, reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW)
@@ -95,7 +95,7 @@ def _near_the_cup(rules: Rules) -> frozenset[str] | Reason:
     touching: frozenset[str] = frozenset()
     for _ in range(MOST_NEAR):
         checker = rules.checker(touching)
-        if checker.is_free(rules.start.q):
+        if checker.is_valid(rules.start.q):
             return touching
         near = checker.clearance(rules.start.q)
         if near.b in touching or near.kind == "robot":
@@ -109,7 +109,7 @@ def _near(rules: Rules) -> frozenset[tuple[str, str]] | Reason:
     opening: frozenset[tuple[str, str]] = frozenset()
     for _ in range(MOST_NEAR):
         checker = replace(rules, opening=opening).checker()
-        if checker.is_free(rules.start.q):
+        if checker.is_valid(rules.start.q):
             return opening
         near = checker.clearance(rules.start.q)
         if near.kind in ("robot", ""):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.keyposes import CONTACT_DISTANCE, PickPoses, pick_poses
 from pickcli.cell.robot import PivotState
-from pickcli.collision.tool_ghost import ToolGhost
+from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.holding import Hold
@@ -40,7 +40,7 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways, reasons: lis
     kinds = [(g.pivot, g.face) for g in grasps]
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
-        mine = mine[_meeting(query, *kind).are_free(T[mine])]
+        mine = mine[_are_valid(_meeting(query, *kind), T[mine])]
         has_room[mine] = _can_be_lifted(query, kind[0], T[mine], ways)
     without = np.flatnonzero(~has_room)
     for i in without[:: 1 + len(without) // N_EXPLAINED]:
@@ -51,14 +51,14 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways, reasons: lis
 def _can_be_lifted(query: BinQuery, pivot: PivotState, T: Array, ways: Ways) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
     lifted = np.stack([pushed[LIFTED] for pushed in query.ways_out.pushes(ways)]) @ T[:, None]
-    is_free = _carrying(query, pivot).are_free(lifted.reshape(-1, 4, 4))
+    is_free = _are_valid(_carrying(query, pivot), lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
 def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, ways: Ways) -> Reason:
     where = f"{grasp.kind} grasp on face {grasp.face}"
     tool = _meeting(query, grasp.pivot, grasp.face)
-    if not tool.are_free(T[None])[0]:
+    if not _are_valid(tool, T[None])[0]:
         return _blocked(query, tool, T, f"{where}, contact")
     lifted = query.ways_out.pushes(ways)[0][LIFTED] @ T
     return _blocked(query, _carrying(query, grasp.pivot), lifted, f"{where}, lift")
@@ -69,16 +69,16 @@ def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[Pick
     empty, meeting = query.tool(grasp.pivot), _meeting(query, grasp.pivot, grasp.face)
     usual, shortest = query.planner.settings.approach_offset, overtravel + CONTACT_DISTANCE
     plain = _poses(query, grasp, usual, overtravel, STRAIGHT_IN)
-    if meeting.path_is_free(np.stack([plain.contact, plain.touch])) != -1:
+    if not _is_valid_path(meeting, plain.contact, plain.touch):
         return _blocked(query, meeting, plain.contact, "contact")
     found: list[PickPoses] = []
     for offset in (usual, shortest):
         poses = _poses(query, grasp, offset, overtravel, STRAIGHT_IN)
-        if empty.path_is_free(np.stack([poses.touch, poses.approach])) != -1:
+        if not _is_valid_path(empty, poses.touch, poses.approach):
             continue
         for aside in ASIDE:
             poses = _poses(query, grasp, offset, overtravel, aside)
-            if empty.path_is_free(np.stack([poses.approach, poses.preapproach])) == -1:
+            if _is_valid_path(empty, poses.approach, poses.preapproach):
                 found.append(poses)
             if len(found) == N_WAYS:
                 return tuple(found)
@@ -95,7 +95,7 @@ def tool_ways_out(
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
     if not found:
         return Reason("touches too long", "lift", "the tool swings out too far where the item turns")
-    free = [poses for poses in found if tool.are_free(poses).all() and tool.path_is_free(poses) == -1]
+    free = [poses for poses in found if _are_valid(tool, poses).all() and _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(query, tool, found[0][LIFTED], "lift")
     held = [poses for poses in free if _holds(query, grasp, poses)]
@@ -111,12 +111,22 @@ def _holds(query: BinQuery, grasp: Grasp, poses: Array) -> bool:
     return hold.at_rest(poses[:, :3, :3]).ratio <= most
 
 
-def _meeting(query: BinQuery, pivot: PivotState, face: str) -> ToolGhost:
+def _meeting(query: BinQuery, pivot: PivotState, face: str) -> FreeToolChecker:
     return query.tool(pivot, touching=query.met(face))
 
 
-def _carrying(query: BinQuery, pivot: PivotState) -> ToolGhost:
+def _carrying(query: BinQuery, pivot: PivotState) -> FreeToolChecker:
     return query.tool(pivot, without=frozenset({query.target.id}))
+
+
+def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
+    """(N,) whether the tool has room at poses (N, 4, 4)."""
+    return tool.are_valid(tool.displacements(T))
+
+
+def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
+    """Whether the tool has room on the straight ways from pose to pose (4, 4)."""
+    return tool.is_valid_path(tool.displacements(np.stack(poses)))
 
 
 def _poses(
@@ -127,8 +137,8 @@ def _poses(
     )
 
 
-def _blocked(query: BinQuery, tool: ToolGhost, T: Array, where: str) -> Reason:
-    contact = tool.clearance(T)
+def _blocked(query: BinQuery, tool: FreeToolChecker, T: Array, where: str) -> Reason:
+    contact = tool.clearance(tool.displacements(T[None])[0])
     detail = f"{contact}, {1e3 * (tool.margin - contact.distance):.0f} mm too close"
     in_the_way = contact.item if contact.item != query.target.id else ""
     return Reason("no room for the tool", where, detail, in_the_way)

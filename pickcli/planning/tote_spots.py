@@ -9,7 +9,7 @@ import numpy as np
 from pickcli.cartesian.line import shifted
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, Scene
-from pickcli.collision.checker import Held
+from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 
@@ -62,7 +62,7 @@ class _Pile:
         return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
 
 
-def spots(scene: Scene, held: Held, pivot: PivotState, n_most: int = 30) -> tuple[Spot, ...] | Reason:
+def spots(scene: Scene, held: AttachedItem, pivot: PivotState, n_most: int = 30) -> tuple[Spot, ...] | Reason:
     """Places in the tote where the item fits between the walls, lowest pile first.
 
     Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
@@ -85,7 +85,9 @@ def _orientations(pivot: PivotState) -> list[tuple[float, Array]]:
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
-def _best(scene: Scene, held: Held, pivot: PivotState, R: Array, price: float, pile: _Pile) -> list[Spot]:
+def _best(
+    scene: Scene, held: AttachedItem, pivot: PivotState, R: Array, price: float, pile: _Pile
+) -> list[Spot]:
     """The best few release poses, on a grid, for one tool orientation."""
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item

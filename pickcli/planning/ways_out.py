@@ -12,7 +12,7 @@ from functools import cached_property
 from pickcli.cartesian.corridor import Corridor, corridors, pushes
 from pickcli.cell.shapes import Shape
 from pickcli.cell.station import Bin
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.planning.exit import planned_corridors
@@ -39,8 +39,8 @@ class WaysOut:
     T_world_bin: Array
     T_bin_item: Array
     shape: Shape
-    leaving: Ghost
-    carrying: Ghost
+    leaving: FreeItemChecker
+    carrying: FreeItemChecker
     first: float
     seed: int
 

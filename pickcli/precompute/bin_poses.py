@@ -8,8 +8,8 @@ import numpy as np
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.station import Bin
+from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.model import CollisionModel
-from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.errors import InputError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.precompute.empty_scene import empty_scene
@@ -65,10 +65,10 @@ class BinPoses:
         high = np.array([each.depth, each.y_range[1], each.ceiling_front, _LEAN, _LEAN])
         drawn = rng.uniform(low, high, (_DRAWS * n, 5))
         poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
-        ghost = ToolGhost(
+        tool = FreeToolChecker(
             self.model, empty_scene(self.model.cell), self.pivot, self.T_world_bin[:3, :3], frozenset()
         )
-        free = poses[ghost.are_free(poses)][:n]
+        free = poses[tool.are_valid(tool.displacements(poses))][:n]
         if len(free) < n:
             raise InputError(f"{each.name}: the tool fits in with the cup {self.pivot} nowhere to speak of")
         return np.asarray(free)

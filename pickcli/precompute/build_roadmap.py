@@ -113,7 +113,7 @@ class _Builder:
 
     def _add_node(self, named: NamedConfiguration) -> None:
         tests = self.recipe.checker
-        if tests.is_free(named.q):
+        if tests.is_valid(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.pivot)
         else:
             self.refused.append(((named.name,), tests.explain(named.q)))

@@ -104,7 +104,7 @@ class MotionMaker:
         tests = self._planning[case]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         for name, q in ((key.start, q0), (key.goal, q1)):
-            if not tests.is_free(q):
+            if not tests.is_valid(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
         search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings)

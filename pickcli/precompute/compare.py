@@ -56,7 +56,7 @@ def compare(
 
 def _is_blocked(query: Query) -> bool:
     tests, (q0, q1) = query.planning, query.ends
-    return tests.is_free(q0) and tests.is_free(q1) and not tests.edge_is_free(q0, q1)
+    return tests.is_valid(q0) and tests.is_valid(q1) and not tests.is_valid_edge(q0, q1)
 
 
 def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> Query:
@@ -67,6 +67,6 @@ def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadCla
         raise InputError(f"{':'.join(pair)} is no motion; name two different configurations")
     query = Query.of(cell, model, pair, payload)
     for name, q in zip(pair, query.ends, strict=True):
-        if not query.planning.is_free(q):
+        if not query.planning.is_valid(q):
             raise InputError(f"{name} is not free: {query.planning.explain(q)}; leave this pair out")
     return query

@@ -167,7 +167,7 @@ def _timed(query: Query, path: JointPath) -> float:
     """s of the path with blended corners, proven, under the cell's limits."""
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
-        return query.proving.path_is_free(chords, slack)
+        return query.proving.first_invalid_edge(chords, slack)
 
     part = RunPart(SegmentKind.TRANSIT, path.waypoints, query.cell.speed_scale)
     return time_run(path.joint_names, [part], query.cell.robot.limits, is_free).trajectory.duration

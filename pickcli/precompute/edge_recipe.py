@@ -12,6 +12,7 @@ from pickcli.cell.displacement import ANY_POD, PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -23,7 +24,7 @@ from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
 
 # Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*
@@ -68,7 +69,7 @@ class EdgeRecipe:
         seed = derived_seed(settings.seed, "edge", *key)
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
         for name, q in zip(key, (q_start, q_goal), strict=True):
-            if not tests.is_free(q):
+            if not tests.is_valid(q):
                 return tests.explain(q).at(name)
         # What RRT* needs too long for, RRT-Connect often finds at once.
         planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
@@ -78,13 +79,13 @@ class EdgeRecipe:
             what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
             return Reason("no path", detail=what)
         path = shorten(tests, self.space, found, seed=seed, iterations=settings.n_shortcuts)
-        unproven = tests.path_is_free(path.waypoints)
+        unproven = tests.first_invalid_edge(path.waypoints)
         if unproven != -1:
             return Reason("no proof", detail=f"edge {unproven} of the shortened path is not proven whole")
         return path
 
     def _planned(
-        self, tests: EdgeChecker, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
+        self, tests: MotionValidator, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
     ) -> JointPath | None:
         return plan(
             tests, self.space, q_start, q_goal[None],
@@ -101,12 +102,12 @@ class EdgeRecipe:
         return JointSpace.of(self.cell.robot)
 
     @property
-    def checker(self) -> EdgeChecker:
+    def checker(self) -> MotionValidator:
         """Proves configurations and edges for the pod in its place."""
         return self.checkers[PodStand.NOMINAL]
 
     @cached_property
-    def checkers(self) -> dict[PodStand, EdgeChecker]:
+    def checkers(self) -> dict[PodStand, MotionValidator]:
         """Prove configurations and edges."""
         model = CollisionModel(self.cell)
         return {

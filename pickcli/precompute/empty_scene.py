@@ -13,7 +13,8 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import pose
 from pickcli.roadmap.database import PayloadClass
@@ -67,11 +68,11 @@ def checkers(
 
 
 @cache
-def stand_in(payload: PayloadClass) -> Held | None:
+def stand_in(payload: PayloadClass) -> AttachedItem | None:
     """What is held for a payload class: a cube with a face on the cup or its centre there, or nothing."""
     if payload is PayloadClass.EMPTY:
         return None
     shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)
     seals, source = dict.fromkeys(shape.face_names, 1.0), "a stand-in for the payload class"
     cube = Item("cube", 2016, shape, 1.0, 0, seals, source, "", 0.0, 1.0, "", source)
-    return Held(cube, pose((0.0, 0.0, CUBE_EDGE / 2 if payload is PayloadClass.CUBE else 0.0)))
+    return AttachedItem(cube, pose((0.0, 0.0, CUBE_EDGE / 2 if payload is PayloadClass.CUBE else 0.0)))

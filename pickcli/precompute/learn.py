@@ -83,7 +83,7 @@ class Learner:
         Raises InputError if the file cannot be written, and like ``edges``.
         """
         found = [polyline for lesson in lessons for polyline in lesson.polylines]
-        proven = [polyline for polyline in found if self._proof.checker.path_is_free(polyline) == -1]
+        proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
         if not proven:
             return Learned(unproven=len(found))
         self._make_folder(self.roadmap)

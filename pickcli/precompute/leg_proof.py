@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.precompute.leg import Leg
 from pickcli.precompute.ramps import tube
@@ -16,24 +16,14 @@ from pickcli.roadmap.space import JointSpace
 _CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
 
 
-class TubeChecker(Protocol):
-    """What is free, decided by proof, with slack around each edge; a SceneChecker is one."""
-
-    def is_free(self, q: Array) -> bool:
-        """Whether a configuration (n,) keeps the margin."""
-
-    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
-        """Index of the first edge of Q (N, n) that is not proven with its slack (N - 1, n), or -1."""
-
-
 @dataclass(frozen=True, eq=False)
 class LegProof:
     """Asks one checker about legs in one space."""
 
-    checker: TubeChecker
+    checker: MotionValidator
     space: JointSpace
 
-    def is_free(self, legs: tuple[Leg, ...]) -> bool:
+    def is_valid(self, legs: tuple[Leg, ...]) -> bool:
         """Whether every instant of the legs is proven free and inside the position limits."""
         return self.proves(lambda step: tube(legs, step))
 
@@ -43,10 +33,10 @@ class LegProof:
             Q, slack = tube_of(step)
             if not self._is_inside(Q, slack):
                 return False
-            i = self.checker.path_is_free(Q, slack)
+            i = self.checker.first_invalid_edge(Q, slack)
             if i < 0:
                 return True
-            if not (self.checker.is_free(Q[i]) and self.checker.is_free(Q[i + 1])):
+            if not (self.checker.is_valid(Q[i]) and self.checker.is_valid(Q[i + 1])):
                 return False  # no chord is short enough
         return False
 

@@ -31,7 +31,7 @@ def _divided(Q: Array, checker: SceneChecker, i: int, j: int) -> list[int] | Non
     """Where the edges from i to j begin, or None."""
     along = np.linspace(0.0, 1.0, j - i + 1)[1:-1, None]
     off = np.abs(Q[i + 1 : j] - Q[i] - along * (Q[j] - Q[i])).max(axis=1) if j - i > 1 else np.zeros(1)
-    if off.max() <= _TOLERANCE and checker.edge_is_free(Q[i], Q[j]):
+    if off.max() <= _TOLERANCE and checker.is_valid_edge(Q[i], Q[j]):
         return [i]
     if j - i == 1:
         return None

@@ -67,7 +67,7 @@ def press(
             continue
         motion, depths[concerned] = motion.replaced(start, end, legs), deep
         is_other = less > 0.0 or not depths.any()
-        if is_other and depths.mean() < _NEARLY and proof.is_free(motion.legs):
+        if is_other and depths.mean() < _NEARLY and proof.is_valid(motion.legs):
             return motion
     return None
 

@@ -41,7 +41,7 @@ def quicken(
             continue
         changed = motion.replaced(start, end, legs)
         shorter = changed.total(pace)
-        if shorter < total - TICK / 2 and proof.is_free(legs):
+        if shorter < total - TICK / 2 and proof.is_valid(legs):
             motion, total = changed, shorter
     return motion
 

@@ -54,11 +54,11 @@ class Reproof:
 
     def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
         """The same of an edge (N, n) of the roadmap."""
-        return not self.change.came or self._new[_edge(stand)].path_is_free(waypoints) == -1
+        return not self.change.came or self._new[_edge(stand)].is_valid_path(waypoints)
 
     def is_edge_proven(self, waypoints: Array, stand: PodStand) -> bool:
         """Whether an edge is proven in the cell as it is now."""
-        return self._all[_edge(stand)].path_is_free(waypoints) == -1
+        return self._all[_edge(stand)].is_valid_path(waypoints)
 
     def is_relieved(self, waypoints: Array, pivot: PivotState, payload: PayloadClass) -> bool:
         """Whether a polyline (N, n) that holds for the pod in its place alone may give way to one for any.
@@ -67,19 +67,19 @@ class Reproof:
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False
-        return bool(self._all[PodStand.DISPLACED, pivot, payload].are_free(waypoints[[0, -1]]).all())
+        return bool(self._all[PodStand.DISPLACED, pivot, payload].are_valid(waypoints[[0, -1]]).all())
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
         """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
         case = PodStand.DISPLACED, PivotState.MOVING, payload
-        if not self.change.went or self._old[case].path_is_free(waypoints) == -1:
+        if not self.change.went or self._old[case].is_valid_path(waypoints):
             return False
-        return not self.change.came or self._new[case].path_is_free(waypoints) == -1
+        return not self.change.came or self._new[case].is_valid_path(waypoints)
 
     def _is_free(self, motion: CoarseMotion, tests: SceneChecker, clearance: float) -> bool:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
         assert motion.trajectory is not None
-        is_path_free = tests.path_is_free(motion.path.waypoints) == -1
+        is_path_free = tests.is_valid_path(motion.path.waypoints)
         return is_path_free and keeps(motion.trajectory, self._space, tests, clearance)
 
     @cached_property

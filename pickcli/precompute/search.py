@@ -85,10 +85,10 @@ class Search:
         is_wanted: whether legs of that duration (s) are still worth a search
         """
         line = Ramps((straight(*self.ends, self.pace),))
-        is_line_free = self.proof.is_free(line.legs)
+        is_line_free = self.proof.is_valid(line.legs)
         if is_line_free and line.duration <= _CALM * self.least:
             yield line
-        if self.proof.is_free(self._direct.legs):
+        if self.proof.is_valid(self._direct.legs):
             yield self._direct
         found: list[Ramps] = []
         for motion in self._searched(seed, is_line_free, is_wanted):

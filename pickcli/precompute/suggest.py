@@ -70,7 +70,7 @@ class Suggester:
             self._arm.solve_spread(T, self.pivot, rng) for T in self._poses.in_front(rng, settings.n_places)
         ]
         Q: Array = np.concatenate(solved).round(DECIMALS)
-        usable = [q for q in Q if self._has_room(q) and self._waiting.is_free(q)]
+        usable = [q for q in Q if self._has_room(q) and self._waiting.is_valid(q)]
         if not usable:
             raise NoPlanError(f"a configuration in front of {self.bin_name}", self._why_none(Q))
         usable.sort(key=lambda q: -self._arm.manipulability(q, self.pivot))

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
-from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute.leg_proof import LegProof
 from pickcli.roadmap.space import JointSpace
@@ -33,23 +30,9 @@ def refined(trajectory: Trajectory, step: float) -> Trajectory:
     return Trajectory(trajectory.joint_names, t, *(trajectory.sample(t, order) for order in range(3)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Wider:
-    """A checker with a margin of its own."""
-
-    checker: SceneChecker
-    margin: float
-
-    def is_free(self, q: Array) -> bool:
-        return bool(self.checker.kernel.is_free(q, self.margin))
-
-    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
-        return int(self.checker.kernel.path_is_free(np.ascontiguousarray(Q), self.margin, slack))
-
-
 def keeps(trajectory: Trajectory, space: JointSpace, checker: SceneChecker, clearance: float) -> bool:
     """Whether a motion is proven to keep that many m from everything."""
-    return is_proven(trajectory, LegProof(_Wider(checker, clearance), space))
+    return is_proven(trajectory, LegProof(checker.at_margin(clearance), space))
 
 
 def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
 
 
@@ -33,7 +34,7 @@ class Problem:
     """One coarse query: from q_start (n,) to any of the goals (G, n), all of them free, cheapest first."""
 
     roadmap: Roadmap
-    checker: EdgeChecker
+    checker: MotionValidator
     space: JointSpace
     q_start: Array
     goals: Array
@@ -72,7 +73,7 @@ def straight_links(problem: Problem, q: Array) -> list[Link]:
         there = problem.roadmap.configurations[node]
         if np.array_equal(there, q):
             return [Link(node, q[None])]
-        if problem.checker.edge_is_free(q, there):
+        if problem.checker.is_valid_edge(q, there):
             links.append(Link(node, np.stack([q, there])))
     return links
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 
 
 def free_goals(
-    checker: EdgeChecker, space: JointSpace, q_start: Array, goals: Array, label: str
+    checker: MotionValidator, space: JointSpace, q_start: Array, goals: Array, label: str
 ) -> list[int]:
     """Indices of the goals (G, n) that are within limits and free.
 
@@ -26,11 +27,11 @@ def free_goals(
     return free
 
 
-def _why_not(checker: EdgeChecker, space: JointSpace, q: Array, where: str) -> Reason | None:
+def _why_not(checker: MotionValidator, space: JointSpace, q: Array, where: str) -> Reason | None:
     """What makes a configuration unusable, or None."""
     if not space.holds(q):
         return Reason("joint limit", where, _outside(space, q))
-    if not checker.is_free(q):
+    if not checker.is_valid(q):
         reason = checker.explain(q)
         return Reason(reason.what, where, reason.detail)
     return None

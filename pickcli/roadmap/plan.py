@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.kernel import rrt_connect
 from pickcli.motion.path import JointPath
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 
 # Longest edge of RRT-Connect's trees, as a share of the diagonal of the joint space. Of 0.03 to 0.4 this
 # found first paths soonest in front of the shelf; longer edges fail more often and lead farther around.
@@ -21,7 +22,7 @@ _END_TOLERANCE = 1e-12
 
 
 def plan(
-    checker: EdgeChecker,
+    checker: MotionValidator,
     space: JointSpace,
     q_start: Array,
     goals: Array,
@@ -40,12 +41,12 @@ def plan(
     step: longest edge of RRT-Connect's trees, as a share of the diagonal of the space
     """
     q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
-    if not (space.holds(q_start) and checker.is_free(q_start)):
+    if not (space.holds(q_start) and checker.is_valid(q_start)):
         return None
-    reachable = [goal for goal in goals if space.holds(goal) and checker.is_free(goal)]
+    reachable = [goal for goal in goals if space.holds(goal) and checker.is_valid(goal)]
     reachable.sort(key=lambda goal: float(np.linalg.norm(goal - q_start)))
     for goal in reachable:
-        if checker.edge_is_free(q_start, goal):
+        if checker.is_valid_edge(q_start, goal):
             return JointPath(space.joint_names, np.stack([q_start, goal]))
     if not reachable:
         return None
@@ -56,7 +57,7 @@ def plan(
 
 
 def _solve(
-    checker: EdgeChecker,
+    checker: MotionValidator,
     space: JointSpace,
     q_start: Array,
     goals: Sequence[Array],
@@ -80,12 +81,12 @@ def _solve(
     return sampling.solve(checker, lower, upper, q_start, goals, planner, seed, max_iterations)
 
 
-def _is_answer(checker: EdgeChecker, q_start: Array, goals: Sequence[Array], waypoints: Array) -> bool:
+def _is_answer(checker: MotionValidator, q_start: Array, goals: Sequence[Array], waypoints: Array) -> bool:
     """Whether a path starts and ends where it should and is proven: no planner is believed."""
     gap = min(float(np.abs(goal - waypoints[-1]).max()) for goal in goals)
     return bool(
         len(waypoints) >= 2
         and np.abs(waypoints[0] - q_start).max() <= _END_TOLERANCE
         and gap <= _END_TOLERANCE
-        and checker.path_is_free(waypoints) == -1
+        and checker.is_valid_path(waypoints)
     )

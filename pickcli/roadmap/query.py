@@ -8,6 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -16,7 +17,7 @@ from pickcli.roadmap.cost import edge_costs, estimated_duration
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 from pickcli.roadmap.through import ThroughRoute, through_roadmap
 from pickcli.seeds import derived_seed
 
@@ -47,7 +48,7 @@ class CoarseRoute:
 
 def query(
     roadmap: Roadmap,
-    checker: EdgeChecker,
+    checker: MotionValidator,
     space: JointSpace,
     q_start: Array,
     goals: Array,
@@ -76,7 +77,7 @@ def query(
 def _straight(problem: Problem) -> CoarseRoute | None:
     """The straight edge to the first goal that has one."""
     for goal in problem.goals:
-        if problem.checker.edge_is_free(problem.q_start, goal):
+        if problem.checker.is_valid_edge(problem.q_start, goal):
             path = JointPath(problem.space.joint_names, np.stack([problem.q_start, goal]))
             return CoarseRoute(path, _goal(problem, path), How.STRAIGHT, (), (), ())
     return None

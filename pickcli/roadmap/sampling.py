@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from ompl import base, geometric, util
 
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.space import EdgeChecker
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 
@@ -25,7 +25,7 @@ _CLASSES = {PlannerName.OMPL_RRT_CONNECT: "RRTConnect"}
 
 
 def solve(
-    checker: EdgeChecker,
+    checker: MotionValidator,
     lower: Array,
     upper: Array,
     q_start: Array,
@@ -103,24 +103,24 @@ def _write(state: Any, q: Array) -> None:
 class _Motions(base.MotionValidator):  # type: ignore[misc]
     """OMPL's question "is this motion free", answered by proof."""
 
-    def __init__(self, information: Any, checker: EdgeChecker) -> None:
+    def __init__(self, information: Any, checker: MotionValidator) -> None:
         super().__init__(information)
-        self._edge_is_free = checker.edge_is_free
+        self._is_valid_edge = checker.is_valid_edge
         self._n = information.getStateDimension()
 
     def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:
         """Whether the straight edge between two states is proven free."""
-        return self._edge_is_free(_read(a, self._n), _read(b, self._n))
+        return self._is_valid_edge(_read(a, self._n), _read(b, self._n))
 
 
 class _States(base.StateValidityChecker):  # type: ignore[misc]
     """OMPL's question "is this state free"."""
 
-    def __init__(self, information: Any, checker: EdgeChecker) -> None:
+    def __init__(self, information: Any, checker: MotionValidator) -> None:
         super().__init__(information)
-        self._is_free = checker.is_free
+        self._is_valid = checker.is_valid
         self._n = information.getStateDimension()
 
     def isValid(self, state: Any) -> bool:
         """Whether a state keeps the margin."""
-        return self._is_free(_read(state, self._n))
+        return self._is_valid(_read(state, self._n))

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli import kernel
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.motion.path import JointPath
 from pickcli.roadmap.cost import CALM
-from pickcli.roadmap.space import EdgeChecker, JointSpace
+from pickcli.roadmap.space import JointSpace
 
 # A shortcut must save this share of the whole cost, or vertices multiply for nothing.
 _WORTHWHILE = 1e-3
 
 
 def shorten(
-    checker: EdgeChecker, space: JointSpace, path: JointPath, *, seed: int, iterations: int = 100
+    checker: MotionValidator, space: JointSpace, path: JointPath, *, seed: int, iterations: int = 100
 ) -> JointPath:
     """A path with the same ends that costs no more (see ``edge_costs``): every new edge is proven.
 
@@ -26,4 +27,4 @@ def shorten(
     waypoints = kernel.shorten(
         checker.kernel, path.waypoints, shortcuts, space.velocity, CALM, _WORTHWHILE, checker.margin
     )
-    return JointPath(path.joint_names, waypoints) if checker.path_is_free(waypoints) == -1 else path
+    return JointPath(path.joint_names, waypoints) if checker.is_valid_path(waypoints) else path

@@ -49,7 +49,7 @@ def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int])
 
     def is_valid(edge: int) -> bool:
         # Links have just been proven; what is stored was proven in another scene.
-        return graph.is_link(edge) or problem.checker.path_is_free(problem.roadmap.edge_path(edge)) == -1
+        return graph.is_link(edge) or problem.checker.is_valid_path(problem.roadmap.edge_path(edge))
 
     route, dropped = shortest_route(graph, start, ends, is_valid)
     if route is None:

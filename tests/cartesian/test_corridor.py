@@ -1,4 +1,4 @@
-"""Corridors through the mouth of a bin, with ghosts that are told what is free."""
+"""Corridors through the mouth of a bin, for items that are told what is free."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, corridors, pushes
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.station import Bin
-from pickcli.collision.explain import Contact
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.collision.motion_validator import Contact
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, pose, transform_points
 
@@ -27,25 +27,28 @@ MOST = 4
 
 
 class Open:
-    """A ghost with nothing in its way, but for lifts below a height."""
+    """An item by itself with nothing in its way, but for lifts below a height."""
 
     margin = 0.005
 
     def __init__(self, wall: float = 0.0) -> None:
         self.wall = wall
 
-    def is_free(self, d: Array) -> bool:
+    def is_valid(self, d: Array) -> bool:
         return bool(d[2] >= self.wall)
 
-    def path_is_free(self, D: Array) -> int:
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        return self.first_invalid_edge(Q, slack) < 0
+
+    def first_invalid_edge(self, D: Array, slack: Array | None = None) -> int:
         return -1
 
     def clearance(self, d: Array) -> Contact:
         return Contact(0.001, "item", "neighbour", "item")
 
 
-def ghost(wall: float = 0.0) -> Ghost:
-    return cast(Ghost, Open(wall))
+def alone(wall: float = 0.0) -> FreeItemChecker:
+    return cast(FreeItemChecker, Open(wall))
 
 
 def corners(T: Array, extents: tuple[float, ...]) -> Array:
@@ -66,7 +69,13 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     extents = (size, size * 0.7, size * 0.9)
     T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
     found = corridors(
-        BIN, inverse(BIN.T_pod_bin) @ T_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, MOST
+        BIN,
+        inverse(BIN.T_pod_bin) @ T_item,
+        Shape(ShapeKind.BOX, extents),
+        alone(),
+        alone(),
+        FIRST,
+        MOST,
     )
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
@@ -85,7 +94,7 @@ def test_the_item_passes_the_mouth_and_ends_outside(
 def test_an_item_that_only_fits_when_turned_is_turned() -> None:
     T_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, 0.35])
     shape = Shape(ShapeKind.BOX, (0.15, 0.27, 0.05))  # 0.305 m wide as it lies, the mouth has 0.299
-    found = corridors(BIN, T_item, shape, ghost(), ghost(), FIRST, MOST)
+    found = corridors(BIN, T_item, shape, alone(), alone(), FIRST, MOST)
     assert isinstance(found, tuple)
     assert all(abs(c.lift[3] + 0.35) < 0.02 for c in found)
 
@@ -94,7 +103,7 @@ def test_an_item_that_only_fits_when_turned_is_turned() -> None:
 def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
     extents = (0.145, 0.31, 0.02)  # the mouth is 299 mm wide, the bin behind it may be wider
     T_bin_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, yaw])
-    found = corridors(BIN, T_bin_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, 100)
+    found = corridors(BIN, T_bin_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 100)
     assert isinstance(found, tuple)
     assert {np.sign(c.lift[5]) for c in found} == {-1.0, 1.0}
     for c in found:
@@ -111,7 +120,7 @@ def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
 def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> None:
     wide = replace(BIN, y_range=(-0.175, 0.1494))  # behind a post
     T_bin_item, extents = pose([0.2, -0.01, 0.0]), (0.145, 0.31, 0.02)
-    found = corridors(wide, T_bin_item, Shape(ShapeKind.BOX, extents), ghost(), ghost(), FIRST, 1000)
+    found = corridors(wide, T_bin_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 1000)
     assert isinstance(found, tuple)
     middle = sum(wide.y_range) / 2
     late = [c for c in found if len(c.retreat) == 2]
@@ -126,20 +135,32 @@ def test_a_steep_item_rolls_and_is_levelled_where_only_both_together_fit() -> No
     low = replace(BIN, mouth_width=0.249, mouth_height=0.175, y_range=(-0.136, 0.136))
     T_bin_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
     shape = Shape(ShapeKind.BOX, (0.16, 0.25, 0.03))
-    found = corridors(low, T_bin_item, shape, ghost(), ghost(), FIRST, 1000)
+    found = corridors(low, T_bin_item, shape, alone(), alone(), FIRST, 1000)
     assert isinstance(found, tuple) and all(c.lift[4] < 0.0 != c.lift[5] for c in found)
 
 
 def test_what_fits_as_it_lies_is_not_rolled() -> None:
     found = corridors(
-        BIN, pose([0.2, 0.0, 0.0]), Shape(ShapeKind.BOX, (0.1, 0.2, 0.05)), ghost(), ghost(), FIRST, 100
+        BIN,
+        pose([0.2, 0.0, 0.0]),
+        Shape(ShapeKind.BOX, (0.1, 0.2, 0.05)),
+        alone(),
+        alone(),
+        FIRST,
+        100,
     )
     assert isinstance(found, tuple) and all(c.lift[5] == 0.0 for c in found)
 
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
     reason = corridors(
-        BIN, pose([0.2, 0.0, 0.08]), Shape(ShapeKind.BOX, (0.1, 0.28, 0.23)), ghost(), ghost(), FIRST, MOST
+        BIN,
+        pose([0.2, 0.0, 0.08]),
+        Shape(ShapeKind.BOX, (0.1, 0.28, 0.23)),
+        alone(),
+        alone(),
+        FIRST,
+        MOST,
     )
     assert isinstance(reason, Reason)
     assert "280 x 230 mm" in reason.detail
@@ -147,7 +168,7 @@ def test_too_tall_an_item_is_refused_with_its_size() -> None:
 
 def test_higher_lifts_are_tried_and_a_wall_is_named() -> None:
     shape = Shape(ShapeKind.BOX, (0.1, 0.1, 0.05))
-    found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(0.1), ghost(0.1), FIRST, MOST)
+    found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, alone(0.1), alone(0.1), FIRST, MOST)
     assert isinstance(found, tuple) and min(c.lift[2] for c in found) >= 0.1
-    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, ghost(9.0), ghost(9.0), FIRST, MOST)
+    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, alone(9.0), alone(9.0), FIRST, MOST)
     assert isinstance(reason, Reason) and "neighbour" in reason.detail

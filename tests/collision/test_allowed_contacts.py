@@ -11,8 +11,9 @@ from solid_helpers import MakeChecker, MakeScene, box_item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
-from pickcli.collision.checker import Held, SceneChecker
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
@@ -23,43 +24,45 @@ CUBE = box_item((SIDE, SIDE, SIDE))
 numbers = st.floats(-0.1, 0.1)
 
 
-def beside(model: CollisionModel, make_scene: MakeScene, way: Array | None, overlap: float = 0.0) -> Ghost:
+def beside(
+    model: CollisionModel, make_scene: MakeScene, way: Array | None, overlap: float = 0.0
+) -> FreeItemChecker:
     """A cube beside item0, which stands on its +x side and into which it may be pushed along ``way``."""
     T = pose((-0.6, 0.0, 1.7))
     scene = make_scene((CUBE, pose((SIDE - overlap, 0.0, 0.0)) @ T))
     touching = NO_CONTACTS if way is None else AllowedContacts.of(item={"item0": way})
-    return Ghost(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, touching)
+    return FreeItemChecker(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, touching)
 
 
-def pushed(ghost: Ghost, x: float, z: float = 0.0) -> bool:
+def pushed(cube: FreeItemChecker, x: float, z: float = 0.0) -> bool:
     d = np.array([x, 0.0, z, 0.0, 0.0, 0.0])
-    is_free = ghost.path_is_free(np.stack([np.zeros(6), d])) == -1
-    assert is_free == (ghost.is_free(np.zeros(6)) and ghost.is_free(d))
-    assert ghost.are_free(np.stack([np.zeros(6), d])).tolist() == [
-        ghost.is_free(np.zeros(6)),
-        ghost.is_free(d),
+    is_free = cube.is_valid_path(np.stack([np.zeros(6), d]))
+    assert is_free == (cube.is_valid(np.zeros(6)) and cube.is_valid(d))
+    assert cube.are_valid(np.stack([np.zeros(6), d])).tolist() == [
+        cube.is_valid(np.zeros(6)),
+        cube.is_valid(d),
     ]
     return is_free
 
 
 def test_without_leave_it_keeps_the_clearance(model: CollisionModel, make_scene: MakeScene) -> None:
-    assert not beside(model, make_scene, None).is_free(np.zeros(6))
+    assert not beside(model, make_scene, None).is_valid(np.zeros(6))
 
 
 @pytest.mark.parametrize("overlap", [0.0, 0.003])
 def test_it_may_stay_and_leave_and_go_no_deeper(
     model: CollisionModel, make_scene: MakeScene, overlap: float
 ) -> None:
-    ghost = beside(model, make_scene, np.array([overlap + 0.001, 0.0, 0.0]), overlap)
-    assert pushed(ghost, 0.0) and pushed(ghost, -0.05) and pushed(ghost, 0.0, 0.05)
-    assert pushed(ghost, 0.0008)
-    assert not pushed(ghost, 0.0012) and not pushed(ghost, 0.02)
+    cube = beside(model, make_scene, np.array([overlap + 0.001, 0.0, 0.0]), overlap)
+    assert pushed(cube, 0.0) and pushed(cube, -0.05) and pushed(cube, 0.0, 0.05)
+    assert pushed(cube, 0.0008)
+    assert not pushed(cube, 0.0012) and not pushed(cube, 0.02)
 
 
 def test_an_overlap_that_is_not_explained_is_none_that_is_allowed(
     model: CollisionModel, make_scene: MakeScene
 ) -> None:
-    assert not beside(model, make_scene, np.array([0.001, 0.0, 0.0]), overlap=0.003).is_free(np.zeros(6))
+    assert not beside(model, make_scene, np.array([0.001, 0.0, 0.0]), overlap=0.003).is_valid(np.zeros(6))
 
 
 @given(st.dictionaries(st.sampled_from("abcd"), st.tuples(numbers, numbers, numbers)))
@@ -91,10 +94,10 @@ def test_each_neighbour_gives_way_as_far_as_it_may_and_to_its_own_side(
         "item2": np.array([0.0, 0.0, 0.002]),
     }
     scene = make_scene(*((CUBE, place @ T) for place in places))
-    ghost = Ghost(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, AllowedContacts.of(item=ways))
-    assert pushed(ghost, 0.0009) and not pushed(ghost, 0.0011)
-    assert pushed(ghost, -0.0039) and not pushed(ghost, -0.0041)
-    assert pushed(ghost, 0.0, 0.0019) and not pushed(ghost, 0.0, 0.0021)
+    cube = FreeItemChecker(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, AllowedContacts.of(item=ways))
+    assert pushed(cube, 0.0009) and not pushed(cube, 0.0011)
+    assert pushed(cube, -0.0039) and not pushed(cube, -0.0041)
+    assert pushed(cube, 0.0, 0.0019) and not pushed(cube, 0.0, 0.0021)
 
 
 def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
@@ -106,7 +109,7 @@ def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
     def is_free(by: float, **who: bool) -> bool:
         ways = {"item0": by * axis}
         touching = AllowedContacts.of(*(ways if who.get(part) else None for part in ("item", "cup")))
-        return make_checker(scene, touching=touching).is_free(home)
+        return make_checker(scene, touching=touching).is_valid(home)
 
     assert not is_free(0.02, item=True)
     assert not is_free(0.003, cup=True)
@@ -124,18 +127,18 @@ def test_what_goes_too_deep_is_named(
     moved = home.copy()
     moved[0] -= 0.01
     assert checker.explain_edge(moved, home).what == "planned contact too deep"
-    assert not checker.edge_is_free(moved, home) and checker.path_is_free(np.stack([moved, home])) == 0
+    assert not checker.is_valid_edge(moved, home) and checker.first_invalid_edge(np.stack([moved, home])) == 0
 
 
 def test_a_held_item_may_lie_on_what_it_may_touch_and_sink_into_nothing(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
-    held = Held(CUBE, pose((0, 0, SIDE / 2)), 0.003)
+    held = AttachedItem(CUBE, pose((0, 0, SIDE / 2)), 0.003)
     for gap, is_free in ((0.0005, True), (-0.0005, False)):
         scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 1.5 * SIDE + gap))))
         touching = AllowedContacts.of(item={"item0": np.zeros(3)})
-        assert make_checker(scene, held=held, touching=touching).is_free(home) is is_free
-        assert not make_checker(scene, held=held).is_free(home)
+        assert make_checker(scene, held=held, touching=touching).is_valid(home) is is_free
+        assert not make_checker(scene, held=held).is_valid(home)
 
 
 def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
@@ -146,7 +149,7 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
 def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
     for pivot in PivotState:
-        assert make_checker(pivot=pivot, touching=floor).is_free(home) == make_checker(pivot=pivot).is_free(
+        assert make_checker(pivot=pivot, touching=floor).is_valid(home) == make_checker(pivot=pivot).is_valid(
             home
         )
 

@@ -14,7 +14,8 @@ from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PoseNoise
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.checker import Held, SceneChecker
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, transform_points
@@ -28,9 +29,9 @@ CUBE = box_item((0.1, 0.1, 0.1))
 def test_named_configurations_are_free(cell: Cell, make_checker: MakeChecker) -> None:
     """Delft's own poses, but for three over the tote that put our longer tool into its wall."""
     checkers = {pivot: make_checker(pivot=pivot) for pivot in PivotState}
-    blocked = {c.name for c in cell.configurations.values() if not checkers[c.pivot].is_free(c.q)}
+    blocked = {c.name for c in cell.configurations.values() if not checkers[c.pivot].is_valid(c.q)}
     assert blocked == {"tote_10h", "tote_11h", "tote_12h"}
-    assert checkers[STRAIGHT].is_free(DELFT_HOME)
+    assert checkers[STRAIGHT].is_valid(DELFT_HOME)
 
 
 def test_no_collision_of_the_exact_shapes_is_missed(
@@ -41,7 +42,7 @@ def test_no_collision_of_the_exact_shapes_is_missed(
     checker = make_checker(pivot=DOWN, margin=0.0)
     clouds = [link_points(cell, name, rng, 60) for name in model.frame_names]
     Q = arm.random_seeds(rng, 150)
-    free, n_hits = checker.are_free(Q), 0
+    free, n_hits = checker.are_valid(Q), 0
     for q, is_free in zip(Q, free, strict=True):
         frames = arm.chain(DOWN).fk(q)
         hit = False
@@ -59,7 +60,7 @@ def test_no_collision_of_the_exact_shapes_is_missed(
 def test_moving_is_free_only_where_both_ends_are(arm: Arm, make_checker: MakeChecker) -> None:
     rng = np.random.default_rng(6)
     Q = arm.random_seeds(rng, 2000)
-    moving, straight, down = (make_checker(pivot=pivot).are_free(Q) for pivot in (MOVING, STRAIGHT, DOWN))
+    moving, straight, down = (make_checker(pivot=pivot).are_valid(Q) for pivot in (MOVING, STRAIGHT, DOWN))
     assert moving.any() and not (moving & ~straight).any() and not (moving & ~down).any()
 
 
@@ -67,8 +68,8 @@ def test_items_block_and_can_be_left_out(
     make_scene: MakeScene, make_checker: MakeChecker, home: Array
 ) -> None:
     scene = make_scene((CUBE, pose((-0.6, 0, 1.7))))
-    assert not make_checker(scene).is_free(home)
-    assert make_checker(scene, without=frozenset({"item0"})).is_free(home)
+    assert not make_checker(scene).is_valid(home)
+    assert make_checker(scene, without=frozenset({"item0"})).is_valid(home)
 
 
 def test_noise_inflates_items(
@@ -76,10 +77,10 @@ def test_noise_inflates_items(
 ) -> None:
     """An item 12 mm in front of the cup is clear, unless it may be 10 mm nearer (3 mm must be kept)."""
     T = T_home_tip @ pose((0, 0, 0.05 + 0.012))
-    assert make_checker(make_scene((CUBE, T))).is_free(home)
-    assert not make_checker(make_scene((CUBE, T), noise=PoseNoise(0.010, 0.0))).is_free(home)
+    assert make_checker(make_scene((CUBE, T))).is_valid(home)
+    assert not make_checker(make_scene((CUBE, T), noise=PoseNoise(0.010, 0.0))).is_valid(home)
     turned = PoseNoise(0.0, 0.010 / (np.sqrt(3) * 0.05))
-    assert not make_checker(make_scene((CUBE, T), noise=turned)).is_free(home)
+    assert not make_checker(make_scene((CUBE, T), noise=turned)).is_valid(home)
 
 
 def test_margin_is_kept(
@@ -88,8 +89,8 @@ def test_margin_is_kept(
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.05 + 0.012))))
     distance = make_checker(scene).clearance(home).distance
     assert 0.008 <= distance <= 0.012
-    assert make_checker(scene, margin=distance - 1e-3).is_free(home)
-    assert not make_checker(scene, margin=distance + 1e-3).is_free(home)
+    assert make_checker(scene, margin=distance - 1e-3).is_valid(home)
+    assert not make_checker(scene, margin=distance + 1e-3).is_valid(home)
 
 
 def test_the_pod_is_where_the_scene_says(
@@ -99,9 +100,9 @@ def test_the_pod_is_where_the_scene_says(
     q = cell.configurations["bin_E"].q
     divider = next(b for b in cell.pod.bodies if b.name == "row_DEF_divider_left").T_parent_shape
     moved = pose(arm.tip(q, STRAIGHT)[:3, 3] - divider[:3, 3])
-    assert make_checker().is_free(q)
+    assert make_checker().is_valid(q)
     checker = make_checker(make_scene(T_world_pod=moved))
-    assert not checker.is_free(q)
+    assert not checker.is_valid(q)
     assert checker.clearance(q).kind == "pod"
 
 
@@ -110,21 +111,21 @@ def test_touching_frees_the_cup_but_no_other_link(
 ) -> None:
     at_cup = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.045))))
     touching = frozenset({"item0"})
-    assert not make_checker(at_cup).is_free(home)
-    assert make_checker(at_cup, touching=AllowedContacts.anyhow(touching)).is_free(home)
+    assert not make_checker(at_cup).is_valid(home)
+    assert make_checker(at_cup, touching=AllowedContacts.anyhow(touching)).is_valid(home)
     at_lance = make_scene((CUBE, T_home_tip @ pose((0.02, 0, -0.3))))
-    assert not make_checker(at_lance, touching=AllowedContacts.anyhow(touching)).is_free(home)
+    assert not make_checker(at_lance, touching=AllowedContacts.anyhow(touching)).is_valid(home)
 
 
 def test_held_items_count_and_may_touch(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
-    held = Held(CUBE, pose((0, 0, 0.05)), 0.0)
+    held = AttachedItem(CUBE, pose((0, 0, 0.05)), 0.0)
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.05 + 0.08))))
-    assert make_checker(scene).is_free(home)
-    assert not make_checker(scene, held=held).is_free(home)
-    assert make_checker(scene, held=held, touching=AllowedContacts.anyhow({"item0"})).is_free(home)
-    assert make_checker(held=held).is_free(home)
+    assert make_checker(scene).is_valid(home)
+    assert not make_checker(scene, held=held).is_valid(home)
+    assert make_checker(scene, held=held, touching=AllowedContacts.anyhow({"item0"})).is_valid(home)
+    assert make_checker(held=held).is_valid(home)
 
 
 def test_a_held_item_inflated_reaches_farther(
@@ -132,8 +133,8 @@ def test_a_held_item_inflated_reaches_farther(
 ) -> None:
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 0.1 + 0.05 + 0.02))))
     for inflate, is_free in ((0.0, True), (0.014, True), (0.016, False)):
-        held = Held(CUBE, pose((0, 0, 0.05)), inflate)
-        assert make_checker(scene, held=held, margin=0.005).is_free(home) == is_free
+        held = AttachedItem(CUBE, pose((0, 0, 0.05)), inflate)
+        assert make_checker(scene, held=held, margin=0.005).is_valid(home) == is_free
 
 
 @pytest.mark.parametrize("kind", [ShapeKind.CYLINDER, ShapeKind.SPHERE])
@@ -144,18 +145,18 @@ def test_round_items_leave_the_corners_of_their_boxes_free(
     size = (0.1, 0.2) if kind is ShapeKind.CYLINDER else (0.1,)
     item, box = replace(CUBE, shape=Shape(kind, size)), box_item((0.2, 0.2, 0.2))
     T = T_home_tip @ pose((0.098, 0.098, 0.0))
-    assert make_checker(make_scene((item, T))).is_free(home)
-    assert not make_checker(make_scene((box, T))).is_free(home)
+    assert make_checker(make_scene((item, T))).is_valid(home)
+    assert not make_checker(make_scene((box, T))).is_valid(home)
     beside = make_scene((CUBE, T_home_tip @ pose((0.13, 0.13, 0.1))))
     in_cup = pose((0.0, 0.0, 0.1))
-    assert make_checker(beside, held=Held(item, in_cup), margin=0.012).is_free(home)
-    assert not make_checker(beside, held=Held(item, in_cup), margin=0.014).is_free(home)
-    assert not make_checker(beside, held=Held(box, in_cup), margin=0.0).is_free(home)
+    assert make_checker(beside, held=AttachedItem(item, in_cup), margin=0.012).is_valid(home)
+    assert not make_checker(beside, held=AttachedItem(item, in_cup), margin=0.014).is_valid(home)
+    assert not make_checker(beside, held=AttachedItem(box, in_cup), margin=0.0).is_valid(home)
 
 
 def test_a_held_item_must_clear_the_arm(make_checker: MakeChecker, home: Array) -> None:
     long = box_item((0.1, 0.1, 0.6))
-    backwards = Held(long, pose((0.1, 0, -0.4)), 0.0)  # reaches back along the lance to the wrist
+    backwards = AttachedItem(long, pose((0.1, 0, -0.4)), 0.0)  # reaches back along the lance to the wrist
     contact = make_checker(held=backwards).clearance(home)
     assert contact.distance < 0 and contact.kind == "robot"
     assert "held carton" in (contact.a, contact.b)
@@ -165,9 +166,9 @@ def test_a_held_item_swings_with_the_moving_cup(
     make_scene: MakeScene, make_checker: MakeChecker, T_home_tip: Array, home: Array
 ) -> None:
     below = make_scene((CUBE, T_home_tip @ pose((0.15, 0, 0.1))))
-    held = Held(CUBE, pose((0, 0, 0.05)), 0.0)
-    assert make_checker(below, held=held).is_free(home)
-    assert not make_checker(below, pivot=MOVING, held=held).is_free(home)
+    held = AttachedItem(CUBE, pose((0, 0, 0.05)), 0.0)
+    assert make_checker(below, held=held).is_valid(home)
+    assert not make_checker(below, pivot=MOVING, held=held).is_valid(home)
 
 
 def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
@@ -191,13 +192,13 @@ def test_touching_may_name_what_is_left_out(
     scene = make_scene((CUBE, pose((-0.6, 0, 1.7))))
     assert make_checker(
         scene, without=frozenset({"item0"}), touching=AllowedContacts.anyhow({"item0"})
-    ).is_free(home)
+    ).is_valid(home)
 
 
 def test_allowed_pairs_are_never_tested(cell: Cell, home: Array, make_scene: MakeScene) -> None:
     """Without its exemptions the carriage stands in the rail bed."""
     bare = replace(cell, allowed_pairs=())
-    assert not SceneChecker(CollisionModel(bare), replace(make_scene(), cell=bare), STRAIGHT).is_free(home)
+    assert not SceneChecker(CollisionModel(bare), replace(make_scene(), cell=bare), STRAIGHT).is_valid(home)
     pairs = (*cell.allowed_pairs, AllowedPair("cup", "table", "test"))
     exempt = replace(cell, allowed_pairs=pairs)
     world = SceneChecker(CollisionModel(exempt), replace(make_scene(), cell=exempt), STRAIGHT).world
@@ -209,19 +210,19 @@ def test_edges_and_paths_agree_with_their_configurations(cell: Cell, make_checke
     checker = make_checker()
     named = [cell.configurations[n].q for n in ("home", "bin_E", "cam_E", "tote", "tote_10h")]
     path = np.array(named)
-    assert checker.path_is_free(path[:3]) == -1
-    assert checker.path_is_free(path) == 3
-    assert not checker.edge_is_free(path[3], path[4])
+    assert checker.is_valid_path(path[:3])
+    assert checker.first_invalid_edge(path) == 3
+    assert not checker.is_valid_edge(path[3], path[4])
     for a, b in pairwise(path[:3]):
-        assert checker.edge_is_free(a, b)
-        assert checker.are_free(np.linspace(a, b, 300)).all()
+        assert checker.is_valid_edge(a, b)
+        assert checker.are_valid(np.linspace(a, b, 300)).all()
 
 
 def test_slack_makes_edges_harder(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     checker = make_checker()
     q = cell.configurations["bin_E"].q
-    assert checker.edge_is_free(home, q, np.full(8, 1e-3))
-    assert not checker.edge_is_free(home, q, np.full(8, 0.5))
+    assert checker.is_valid_path(np.stack([home, q]), np.full((1, 8), 1e-3))
+    assert not checker.is_valid_path(np.stack([home, q]), np.full((1, 8), 0.5))
 
 
 def test_expensive_parts_are_shared(make_scene: MakeScene, make_checker: MakeChecker) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.bin_query import BinQuery
@@ -53,9 +53,9 @@ def behind(planner: Planner) -> WaysOut:
     return ways_out(planner, bottle, lying_across(cell, "folgers_classic_roast_coffee", 0.2, 0.0))
 
 
-def is_proven(leaving: Ghost, carrying: Ghost, D: Array) -> bool:
-    is_left = leaving.path_is_free(np.stack([np.zeros(6), D[0]])) == -1
-    return is_left and carrying.path_is_free(D) == -1
+def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> bool:
+    is_left = leaving.is_valid_path(np.stack([np.zeros(6), D[0]]))
+    return is_left and carrying.is_valid_path(D)
 
 
 def test_what_is_planned_is_proven_and_short(behind: WaysOut) -> None:

@@ -78,10 +78,10 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
     query = BinQuery(planner, under, cell.pod.bins[BIN], under.find(CASE), Neighbours.AVOID)
     assert BOOK in query.touching
-    ghost = query.ways_out.leaving
+    flying = query.ways_out.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
-    assert ghost.is_free(np.zeros(6))
-    assert ghost.path_is_free(np.stack([np.zeros(6), up])) == 0
+    assert flying.is_valid(np.zeros(6))
+    assert flying.first_invalid_edge(np.stack([np.zeros(6), up])) == 0
 
 
 def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(

@@ -11,7 +11,7 @@ import pytest
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, PlacedItem, Scene
-from pickcli.collision.checker import Held
+from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
@@ -20,10 +20,12 @@ SceneWith = Callable[..., Scene]
 
 
 @pytest.fixture
-def held(cell: Cell) -> Held:
+def held(cell: Cell) -> AttachedItem:
     """A box that hangs from the middle of its top."""
     item = cell.item("crayola_24_ct")
-    return Held(item, pose([0.0, 0.0, float(item.shape.extents[2]) / 2], R=np.diag([1.0, -1.0, -1.0])), 0.003)
+    return AttachedItem(
+        item, pose([0.0, 0.0, float(item.shape.extents[2]) / 2], R=np.diag([1.0, -1.0, -1.0])), 0.003
+    )
 
 
 def piled(scene: Scene, *places: tuple[float, float, float]) -> Scene:
@@ -33,26 +35,26 @@ def piled(scene: Scene, *places: tuple[float, float, float]) -> Scene:
     return replace(scene, items=(*scene.items, *lying))
 
 
-def box(T: Array, held: Held) -> tuple[Array, Array]:
+def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
     """Corners of the box along the world's axes around the released item."""
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
     return T[:3, 3] - reach, T[:3, 3] + reach
 
 
-def found(scene: Scene, held: Held, pivot: PivotState) -> tuple[Spot, ...]:
+def found(scene: Scene, held: AttachedItem, pivot: PivotState) -> tuple[Spot, ...]:
     places = spots(scene, held, pivot)
     assert not isinstance(places, Reason)
     return places
 
 
-def released_pose(spot: Spot, held: Held) -> Array:
+def released_pose(spot: Spot, held: AttachedItem) -> Array:
     """Pose (4, 4) in the world of the item at the moment of release."""
     return np.asarray(spot.release @ held.T_tip_item)
 
 
 @pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
 def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
-    scene_with: SceneWith, held: Held, pivot: PivotState
+    scene_with: SceneWith, held: AttachedItem, pivot: PivotState
 ) -> None:
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
     tote = scene.cell.tote
@@ -71,7 +73,7 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
                 assert low[2] >= lying.T_world_item[2, 3] + reach[2] + ABOVE_PILE - 1e-9
 
 
-def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: Held) -> None:
+def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedItem) -> None:
     empty = found(scene_with(), held, PivotState.STRAIGHT)
     first = released_pose(empty[0], held)[:3, 3]
     floor = scene_with().cell.tote.T_world_tote
@@ -85,5 +87,5 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: Held) -> 
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
-    reason = spots(scene_with(), Held(huge, pose(), 0.0), PivotState.STRAIGHT)
+    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), PivotState.STRAIGHT)
     assert isinstance(reason, Reason) and "does not fit" in reason.what

@@ -143,7 +143,7 @@ def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
 def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
     tests = SceneChecker(MODEL, _displaced(share), PivotState.MOVING)
     held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
-    assert all(tests.path_is_free(record.arrays["waypoints"]) == -1 for record in held)
+    assert all(tests.is_valid_path(record.arrays["waypoints"]) for record in held)
 
 
 @dataclass(frozen=True, eq=False)

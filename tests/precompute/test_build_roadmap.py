@@ -33,8 +33,8 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
         tests = checker(model, pivot, PayloadClass.EMPTY)
         for edge in range(roadmap.n_edges):
             path = roadmap.edge_path(edge)
-            assert tests.path_is_free(path) == -1
-            assert tests.path_is_free(path[::-1]) == -1
+            assert tests.is_valid_path(path)
+            assert tests.is_valid_path(path[::-1])
 
 
 def test_nodes_are_the_free_configurations_and_the_rest_is_reported_with_its_reason() -> None:

@@ -47,10 +47,10 @@ def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # 
         tests = checker(model, motion.pivot, motion.key.payload)
         ends = [cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         np.testing.assert_array_equal(motion.path.waypoints[[0, -1]], ends)
-        assert tests.path_is_free(motion.path.waypoints) == -1
+        assert tests.is_valid_path(motion.path.waypoints)
         positions = motion.trajectory.sample(np.linspace(0.0, motion.duration, 200))
         np.testing.assert_allclose(positions[[0, -1]], ends, atol=1e-9)
-        assert all(tests.is_free(q) for q in positions)
+        assert all(tests.is_valid(q) for q in positions)
 
 
 def test_every_motion_keeps_the_limits_and_the_bound(built) -> None:  # type: ignore[no-untyped-def]

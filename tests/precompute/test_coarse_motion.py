@@ -89,14 +89,14 @@ def test_the_motion_is_near_its_bound_and_its_path_near_the_motion(
     a, b = motion.path.waypoints[:-1, None], motion.path.waypoints[1:, None]
     u = np.clip(((Q - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)[..., None]
     assert np.abs(Q - a - u * (b - a)).max(axis=-1).min(axis=0).max() < 0.03
-    assert checker(CollisionModel(cell), motion.pivot, key.payload).path_is_free(motion.path.waypoints) == -1
+    assert checker(CollisionModel(cell), motion.pivot, key.payload).is_valid_path(motion.path.waypoints)
 
 
 def test_the_straight_line_of_the_blocked_ones_is_blocked() -> None:
     for key in KEYS[3:]:
         cell = small_cell(key.start, key.goal)
         tests = checker(CollisionModel(cell), PivotState.STRAIGHT, key.payload)
-        assert not tests.edge_is_free(cell.configurations[key.start].q, cell.configurations[key.goal].q)
+        assert not tests.is_valid_edge(cell.configurations[key.start].q, cell.configurations[key.goal].q)
 
 
 def test_a_task_can_be_sent_to_another_process(motions: dict[MotionKey, CoarseMotion]) -> None:

@@ -20,6 +20,7 @@ from small_cell import LEAST_EFFORT, small_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.coarse import Coarse, plan_coarse
 from pickcli.planning.context import Planner
@@ -31,7 +32,6 @@ from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.grow import with_polylines
 from pickcli.roadmap.lesson import Lesson
-from pickcli.roadmap.space import EdgeChecker
 from pickcli.roadmap.store import surveyed
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def cell() -> Cell:
 
 
 @pytest.fixture(scope="module")
-def proof(cell: Cell) -> EdgeChecker:
+def proof(cell: Cell) -> MotionValidator:
     return EdgeRecipe(cell, RoadmapSettings()).checker
 
 
@@ -56,11 +56,11 @@ def learner(cell: Cell, tmp_path: Path) -> Learner:
     return Learner(cell, made.roadmap, made.trajectories, LEAST_EFFORT)
 
 
-def _pairs(cell: Cell, proof: EdgeChecker, is_free: bool) -> list[Array]:
+def _pairs(cell: Cell, proof: MotionValidator, is_free: bool) -> list[Array]:
     """Straight edges between named configurations that are free in the empty cell, or not."""
-    named = [c.q for c in cell.configurations.values() if proof.is_free(c.q)]
+    named = [c.q for c in cell.configurations.values() if proof.is_valid(c.q)]
     edges = [np.stack(pair) for pair in combinations(named, 2)]
-    return [edge for edge in edges if proof.edge_is_free(*edge) is is_free]
+    return [edge for edge in edges if proof.is_valid_edge(*edge) is is_free]
 
 
 def _lesson(*polylines: Array) -> Lesson:
@@ -68,7 +68,7 @@ def _lesson(*polylines: Array) -> Lesson:
 
 
 def test_only_what_is_free_in_the_empty_cell_is_kept_and_only_once(
-    cell: Cell, proof: EdgeChecker, learner: Learner
+    cell: Cell, proof: MotionValidator, learner: Learner
 ) -> None:
     free, blocked = _pairs(cell, proof, True)[:2], _pairs(cell, proof, False)[0]
     first = learner.learn_edges([_lesson(*free), _lesson(blocked)])
@@ -79,7 +79,7 @@ def test_only_what_is_free_in_the_empty_cell_is_kept_and_only_once(
 
 
 def test_the_oldest_go(
-    cell: Cell, proof: EdgeChecker, learner: Learner, monkeypatch: pytest.MonkeyPatch
+    cell: Cell, proof: MotionValidator, learner: Learner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(learn, "MOST_EDGES", 3)
     free = _pairs(cell, proof, True)[:5]
@@ -90,7 +90,7 @@ def test_the_oldest_go(
 
 
 def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
-    cell: Cell, proof: EdgeChecker, learner: Learner
+    cell: Cell, proof: MotionValidator, learner: Learner
 ) -> None:
     learner.learn_edges([_lesson(_pairs(cell, proof, True)[0])])
     assert not surveyed(learner.roadmap).damage
@@ -104,7 +104,7 @@ def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
     assert learner.roadmap.read_bytes() == content
 
 
-def test_another_cell_does_not_learn_from_it(cell: Cell, proof: EdgeChecker, learner: Learner) -> None:
+def test_another_cell_does_not_learn_from_it(cell: Cell, proof: MotionValidator, learner: Learner) -> None:
     learner.learn_edges([_lesson(_pairs(cell, proof, True)[0])])
     other = Learner(replace(cell, fingerprint="0" * 64), learner.roadmap, learner.trajectories)
     with pytest.raises(StaleError, match="delete it"):

@@ -26,10 +26,10 @@ class Grudging:
     n_refused: int
     asked: list[bytes] = field(default_factory=list)
 
-    def is_free(self, q: Array) -> bool:
+    def is_valid(self, q: Array) -> bool:
         return False
 
-    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
         self.asked.append(Q.tobytes())
         return 0 if len(self.asked) <= self.n_refused else -1
 

@@ -29,10 +29,10 @@ class Disc:
     def clearances(self, Q: Array) -> Array:
         return np.asarray(np.linalg.norm(Q, axis=1) - self.radius)
 
-    def is_free(self, q: Array) -> bool:
+    def is_valid(self, q: Array) -> bool:
         return bool(self.clearances(q[None])[0] > 0.0)
 
-    def path_is_free(self, Q: Array, slack: Array | None = None) -> int:
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
         tubes = np.zeros_like(Q[1:]) if slack is None else slack
         for i, (a, b, s) in enumerate(zip(Q[:-1], Q[1:], tubes, strict=True)):
             way = (b - a) @ (b - a)
@@ -94,5 +94,5 @@ def test_a_detour_with_a_stop_becomes_as_quick_as_the_line(seed: int) -> None:
 
 def test_legs_outside_of_the_joint_limits_are_not_free() -> None:
     inside, outside = np.array([1.0, 1.0]), np.array([1.0, 2.1])
-    assert proof(0.1).is_free((straight(inside, np.array([1.0, 1.9]), PACE),))
-    assert not proof(0.1).is_free((straight(inside, outside, PACE),))
+    assert proof(0.1).is_valid((straight(inside, np.array([1.0, 1.9]), PACE),))
+    assert not proof(0.1).is_valid((straight(inside, outside, PACE),))

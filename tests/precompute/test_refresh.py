@@ -104,7 +104,7 @@ def test_a_refreshed_roadmap_says_what_a_new_one_says(
     model = CollisionModel(changed)
     for edge, mark in enumerate(ours.marks):
         tests = checker(model, ours.proven_for, PayloadClass.EMPTY, stand=mark.stand)
-        assert tests.path_is_free(ours.edge_path(edge)) == -1
+        assert tests.is_valid_path(ours.edge_path(edge))
 
 
 def test_a_wall_that_is_far_from_all_motions_touches_few(

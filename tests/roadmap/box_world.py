@@ -38,16 +38,19 @@ class BoxWorld:
         checker.set_world(poses, (upper - lower) / 2, none, none.astype(np.uint64))
         return checker
 
-    def is_free(self, q: Array) -> bool:
+    def is_valid(self, q: Array) -> bool:
         return not any(bool(np.all((q >= lo) & (q <= hi))) for lo, hi in self.boxes)
 
-    def edge_is_free(self, q0: Array, q1: Array) -> bool:
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
         self.n_edges += 1
         return not any(_hits(q0, q1, lo, hi) for lo, hi in self.boxes)
 
-    def path_is_free(self, Q: Array) -> int:
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        return self.first_invalid_edge(Q, slack) < 0
+
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
         for i in range(len(Q) - 1):
-            if not self.edge_is_free(Q[i], Q[i + 1]):
+            if not self.is_valid_edge(Q[i], Q[i + 1]):
                 return i
         return -1
 

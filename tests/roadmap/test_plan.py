@@ -30,7 +30,7 @@ def test_every_planner_finds_the_gap_and_proves_its_path(planner: PlannerName) -
     assert path is not None
     np.testing.assert_array_equal(path.start, START)
     np.testing.assert_array_equal(path.end, GOAL)
-    assert wall().path_is_free(path.waypoints) == -1
+    assert wall().is_valid_path(path.waypoints)
     assert path.waypoints[:, 1].max() > 0.8  # nowhere else is a way through
 
 
@@ -98,10 +98,10 @@ def test_an_end_a_hair_outside_its_limit_is_accepted() -> None:
 
 def test_an_error_in_the_checker_is_not_swallowed() -> None:
     class Broken(BoxWorld):
-        def edge_is_free(self, q0: np.ndarray, q1: np.ndarray) -> bool:
+        def is_valid_edge(self, q0: np.ndarray, q1: np.ndarray) -> bool:
             if self.n_edges > 3:
                 raise RuntimeError("broken")
-            return super().edge_is_free(q0, q1)
+            return super().is_valid_edge(q0, q1)
 
     with pytest.raises(RuntimeError, match="broken"):
         plan(Broken(wall().boxes), space(), START, GOAL[None], seed=1, planner=PlannerName.RRT_STAR)

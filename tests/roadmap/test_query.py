@@ -136,7 +136,7 @@ def test_every_reason_is_told() -> None:
 
 def _check(route: CoarseRoute, world: BoxWorld, start: np.ndarray, goal: np.ndarray) -> None:
     np.testing.assert_array_equal(route.path.waypoints[[0, -1]], [start, goal])
-    assert world.path_is_free(route.path.waypoints) == -1
+    assert world.is_valid_path(route.path.waypoints)
 
 
 def _roadmap_only() -> QueryOptions:

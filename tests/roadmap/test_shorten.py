@@ -24,7 +24,7 @@ def test_shorter_with_the_same_ends_and_still_proven(seed: int, n: int) -> None:
         return
     short = shorten(world, joints, path, seed=seed)
     np.testing.assert_array_equal(short.waypoints[[0, -1]], [start, goal])
-    assert world.path_is_free(short.waypoints) == -1
+    assert world.is_valid_path(short.waypoints)
     before, after = edge_costs(joints, path.waypoints).sum(), edge_costs(joints, short.waypoints).sum()
     assert after <= before + 1e-12
     assert shorten(world, joints, path, seed=seed).waypoints.tobytes() == short.waypoints.tobytes()
@@ -71,4 +71,4 @@ def _clutter(seed: int, n: int) -> BoxWorld:
     centres, halves = rng.uniform(-0.7, 0.7, (6, n)), rng.uniform(0.05, 0.4, (6, n))
     ends = [np.full(n, -0.95), np.full(n, 0.95)]
     boxes = [(c - h, c + h) for c, h in zip(centres, halves, strict=True)]
-    return BoxWorld([b for b in boxes if all(BoxWorld([b]).is_free(end) for end in ends)], n)
+    return BoxWorld([b for b in boxes if all(BoxWorld([b]).is_valid(end) for end in ends)], n)

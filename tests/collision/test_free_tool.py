@@ -8,8 +8,8 @@ from solid_helpers import MakeChecker, MakeScene
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
+from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.model import CollisionModel
-from pickcli.collision.tool_ghost import ToolGhost
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 
@@ -28,12 +28,12 @@ def test_its_clearance_is_that_of_the_arms_lance_and_cup(
     pivot: PivotState,
 ) -> None:  # fmt: skip
     scene = make_scene()
-    checker, ghost = make_checker(scene, pivot), ToolGhost(model, scene, pivot, np.eye(3), NOBODY)
+    checker, tool = make_checker(scene, pivot), FreeToolChecker(model, scene, pivot, np.eye(3), NOBODY)
     rng = np.random.default_rng(0)
     compared = 0
     fronts = np.array([c.q for c in cell.configurations.values() if c.kind == "bin"])
     for q in np.repeat(fronts, 60, axis=0) + 0.15 * rng.standard_normal((60 * len(fronts), arm.n)):
-        theirs, ours = checker.clearance(q), ghost.clearance(arm.tip(q, pivot))
+        theirs, ours = checker.clearance(q), tool.clearance(tool.displacements(arm.tip(q, pivot)[None])[0])
         assert ours.distance >= theirs.distance - 1e-9  # the arm is more than its tool
         if theirs.a in TOOL and theirs.kind != "robot":
             compared += 1
@@ -53,12 +53,12 @@ FRONTAL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # tool
 def test_a_push_into_the_bin_is_free_and_one_through_its_back_is_not(
     cell: Cell, model: CollisionModel, make_scene: MakeScene
 ) -> None:
-    ghost = ToolGhost(model, make_scene(), PivotState.STRAIGHT, np.eye(3), NOBODY)
+    tool = FreeToolChecker(model, make_scene(), PivotState.STRAIGHT, np.eye(3), NOBODY)
     places = [in_front_of(cell, "bin_E", x, FRONTAL) for x in (-0.1, 0.2, 0.6)]
-    assert ghost.path_is_free(np.stack(places[:2])) == -1
-    assert ghost.path_is_free(np.stack(places)) == 1
-    assert ghost.are_free(np.stack(places)).tolist() == [True, True, False]
-    assert ghost.clearance(places[2]).b == "back"
+    assert tool.is_valid_path(tool.displacements(np.stack(places[:2])))
+    assert tool.first_invalid_edge(tool.displacements(np.stack(places))) == 1
+    assert tool.are_valid(tool.displacements(np.stack(places))).tolist() == [True, True, False]
+    assert tool.clearance(tool.displacements(np.stack(places))[2]).b == "back"
 
 
 @pytest.mark.parametrize("roll", np.radians([0.0, 90.0, -90.0, 179.9, -179.9]))
@@ -66,13 +66,13 @@ def test_it_does_not_spin_on_a_straight_line_however_it_is_rolled(
     cell: Cell, model: CollisionModel, make_scene: MakeScene, roll: float
 ) -> None:
     """A pivoted cup that swung round on its way would meet the bin's boards."""
-    ghost = ToolGhost(model, make_scene(), PivotState.DOWN, np.eye(3), NOBODY)
+    tool = FreeToolChecker(model, make_scene(), PivotState.DOWN, np.eye(3), NOBODY)
     level = np.diag([-1.0, 1.0, -1.0])  # lance towards the mouth, cup down
     turn = pose(rpy=[roll, 0.0, 0.0])[:3, :3]
     a, b = (in_front_of(cell, "bin_B", x, turn @ level) for x in (0.0, 0.25))
     a[:3, :3] = pose(rpy=[1e-3, 0.0, 0.0])[:3, :3] @ a[:3, :3]
-    assert ghost.are_free(np.stack([a, b])).all()
-    assert ghost.path_is_free(np.stack([a, b])) == -1
+    assert tool.are_valid(tool.displacements(np.stack([a, b]))).all()
+    assert tool.is_valid_path(tool.displacements(np.stack([a, b])))
 
 
 def test_only_the_cup_may_touch_what_it_is_allowed_to(
@@ -81,11 +81,12 @@ def test_only_the_cup_may_touch_what_it_is_allowed_to(
     item = cell.item("crayola_24_ct")
     T = in_front_of(cell, "bin_E", 0.2, np.eye(3))
     scene = make_scene((item, T))
-    touching = ToolGhost(model, scene, PivotState.STRAIGHT, np.eye(3), NOBODY, frozenset({"item0"}))
+    touching = FreeToolChecker(model, scene, PivotState.STRAIGHT, np.eye(3), NOBODY, frozenset({"item0"}))
     short, deep = (
         in_front_of(cell, "bin_E", 0.2 - item.shape.size[0] / 2 + d, FRONTAL) for d in (0.005, 0.05)
     )
-    assert touching.are_free(np.stack([short, deep])).tolist() == [True, False]
-    assert touching.clearance(deep).a == "lance"
-    gone = ToolGhost(model, scene, PivotState.STRAIGHT, np.eye(3), frozenset({"item0"}))
-    assert gone.are_free(deep[None]).all()
+    Q = touching.displacements(np.stack([short, deep]))
+    assert touching.are_valid(Q).tolist() == [True, False]
+    assert touching.clearance(Q[1]).a == "lance"
+    gone = FreeToolChecker(model, scene, PivotState.STRAIGHT, np.eye(3), frozenset({"item0"}))
+    assert gone.is_valid(Q[1])

@@ -7,7 +7,7 @@ import pytest
 from solid_helpers import MakeScene
 
 from pickcli.cell.model import Cell
-from pickcli.collision.ghost import Ghost
+from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array, pose, rotation_rpy
 
@@ -30,10 +30,10 @@ def test_an_item_displaced_is_an_item_that_stands_there(
 ) -> None:
     scene, item, rng = make_scene(), cell.item(name), np.random.default_rng(1)
     T = put_in(cell, 0.2, 0.0, 0.08, (0.1, -0.2, 0.7))
-    ghost = Ghost(model, scene, item, T, AXES, 0.004, NOBODY)
+    flying = FreeItemChecker(model, scene, item, T, AXES, 0.004, NOBODY)
     for d in rng.uniform(-1.0, 1.0, (40, 6)) * (0.15, 0.1, 0.08, 0.5, 0.3, 1.6):
-        there = Ghost(model, scene, item, moved(T, d), AXES, 0.004, NOBODY)
-        ours, theirs = ghost.clearance(d), there.clearance(np.zeros(6))
+        there = FreeItemChecker(model, scene, item, moved(T, d), AXES, 0.004, NOBODY)
+        ours, theirs = flying.clearance(d), there.clearance(np.zeros(6))
         assert ours.distance == pytest.approx(theirs.distance, abs=1e-6)
         assert ours.b == theirs.b
 
@@ -41,10 +41,10 @@ def test_an_item_displaced_is_an_item_that_stands_there(
 def test_one_by_one_or_all_at_once_is_the_same(
     cell: Cell, model: CollisionModel, make_scene: MakeScene
 ) -> None:
-    ghost = Ghost(
+    flying = FreeItemChecker(
         model, make_scene(), cell.item("dove_beauty_bar"), put_in(cell, 0.2, 0.0, 0.08), AXES, 0.0, NOBODY
     )
     D = np.random.default_rng(2).uniform(-1.0, 1.0, (200, 6)) * (0.3, 0.2, 0.1, 0.5, 0.3, 1.6)
-    are_free = ghost.are_free(D)
-    assert are_free.tolist() == [ghost.is_free(d) for d in D]
+    are_free = flying.are_valid(D)
+    assert are_free.tolist() == [flying.is_valid(d) for d in D]
     assert 0 < are_free.sum() < len(D)

@@ -9,7 +9,7 @@ from solid_helpers import MakeChecker, MakeScene, box_item
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.collision.explain import Contact
+from pickcli.collision.motion_validator import Contact
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 
@@ -42,7 +42,7 @@ def test_edge_tells_the_deepest_place(cell: Cell, make_checker: MakeChecker) -> 
     q = cell.configurations["bin_A"].q
     q0, q1 = q.copy(), q.copy()
     q0[0], q0[1], q1[0], q1[1] = 0.6, -1.2, 0.6, 1.2
-    assert not checker.edge_is_free(q0, q1)
+    assert not checker.is_valid_edge(q0, q1)
     reason = checker.explain_edge(q0, q1)
     found = re.fullmatch(r"\w+ against pod \w+, (\d+) mm deep at (\d+) % of the edge", reason.detail)
     assert reason.what == "collision" and found

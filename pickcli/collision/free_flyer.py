@@ -1,0 +1,175 @@
+"""A body that flies freely: an item by itself, or the tool by itself, whatever arm may hold it.
+
+To the kernel it is a robot of three prismatic joints and three turning ones (Pinocchio: a free flyer), so
+that its straight displacements are proven as edges of an arm are. What the body alone cannot do needs no
+inverse kinematics to be refused, which costs a hundred times as much.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import PivotState
+from pickcli.cell.scene import Scene
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
+from pickcli.collision.model import CollisionModel
+from pickcli.collision.motion_validator import Entered, KernelValidator
+from pickcli.collision.world import KERNEL_KINDS, build_world
+from pickcli.geometry import Array, inverse, pose
+from pickcli.kernel import Chain, Checker
+
+N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y, roll about the turned x
+LANCE, CUP = 5, 6  # frames that move with all six: two, as only the cup may touch what is touched
+ROLL_JUMPS = 0.75 * np.pi  # rad, where the tool's roll starts anew
+
+NUDGE = 0.0005  # m that an item may come nearer to what it must not push
+APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
+FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
+
+# The axes of the tool frame that become x, y, z of the turning joints: x along the lance, into the bin, and z
+# away from where a pivoted cup points, so that yaw and pitch stay far from where they jump.
+_R_TOOL_TURNING = {
+    PivotState.STRAIGHT: np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    PivotState.DOWN: np.diag([-1.0, 1.0, -1.0]),
+}
+
+
+class FreeItemChecker(KernelValidator):
+    """An item at a pose, displaced by d (6,): m along given axes, rad about their z, y, then x.
+
+    It turns about its own centre. Nothing beside it that may roll along may be pushed: the item must never
+    come nearer to that than it starts, and end well apart from it.
+    """
+
+    def __init__(
+        self, model: CollisionModel, scene: Scene, item: Item, T_world_item: Array, R_world_axes: Array,
+        inflate: float, without: frozenset[str], touching: AllowedContacts = NO_CONTACTS,
+        beside: tuple[FreeItemChecker, ...] = (),
+    ) -> None:  # fmt: skip
+        """Enter the scene into the kernel.
+
+        Args:
+            model: The collision model of the scene's cell.
+            scene: What stands around the item.
+            item: The item that flies.
+            T_world_item: (4, 4) its pose at displacement 0.
+            R_world_axes: (3, 3) axes of the displacements.
+            inflate: m, uncertainty of the item's own pose.
+            without: Ids of items that are not there, the item itself among them.
+            touching: What it may touch, and how deep.
+            beside: The item with nothing but one neighbour each that may roll along.
+        """
+        self._beside = beside
+        world = build_world(model, scene)
+        chain = _floating_chain(T_world_item[:3, 3], R_world_axes)
+        T_last_item = pose(R=R_world_axes.T @ T_world_item[:3, :3])
+        touching, this = touching.but(without), chain.n_frames
+
+        def flying(inflated: float) -> Checker:
+            none, no_pairs = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
+            kernel = Checker(chain, np.zeros((0, 3)), np.zeros(0), none, no_pairs)
+            kind = KERNEL_KINDS[item.shape.kind]
+            kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflated)
+            return kernel
+
+        clear = Entered(flying(inflate), np.flatnonzero(world.is_kept(without)))
+        world.enter(clear.kernel, clear.kept, touching.ignored(world, this, this))
+        touch: Entered | None = None
+        if touching.is_limited:
+            kernel = flying(0.0)
+            touch = Entered(kernel, touching.enter(kernel, world, this, this))
+        parts = (*[""] * this, item.name)
+        super().__init__(world, parts, model.cell.clearance + FOLLOWING, clear, touch)
+
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+        """Whether the straight displacement from q0 (6,) to q1 (6,) is proven free and pushes nothing."""
+        return self.is_valid_path(np.stack([q0, q1]))
+
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+        """Index of the first displacement of Q (N, 6) that is not proven free or pushes something, or -1."""
+        blocked = super().first_invalid_edge(Q, slack)
+        return blocked if blocked >= 0 else self._first_pursued(Q)
+
+    def _first_pursued(self, Q: Array) -> int:
+        """Index of the first displacement on which something beside the item could stay with it, or -1."""
+        for other in self._beside:
+            start = other.clearance(Q[0]).distance
+            for i, (a, b) in enumerate(pairwise(Q)):
+                if min(other.clearance(d).distance for d in ((a + b) / 2, b)) < start - NUDGE:
+                    return i
+            if other.clearance(Q[-1]).distance < start + APART:
+                return len(Q) - 2
+        return -1
+
+
+class FreeToolChecker(KernelValidator):
+    """Lance and cup in one pivot state, in the robot's own spheres, at any pose of the tool frame."""
+
+    def __init__(
+        self, model: CollisionModel, scene: Scene, pivot: PivotState, R_world_axes: Array,
+        without: frozenset[str], touching: frozenset[str] = frozenset(),
+    ) -> None:  # fmt: skip
+        """Enter the scene into the kernel.
+
+        Args:
+            model: The collision model of the scene's cell.
+            scene: What stands around the tool.
+            pivot: State of the cup.
+            R_world_axes: (3, 3) axes about which the tool is level.
+            without: Ids of items that are not there.
+            touching: Names that the cup may touch; the lance keeps clear of them.
+        """
+        self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[pivot]
+        spheres = _tool_spheres(model, pivot, pose(R=self._R_tool.T))
+        chain = _floating_chain(np.zeros(3), R_world_axes)
+        world = build_world(model, scene)
+        kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
+        clear = Entered(kernel, np.flatnonzero(world.is_kept(without)))
+        ignored = np.zeros(len(world.names), np.uint64)
+        ignored[world.indices(touching - without)] = np.uint64(1 << CUP)
+        world.enter(kernel, clear.kept, ignored)
+        parts = (*[""] * LANCE, model.robot.tool.lance_link, model.robot.tool.cup_link)
+        super().__init__(world, parts, model.cell.clearance, clear, None)
+
+    def displacements(self, T_world_tip: Array) -> Array:
+        """Configurations (N, 6) of the tool at poses (N, 4, 4): x, y, z along the axes, yaw, pitch, roll."""
+        R = self._R_axes.T @ T_world_tip[:, :3, :3] @ self._R_tool
+        d = np.empty((len(T_world_tip), N_FREE))
+        d[:, :3] = T_world_tip[:, :3, 3] @ self._R_axes
+        d[:, 3] = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+        d[:, 4] = np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))
+        roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
+        d[:, 5] = (roll + ROLL_JUMPS) % (2 * np.pi) - ROLL_JUMPS  # as no quarter turn is there
+        return d
+
+
+def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
+    """The chain whose frames LANCE and CUP stand at ``origin`` (3,), along the axes, at displacement 0."""
+    kinds = np.array([1, 1, 1, 0, 0, 0, 2], np.int32)
+    frames = np.stack([pose(origin, R=R_world_axes), *[np.eye(4)] * N_FREE])
+    z, y, x = np.eye(3)[::-1]
+    axes = np.vstack([np.eye(3), z, y, x, z])
+    return Chain(kinds, frames, axes, np.array([*range(N_FREE), -1], np.int32))
+
+
+def _tool_spheres(
+    model: CollisionModel, pivot: PivotState, T_frame_tip: Array
+) -> tuple[Array, Array, NDArray[np.int32]]:
+    """Centres (S, 3), radii (S,) and frames (S,) of lance and cup, whose tip is at a pose in the frames."""
+    state, tool = model.state(pivot), model.robot.tool
+    links = state.chain.fk(np.zeros(state.chain.n))
+    T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_cup_tip)
+    centers, frames = np.empty((0, 3)), np.empty(0, np.int32)
+    radii = np.empty(0)
+    for frame, name in ((LANCE, tool.lance_link), (CUP, tool.cup_link)):
+        k = model.frame_names.index(name)
+        is_of_link = state.frames == k
+        T = T_frame_world @ links[k]
+        centers = np.vstack([centers, state.centers[is_of_link] @ T[:3, :3].T + T[:3, 3]])
+        radii = np.append(radii, state.radii[is_of_link])
+        frames = np.append(frames, np.full(int(is_of_link.sum()), frame, np.int32))
+    return centers, radii, frames

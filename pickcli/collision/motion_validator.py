@@ -1,0 +1,226 @@
+"""Is this motion free? One question, asked in one way of whatever moves: the robot, an item, the tool.
+
+OMPL asks it of two objects, a StateValidityChecker and a MotionValidator; here one answers both, because
+the kernel proves a whole edge at the cost of a few of its configurations.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.collision.world import World
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.kernel import Checker
+
+_SAMPLES = 17  # of an edge, to find where it is worst
+
+
+class MotionValidator(Protocol):
+    """Decides by proof what is free; what is held and the state of the tool are its own affair.
+
+    It may ask for more than its kernel checker with its margin does: what the kernel's planner finds has to
+    be validated once more.
+    """
+
+    @property
+    def kernel(self) -> Checker:
+        """The moving body and the world around it."""
+
+    @property
+    def margin(self) -> float:
+        """Distance in m that is kept from everything."""
+
+    def is_valid(self, q: Array) -> bool:
+        """Whether a configuration (n,) keeps the margin."""
+
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+        """Whether *every* point of the straight edge from q0 (n,) to q1 (n,) is proven to keep the margin."""
+
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        """Whether every edge of the polyline Q (N, n) is proven.
+
+        Args:
+            Q: Waypoints (N, n).
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+        """
+
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+        """Index of the first edge of the polyline Q (N, n) that is not proven, -1 if all are.
+
+        Args:
+            Q: Waypoints (N, n).
+            slack: (N - 1, n) as in `is_valid_path`.
+        """
+
+    def explain(self, q: Array) -> Reason:
+        """Why a configuration (n,) is not valid: which part of the body, which obstacle, how deep."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The closest pair of a configuration.
+
+    distance: m between spheres of the robot and what they are closest to, negative inside
+    a: link name or "held <item>"; b: body name, item id, link name or "held <item>"; "" if nothing is near
+    kind: what b is: "pod", "tote", "obstacle", "item", "base", "robot", or ""
+    """
+
+    distance: float
+    a: str
+    b: str
+    kind: str = ""
+
+    @property
+    def item(self) -> str:
+        """Id of the item that b is, or ""."""
+        return self.b if self.kind == "item" else ""
+
+    def __str__(self) -> str:
+        if not self.b:
+            return "nothing near"
+        kind = "" if self.kind == "robot" else f"{self.kind} "
+        return f"{self.a} against {kind}{self.b}"
+
+
+@dataclass(frozen=True, eq=False)
+class Entered:
+    """A kernel checker, and which solids of a world were entered into it.
+
+    Attributes:
+        kernel: The moving body and the solids entered.
+        kept: Indices (K,) in the world of the solids, in the kernel's order.
+    """
+
+    kernel: Checker
+    kept: NDArray[np.intp]
+
+
+class KernelValidator:
+    """The answers of the kernel for one body in one world, with its numbers told as names.
+
+    Attributes:
+        world: Solids of the scene.
+        parts: Name of each frame of the body, the held item's last.
+        margin: Distance in m kept from everything that may not be touched.
+    """
+
+    def __init__(
+        self, world: World, parts: tuple[str, ...], margin: float, clear: Entered, touch: Entered | None
+    ) -> None:
+        """Wrap the kernel's checkers.
+
+        Args:
+            world: Solids of the scene.
+            parts: Name of each frame of the body, the held item's last.
+            margin: m, kept from what is entered in ``clear``.
+            clear: What keeps the margin.
+            touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved
+                out of its way.
+        """
+        self.world, self.parts, self.margin = world, parts, margin
+        self._clear, self._touch = clear, touch
+
+    @property
+    def kernel(self) -> Checker:
+        """The moving body and everything that it keeps the margin from."""
+        return self._clear.kernel
+
+    def is_valid(self, q: Array) -> bool:
+        """Whether q (n,) keeps more than the margin everywhere."""
+        is_free = bool(self.kernel.is_free(q, self.margin))
+        return is_free and (self._touch is None or bool(self._touch.kernel.is_free(q, 0.0)))
+
+    def are_valid(self, Q: Array) -> NDArray[np.bool_]:
+        """(N,) whether each of Q (N, n) keeps more than the margin everywhere."""
+        Q = np.ascontiguousarray(Q)
+        are_free = np.asarray(self.kernel.are_free(Q, self.margin), dtype=bool)
+        if self._touch is not None:
+            are_free &= np.asarray(self._touch.kernel.are_free(Q, 0.0), dtype=bool)
+        return are_free
+
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+        """Whether every point of the straight edge from q0 (n,) to q1 (n,) is proven free."""
+        is_free = bool(self.kernel.edge_is_free(q0, q1, self.margin))
+        return is_free and (self._touch is None or bool(self._touch.kernel.edge_is_free(q0, q1, 0.0)))
+
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        """Whether every point of the polyline Q (N, n) is proven free, see `MotionValidator`."""
+        return self.first_invalid_edge(Q, slack) < 0
+
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+        """Index of the first edge of the polyline Q (N, n) that is not proven free, -1 if all are."""
+        Q = np.ascontiguousarray(Q)
+        blocked = int(self.kernel.path_is_free(Q, self.margin, slack))
+        if blocked >= 0 or self._touch is None:
+            return blocked
+        return int(self._touch.kernel.path_is_free(Q, 0.0, slack))
+
+    def at_margin(self, margin: float) -> Self:
+        """The same body in the same world, with another margin in m."""
+        wider = copy(self)
+        wider.margin = margin
+        return wider
+
+    def clearances(self, Q: Array, max_distance: float = 1.0) -> Array:
+        """(N,) m to the closest at each of Q (N, n) that is no planned contact, negative inside it."""
+        return np.asarray(self.kernel.clearances(np.ascontiguousarray(Q), max_distance))
+
+    def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
+        """The closest pair at q (n,) that is no planned contact, within ``max_distance`` in m."""
+        return self._decoded(self._clear, q, max_distance)
+
+    def explain(self, q: Array) -> Reason:
+        """Why q (n,) is not valid: which part, which obstacle, how deep."""
+        if self.kernel.is_free(q, self.margin) and (reason := self._too_deep(q)) is not None:
+            return reason
+        return self._reason(self.clearance(q), self.is_valid(q), "")
+
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        """Why the straight edge is not free: the deepest pair among even samples and the kernel's witness."""
+        result = self.kernel.check_edge(q0, q1, self.margin)
+        if result.free and self._touch is not None:
+            touch = self._touch.kernel.check_edge(q0, q1, 0.0)
+            if not touch.free and (reason := self._too_deep((1 - touch.t) * q0 + touch.t * q1)) is not None:
+                return reason
+        fractions = np.linspace(0.0, 1.0, _SAMPLES)
+        if not result.free:
+            fractions = np.append(fractions, result.t)
+        Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
+        # What is farther away than the margin does not count, and need not be measured.
+        t = float(fractions[np.argmin(self.kernel.clearances(Q, self.margin))])
+        contact = self.clearance((1 - t) * q0 + t * q1)
+        return self._reason(contact, result.free, f" at {100 * t:.0f} % of the edge")
+
+    def _too_deep(self, q: Array) -> Reason | None:
+        """Why q is not valid where it keeps clear of all but what it may touch, and goes too deep there."""
+        if self._touch is None or self._touch.kernel.is_free(q, 0.0):
+            return None
+        contact = self._decoded(self._touch, q, 1.0)
+        beyond = f"{-1e3 * contact.distance:.1f} mm beyond what poses and bellows explain"
+        return Reason("planned contact too deep", "", f"{contact}, {beyond}", contact.item)
+
+    def _decoded(self, entered: Entered, q: Array, max_distance: float) -> Contact:
+        """The kernel's closest pair in names."""
+        distance, frame, kind, index = entered.kernel.clearance(q, max_distance)
+        if frame < 0:
+            return Contact(float(distance), "", "")
+        if kind == 1:
+            return Contact(float(distance), self.parts[frame], self.parts[index], "robot")
+        solid = int(entered.kept[index])
+        return Contact(float(distance), self.parts[frame], self.world.names[solid], self.world.kinds[solid])
+
+    def _reason(self, contact: Contact, is_valid: bool, place: str) -> Reason:
+        millimetres = 1e3 * abs(contact.distance)
+        if is_valid:
+            return Reason("no collision", "", f"{contact}, {millimetres:.0f} mm apart{place}")
+        if contact.distance > 0:
+            needed = f"{1e3 * self.margin:.0f} mm are needed"
+            detail = f"{contact}, {millimetres:.1f} mm apart{place} ({needed})"
+            return Reason("too close", "", detail, contact.item)
+        return Reason("collision", "", f"{contact}, {millimetres:.0f} mm deep{place}", contact.item)
