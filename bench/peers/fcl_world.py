@@ -49,7 +49,7 @@ class FclScene:
             worlds.append(made[spared])
         return worlds
 
-    def is_valid(self, q: np.ndarray) -> bool:
+    def is_free(self, q: np.ndarray) -> bool:
         """Whether nothing touches at a configuration."""
         T = np.eye(4)
         for parts, link in zip(self.parts, self.links, strict=True):
