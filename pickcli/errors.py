@@ -18,7 +18,7 @@ The number is the exit code of the command that meets it. Anything outside the t
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 
@@ -86,11 +86,50 @@ class Reason:
     in_the_way: str = ""
 
     def at(self, where: str) -> Reason:
-        """The same reason, told from farther outside."""
+        """The reason with another place."""
         return replace(self, where=where)
+
+    def within(self, where: str) -> Reason:
+        """The reason with its place told as a part of a larger one."""
+        return self.at(", ".join(part for part in (where, self.where) if part))
 
     def __str__(self) -> str:
         return ": ".join(part for part in (self.where, self.what, self.detail) if part)
+
+
+@dataclass(frozen=True)
+class Failures:
+    """Why none of several candidates led to a motion: what tries several returns a result or this.
+
+    Attributes:
+        reasons: Every reason, in the order in which the candidates were tried.
+    """
+
+    reasons: tuple[Reason, ...] = ()
+
+    @classmethod
+    def of(cls, *reasons: Reason) -> Failures:
+        """Failures of the reasons given."""
+        return cls(reasons)
+
+    def __add__(self, other: Failures | Reason) -> Failures:
+        """All reasons of both, in their order."""
+        more = (other,) if isinstance(other, Reason) else other.reasons
+        return Failures((*self.reasons, *more))
+
+    def within(self, where: str) -> Failures:
+        """The reasons with their places told as parts of a larger one."""
+        return Failures(tuple(reason.within(where) for reason in self.reasons))
+
+    def __iter__(self) -> Iterator[Reason]:
+        """The reasons, in their order."""
+        return iter(self.reasons)
+
+    @property
+    def in_the_way(self) -> tuple[str, ...]:
+        """Ids of the items that stood in the way, the most frequent first, of those the first named."""
+        found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
+        return tuple(name for name, _ in found.most_common())
 
 
 class NoPlanError(ApcError):
@@ -98,15 +137,19 @@ class NoPlanError(ApcError):
 
     exit_code = 5
 
-    def __init__(self, query: str, reasons: Sequence[Reason]) -> None:
-        self.query, self.reasons = query, tuple(reasons)
+    def __init__(self, query: str, reasons: Iterable[Reason]) -> None:
+        self.query, self.failures = query, Failures(tuple(reasons))
         super().__init__(f"no plan for {query}: {self.summary()}")
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        """Every reason, in the order in which the candidates were tried."""
+        return self.failures.reasons
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
         """Ids of the items that stood in the way, the most frequent first, of those the first named."""
-        found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
-        return tuple(name for name, _ in found.most_common())
+        return self.failures.in_the_way
 
     def summary(self, n_most: int = 3) -> str:
         """The most frequent causes with one example each."""

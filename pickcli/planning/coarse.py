@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
 from pickcli.planning.context import Planner
 from pickcli.roadmap.connect import QueryOptions
@@ -44,7 +44,7 @@ def plan_coarse(
     extra: Sequence[float],
     seed: int,
     where: str,
-) -> Coarse | Reason:
+) -> Coarse | Failures:
     """The fastest motion found from q_start (n,) to any of the goals (G, n), or why there is none.
 
     extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
@@ -56,9 +56,9 @@ def plan_coarse(
     if straight is not None and straight.goal == order[0]:
         return straight  # nothing can beat a straight edge to the best goal
     searched = _searched(planner, checker, q_start, goals[order[:PROMISING]], seed, where)
-    if isinstance(searched, Reason) and straight is None:
+    if isinstance(searched, Failures) and straight is None:
         searched = _searched(planner, checker, q_start, goals[order], seed, where)
-    if isinstance(searched, Reason):
+    if isinstance(searched, Failures):
         return straight or searched
     found = Coarse(searched.waypoints, int(order[searched.goal]), searched.duration, searched.source)
     if (
@@ -81,7 +81,7 @@ def _straight(
 
 def _searched(
     planner: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
-) -> Coarse | Reason:
+) -> Coarse | Failures:
     """What roadmap and planner find."""
     stored = _stored(planner, checker, q_start, goals)
     if stored is not None:
@@ -93,8 +93,7 @@ def _searched(
             planner.roadmap, checker, planner.space, q_start, goals, seed=seed, options=options, label=where
         )
     except NoPlanError as error:
-        reason = error.reasons[0]
-        return reason.at(f"{where}, {reason.where}")
+        return error.failures.within(where)
     if planner.lessons is not None:
         goal = goals[route.goal]
         planner.lessons.append(Lesson(q_start, goal, _payload(checker), route.new))

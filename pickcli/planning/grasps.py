@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.grasping.candidates import CandidateSet, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
@@ -23,25 +23,25 @@ SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where i
 
 def feasible_grasps(
     query: BinQuery, seed: int, exclude: Sequence[Grasp | GraspKind]
-) -> tuple[list[InBin], list[Reason]]:
+) -> tuple[tuple[InBin, ...], Failures]:
     """At most ``wanted`` grasps, best first, and the reasons against the others.
 
     exclude: grasps that failed before, or kinds of them
     """
     rng = derived_rng(seed, "grasps", query.target.id)
-    reasons: list[Reason] = []
+    failures = Failures()
     for search, ways in ((USUAL, Ways.FEW), (WIDE, Ways.MANY)):
         candidates = _candidates(query, search, exclude, rng)
-        reasons += candidates.rejected
+        failures += Failures(tuple(candidates.rejected))
         if candidates.grasps and (obstacles := (*query.blockers, *query.contradictions)):
-            return [], [*reasons, *obstacles]
+            return (), failures + Failures(obstacles)
         if candidates.grasps and isinstance(query.corridors, Reason):
-            return [], [*reasons, query.corridors]
+            return (), failures + query.corridors
         feasible, against = _tried(query, candidates.grasps, ways, rng)
-        reasons += against
+        failures += against
         if feasible or not query.target.item.suction:
-            return feasible, reasons
-    return [], reasons
+            return feasible, failures
+    return (), failures
 
 
 def _candidates(
@@ -54,19 +54,18 @@ def _candidates(
 
 def _tried(
     query: BinQuery, grasps: Sequence[Grasp], ways: Ways, rng: np.random.Generator
-) -> tuple[list[InBin], list[Reason]]:
+) -> tuple[tuple[InBin, ...], Failures]:
     feasible: list[InBin] = []
-    reasons: list[Reason] = []
-    roomy = with_room(query, grasps, ways, reasons)
+    roomy, failures = with_room(query, grasps, ways)
     for grasp in roomy if ways is Ways.FEW else _in_turns(roomy):
         result = plan_in_bin(query, grasp, rng, ways)
-        if isinstance(result, list):
-            reasons += result
+        if isinstance(result, Failures):
+            failures += result
             continue
         feasible.append(result)
         if len(feasible) >= query.planner.settings.wanted:
             break
-    return feasible, reasons
+    return tuple(feasible), failures
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

@@ -17,7 +17,7 @@ from pickcli.cartesian.keyposes import PickPoses
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
@@ -43,43 +43,42 @@ class InBin:
 
 def plan_in_bin(
     query: BinQuery, grasp: Grasp, rng: np.random.Generator, ways: Ways = Ways.FEW
-) -> InBin | list[Reason]:
+) -> InBin | Failures:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
 
     ways: out of the bin, among which one is chosen
     """
     planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
     if isinstance(query.corridors, Reason):
-        return [query.corridors]
+        return Failures.of(query.corridors)
     ways_in = tool_ways_in(query, grasp, query.overtravel(grasp))
     if isinstance(ways_in, Reason):
-        return [ways_in.at(f"{where}, {ways_in.where}")]
+        return Failures.of(ways_in.within(where))
     contact = ways_in[0].contact
     ways_out = tool_ways_out(query, grasp, contact, ways)
     if isinstance(ways_out, Reason):
-        return [ways_out.at(f"{where}, {ways_out.where}")]
+        return Failures.of(ways_out.within(where))
     solutions = planner.arm.solve(contact, grasp.pivot, _seeds(query, rng))
     if len(solutions) == 0:
-        return [Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact))]
+        return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
     meeting = query.meeting(grasp)
     # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
     held = AttachedItem(query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty)
-    reasons: list[Reason] = []
+    failures = Failures()
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
         if not meeting.is_valid(q_contact):
-            reason = meeting.explain(q_contact)
-            reasons.append(reason.at(f"{where}, contact"))
+            failures += meeting.explain(q_contact).at(f"{where}, contact")
             continue
         way_in = _way_in(query, grasp, ways_in, q_contact, where)
-        if isinstance(way_in, list):
-            reasons += way_in
+        if isinstance(way_in, Failures):
+            failures += way_in
             continue
         way_out = _way_out(query, grasp, contact, ways_out, held, q_contact, where)
-        if isinstance(way_out, list):
-            reasons += way_out
+        if isinstance(way_out, Failures):
+            failures += way_out
             continue
         return InBin(grasp, held, *way_in, *way_out, leaving=query.leaving(grasp), ignored=query.ignored)
-    return reasons
+    return failures
 
 
 def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
@@ -93,15 +92,15 @@ def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
 
 def _way_in(
     query: BinQuery, grasp: Grasp, ways: Sequence[PickPoses], q_contact: Array, where: str
-) -> tuple[Line, Line, Line] | list[Reason]:
+) -> tuple[Line, Line, Line] | Failures:
     """Pre-approach, approach and contact along the first way that the arm can follow."""
-    reasons: list[Reason] = []
+    failures = Failures()
     for poses in ways:
         lines = _lines_in(query, grasp, poses, q_contact, where)
         if not isinstance(lines, Reason):
             return lines
-        reasons.append(lines)
-    return reasons
+        failures += lines
+    return failures
 
 
 def _lines_in(
@@ -127,21 +126,20 @@ def _lines_in(
 def _way_out(
     query: BinQuery, grasp: Grasp, contact: Array, ways: Sequence[LiftPoses], held: AttachedItem,
     q_contact: Array, where: str,
-) -> tuple[Line, Line, tuple[Line, ...]] | list[Reason]:  # fmt: skip
+) -> tuple[Line, Line, tuple[Line, ...]] | Failures:  # fmt: skip
     """Lift and retreat with the item held, along the first way that the arm can follow."""
     planner = query.planner
     gone = query.ignored | {query.target.id}
     carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
     touching = query.leaving(grasp)
     leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=touching)
-    reasons = []
+    failures = Failures()
     for option in ways:
         out = _lines_out(query, grasp, contact, option, q_contact, leaving, carrying, where)
-        if isinstance(out, Reason):
-            reasons.append(out)
-        else:
+        if not isinstance(out, Reason):
             return out
-    return reasons
+        failures += out
+    return failures
 
 
 def _lines_out(
@@ -154,8 +152,7 @@ def _lines_out(
         return freed
     q = freed.waypoints[-1]
     if not carrying.is_valid(q):
-        reason = carrying.explain(q)
-        return reason.at(f"{where}, lift")
+        return carrying.explain(q).at(f"{where}, lift")
     lift = follow_line(arm, carrying, option.freed, option.lift, pivot, q, f"{where}, lift")
     if isinstance(lift, Reason):
         return lift

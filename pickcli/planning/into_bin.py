@@ -7,7 +7,7 @@ their proofs and the reasons for failures are those of a pick.
 from __future__ import annotations
 
 from pickcli.cell.station import Bin
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.bin_spots import bin_spots
@@ -19,29 +19,37 @@ WANTED = 2  # landings among which the best whole motion is chosen
 COST = 0.1  # s that the next best place is worth
 
 
-def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[Landing, ...] | list[Reason]:
+def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[Landing, ...] | Failures:
     """Places on the floor of a bin whose lines are all proven, the best first; or every reason."""
     planner, target = query.planner, query.target
     spots = bin_spots(planner, query.scene, target, query.T_bin_item[:3, :3], cell_bin)
     if isinstance(spots, Reason):
-        return [spots]
+        return Failures.of(spots)
     rng = derived_rng(seed, "set down", target.id, cell_bin.name)
     found: list[Landing] = []
-    reasons: list[Reason] = []
+    failures = Failures()
     for k, spot in enumerate(spots):
         there = BinQuery(planner, query.scene.moved(spot), cell_bin, spot, query.neighbours, seed)
         blocked = there.touching - frozenset(cell_bin.floor)
         if blocked:
-            reasons.append(Reason("too close", f"place {k} in {cell_bin.name}", ", ".join(sorted(blocked))))
+            failures += _too_close(there, blocked, f"place {k} in {cell_bin.name}")
             continue
         as_picked = plan_in_bin(there, chosen.grasp, rng)
-        if isinstance(as_picked, list):
-            reasons += as_picked
+        if isinstance(as_picked, Failures):
+            failures += as_picked
             continue
         found.append(_landing(there, as_picked, COST * k))
         if len(found) >= WANTED:
             break
-    return tuple(found) or reasons
+    return tuple(found) or failures
+
+
+def _too_close(there: BinQuery, names: frozenset[str], where: str) -> Failures:
+    """What else than the floor the item would touch where it is set down."""
+    items = frozenset(placed.id for placed in there.scene.items)
+    return Failures(
+        tuple(Reason("too close", where, name, name if name in items else "") for name in sorted(names))
+    )
 
 
 def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:

@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.cartesian.follow import follow_line
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
@@ -19,19 +19,19 @@ WANTED = 4  # landings among which the best whole motion is chosen
 COST = 2.0  # s that a metre of a spot's cost is worth
 
 
-def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] | list[Reason]:
+def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] | Failures:
     """Spots whose straight lines are proven, the best first; or every reason why there is none."""
     planner, pivot, target = query.planner, chosen.grasp.pivot, query.target.id
     places = spots(query.scene, chosen.held, pivot)
     if isinstance(places, Reason):
-        return [places]
+        return Failures.of(places)
     rng = derived_rng(seed, "drop", target)
     named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
     gone = frozenset({target})
     carrying = planner.checker(query.scene, pivot, held=chosen.held, without=gone)
     empty = planner.checker(query.scene, pivot, without=gone)
     found: list[Landing] = []
-    reasons: list[Reason] = []
+    failures = Failures()
     for spot in places:
         seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
         solutions = planner.arm.solve(spot.above, pivot, seeds)
@@ -40,13 +40,11 @@ def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] 
             if not isinstance(landing, Reason):
                 found.append(landing)
                 break
-            reasons.append(landing)
+            failures += landing
         if len(found) >= WANTED:
             break
-    return tuple(found) or [
-        *reasons,
-        Reason("no free place in the tote", "place", f"{len(places)} spots tried"),
-    ]
+    none = Reason("no free place in the tote", "place", f"{len(places)} spots tried")
+    return tuple(found) or failures + none
 
 
 def _landing(

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
@@ -20,7 +20,7 @@ JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
 JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
 
 
-def plan_jog(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
+def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
     """A short straight edge in joint space that takes the nearest pair apart farthest."""
     q, pivot = rules.start.q, rules.start.pivot
     all_pairs = rules.planner.checker(rules.seen, pivot, reserve=rules.reserve)
@@ -31,21 +31,22 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
         gain = all_pairs.clearance(there).distance - before.distance
         if gain >= JOG_GAIN:
             ranked.append((-gain, tuple(there.tolist())))
-    reasons = [Reason("no jog", "where the robot stopped", f"none takes {before} apart", before.item)]
+    none = Reason("no jog", "where the robot stopped", f"none takes {before} apart", before.item)
+    failures = Failures.of(none)
     checker = rules.checker()
     for _, end in sorted(ranked):
         edge = np.stack([q, np.array(end)])
         if not checker.is_valid_edge(edge[0], edge[1]):
-            reasons.append(checker.explain_edge(edge[0], edge[1]))
+            failures += checker.explain_edge(edge[0], edge[1])
         elif (closes := rules.closes(edge)) is not None:
-            reasons.append(closes)
+            failures += closes
         else:
             piece = Piece(SegmentKind.TRANSIT, edge, pivot, checker, scale=rules.scale)
             plan = assemble_pieces(rules.planner, rules.scene, [piece], label, seed)
             if not isinstance(plan, Reason):
                 return plan
-            reasons.append(plan)
-    return reasons
+            failures += plan
+    return failures
 
 
 def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:

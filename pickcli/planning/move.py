@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from pickcli.cell.scene import Scene
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.planning.assemble import assemble_move
@@ -25,11 +25,10 @@ def plan_move(
     began = time.perf_counter()
     checker = planner.checker(scene, start.pivot)
     if not checker.is_valid(q_goal):
-        reason = checker.explain(q_goal)
-        raise NoPlanError(label, [reason.at("goal")])
+        raise NoPlanError(label, [checker.explain(q_goal).at("goal")])
     coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
-    if isinstance(coarse, Reason):
-        raise NoPlanError(label, [coarse])
+    if isinstance(coarse, Failures):
+        raise NoPlanError(label, coarse)
     plan = assemble_move(planner, scene, start.pivot, coarse, label, seed)
     if isinstance(plan, Reason):
         raise NoPlanError(label, [plan])

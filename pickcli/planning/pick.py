@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import TOTE, Scene
-from pickcli.errors import NoPlanError, Reason, UnknownNameError
+from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.assemble import assemble_pick
@@ -73,16 +73,17 @@ def plan_pick(
     target = scene.find(item, bin_name)
     label = f"pick {target.id} from {bin_name}" + ("" if into == TOTE else f" into {into}")
     query = BinQuery(planner, scene, bins[bin_name], target, neighbours, seed)
-    feasible, reasons = feasible_grasps(query, seed, exclude)
+    feasible, failures = feasible_grasps(query, seed, exclude)
     grasped = time.perf_counter()
-    for option in _ways_in(query, feasible, start, seed, reasons):
-        motion = _carried_out(query, option, into, seed, reasons)
-        if motion is None:
+    for option in _ways_in(query, feasible, start, seed):
+        motion = option if isinstance(option, Failures) else _carried_out(query, option, into, seed)
+        if isinstance(motion, Failures):
+            failures += motion
             continue
         carried = time.perf_counter()
         plan = assemble_pick(query, motion, label, seed)
         if isinstance(plan, Reason):
-            reasons.append(plan)
+            failures += plan
             continue
         plan.statistics.update(
             grasps_ms=1e3 * (grasped - began),
@@ -91,13 +92,13 @@ def plan_pick(
             planning_ms=1e3 * (time.perf_counter() - began),
         )
         return plan
-    raise NoPlanError(label, reasons)
+    raise NoPlanError(label, failures)
 
 
 def _ways_in(
-    query: BinQuery, feasible: list[InBin], start: Start, seed: int, reasons: list[Reason]
-) -> Iterator[WayIn]:
-    """Ways to the pre-approach configurations, the fastest whole way in first.
+    query: BinQuery, feasible: Sequence[InBin], start: Start, seed: int
+) -> Iterator[WayIn | Failures]:
+    """Ways to the pre-approach configurations, the fastest whole way in first, and why others failed.
 
     All grasps with one pivot state go to the planner as one goal set. Losers stay as fallbacks, planned
     when they are asked for.
@@ -106,22 +107,28 @@ def _ways_in(
         pivot: [f for f in feasible if f.grasp.pivot is pivot]
         for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
     }
-    heads = {pivot: _way_in(query, group, pivot, start, seed, reasons) for pivot, group in groups.items()}
-    while any(heads.values()):
-        _, pivot = min((head.total, pivot) for pivot, head in heads.items() if head is not None)
-        best = heads[pivot]
-        assert best is not None
-        yield best
-        groups[pivot].remove(best.in_bin)
-        heads[pivot] = _way_in(query, groups[pivot], pivot, start, seed, reasons)
+    heads: dict[PivotState, WayIn] = {}
+    todo = list(groups)
+    while todo or heads:
+        for pivot in todo:
+            head = _way_in(query, groups[pivot], pivot, start, seed) if groups[pivot] else None
+            if isinstance(head, WayIn):
+                heads[pivot] = head
+            elif head is not None:
+                yield head
+        if not heads:
+            return
+        best = min(heads, key=lambda pivot: (heads[pivot].total, pivot))
+        chosen = heads.pop(best)
+        yield chosen
+        groups[best].remove(chosen.in_bin)
+        todo = [best]
 
 
 def _way_in(
-    query: BinQuery, group: list[InBin], pivot: PivotState, start: Start, seed: int, reasons: list[Reason]
-) -> WayIn | None:
-    """The fastest way into one of the grasps with one pivot state, or None."""
-    if not group:
-        return None
+    query: BinQuery, group: Sequence[InBin], pivot: PivotState, start: Start, seed: int
+) -> WayIn | Failures:
+    """The fastest way into one of the grasps with one pivot state."""
     planner = query.planner
     # While the cup turns on the way, the volume that it sweeps must be free.
     shape = pivot if pivot is start.pivot else PivotState.MOVING
@@ -131,9 +138,8 @@ def _way_in(
     extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score + worth * f.grasp.load_ratio for f in group]
     name = derived_seed(seed, "transit", query.target.id, pivot)
     coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
-    if isinstance(coarse, Reason):
-        reasons.append(coarse)
-        return None
+    if isinstance(coarse, Failures):
+        return coarse
     return WayIn(group[coarse.goal], coarse, shape, coarse.duration + extra[coarse.goal])
 
 
@@ -143,16 +149,13 @@ def _in_bin_duration(planner: Planner, f: InBin) -> float:
     return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
 
 
-def _carried_out(
-    query: BinQuery, option: WayIn, into: str, seed: int, reasons: list[Reason]
-) -> PickMotion | None:
+def _carried_out(query: BinQuery, option: WayIn, into: str, seed: int) -> PickMotion | Failures:
     """The way from the end of the retreat to where the item is let go, for one way in."""
     planner, chosen, target = query.planner, option.in_bin, query.target
     cell_bin = None if into == TOTE else planner.cell.pod.bins[into]
     landings = into_bin(query, chosen, cell_bin, seed) if cell_bin else into_tote(query, chosen, seed)
-    if isinstance(landings, list):
-        reasons += landings
-        return None
+    if isinstance(landings, Failures):
+        return landings
     held, pivot, gone = chosen.held, chosen.grasp.pivot, frozenset({target.id})
     carrying = planner.checker(query.scene, pivot, held=held, without=gone, reserve=RESERVE)
     goals = np.stack([landing.start for landing in landings])
@@ -160,7 +163,6 @@ def _carried_out(
     name = derived_seed(seed, "transfer", target.id)
     q = chosen.retreat[-1].waypoints[-1]
     transfer = plan_coarse(planner, carrying, q, goals, extra, name, "transfer")
-    if isinstance(transfer, Reason):
-        reasons.append(transfer)
-        return None
+    if isinstance(transfer, Failures):
+        return transfer
     return PickMotion(chosen, option.transit, option.transit_pivot, transfer, landings[transfer.goal])

@@ -101,7 +101,8 @@ def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
         if i >= 0:
             reason = piece.checker.explain_edge(chords[first + i], chords[first + i + 1])
             where = f"{piece.kind} at {times[first + i]:.3f} s"
-            return Reason("the timed motion is not proven free", where, str(reason))
+            what = "the timed motion is not proven free"
+            return Reason(what, where, str(reason), reason.in_the_way)
     return None
 
 

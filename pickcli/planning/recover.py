@@ -17,7 +17,7 @@ from pickcli.cartesian.follow import follow_line
 from pickcli.cartesian.keyposes import PREAPPROACH_DISTANCE
 from pickcli.cartesian.line import shifted
 from pickcli.cell.scene import Scene
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
@@ -69,21 +69,21 @@ def plan_recovery(
         NoPlanError: Nothing was found on that level.
     """
     label = f"recover {level}"
-    found: Plan | list[Reason]
+    found: Plan | Failures
     if level is RecoveryLevel.BACKWARDS:
-        found = [Reason("nothing to go back along", label)]
+        found = Failures.of(Reason("nothing to go back along", label))
         if stopped is not None:
             back = back_to_start(stopped, scene, planner.arm.limits, seed)
-            found = [back] if isinstance(back, Reason) else back
+            found = Failures.of(back) if isinstance(back, Reason) else back
     else:
         rules = rules_at(planner, scene, start, level)
         if isinstance(rules, Reason):
-            found = [rules]
+            found = Failures.of(rules)
         elif level is RecoveryLevel.JOG:
             found = plan_jog(rules, label, seed)
         else:
             found = _out(rules, label, seed)
-    if isinstance(found, list):
+    if isinstance(found, Failures):
         raise NoPlanError(label, found)
     # The robot stands in the scene as it is, whatever the level makes of it.
     return replace(found, scene_hash=_hash(scene), recovery=level)
@@ -95,20 +95,20 @@ def _hash(scene: Scene) -> str:
     return scene_hash(scene)
 
 
-def _out(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
+def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
     """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
-    planner, reasons = rules.planner, list[Reason]()
+    planner, failures = rules.planner, Failures()
     n_ways_home = 0
     for out in _ways_out_of_the_pod(rules):
         if isinstance(out, Reason):
-            reasons.append(out)
+            failures += out
             continue
         pieces, q = out
         if rules.level is not RecoveryLevel.SLOWLY:
             n_ways_home += 1
             way = _home(rules, q, derived_seed(seed, label))
-            if isinstance(way, Reason):
-                reasons.append(way)
+            if isinstance(way, Failures):
+                failures += way
                 if n_ways_home == MOST_WAYS_HOME:
                     break
                 continue
@@ -116,11 +116,11 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | list[Reason]:
         plan = assemble_pieces(planner, rules.scene, pieces, label, seed)
         if not isinstance(plan, Reason):
             return plan
-        reasons.append(plan)
-    return reasons
+        failures += plan
+    return failures
 
 
-def _home(rules: Rules, q: Array, seed: int) -> Piece | Reason:
+def _home(rules: Rules, q: Array, seed: int) -> Piece | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
     planner, pivot = rules.planner, rules.start.pivot
     checker = planner.checker(rules.scene, pivot)
@@ -128,10 +128,10 @@ def _home(rules: Rules, q: Array, seed: int) -> Piece | Reason:
         checker = rules.checker()
     goal = planner.cell.configurations[SAFE].q
     coarse = plan_coarse(planner, checker, q, goal[None], [0.0], seed, "way home")
-    if isinstance(coarse, Reason):
+    if isinstance(coarse, Failures):
         return coarse
     if (closes := rules.closes(coarse.waypoints)) is not None:
-        return closes
+        return Failures.of(closes)
     return Piece(SegmentKind.TRANSIT, coarse.waypoints, pivot, checker, blend=COARSE_BLEND)
 
 

@@ -16,7 +16,7 @@ from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.keyposes import CONTACT_DISTANCE, PickPoses, pick_poses
 from pickcli.cell.robot import PivotState
 from pickcli.collision.free_flyer import FreeToolChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
@@ -33,8 +33,8 @@ LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
-def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways, reasons: list[Reason]) -> list[Grasp]:
-    """Those with room for the tool at the target and where it has been lifted; reasons against the others."""
+def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways) -> tuple[list[Grasp], Failures]:
+    """The grasps with room for the tool at the target and where it has been lifted; why others have none."""
     T = query.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
     kinds = [(g.pivot, g.face) for g in grasps]
@@ -43,9 +43,9 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways, reasons: lis
         mine = mine[_are_valid(_meeting(query, *kind), T[mine])]
         has_room[mine] = _can_be_lifted(query, kind[0], T[mine], ways)
     without = np.flatnonzero(~has_room)
-    for i in without[:: 1 + len(without) // N_EXPLAINED]:
-        reasons.append(_why_no_room(query, grasps[i], T[i], ways))
-    return [g for g, has in zip(grasps, has_room, strict=True) if has]
+    explained = without[:: 1 + len(without) // N_EXPLAINED]
+    failures = Failures(tuple(_why_no_room(query, grasps[i], T[i], ways) for i in explained))
+    return [g for g, has in zip(grasps, has_room, strict=True) if has], failures
 
 
 def _can_be_lifted(query: BinQuery, pivot: PivotState, T: Array, ways: Ways) -> NDArray[np.bool_]:

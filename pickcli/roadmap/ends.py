@@ -32,8 +32,7 @@ def _why_not(checker: MotionValidator, space: JointSpace, q: Array, where: str) 
     if not space.holds(q):
         return Reason("joint limit", where, _outside(space, q))
     if not checker.is_valid(q):
-        reason = checker.explain(q)
-        return Reason(reason.what, where, reason.detail)
+        return checker.explain(q).at(where)
     return None
 
 

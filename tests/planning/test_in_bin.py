@@ -37,7 +37,7 @@ def query_of(planner: Planner, scene: Scene, name: str) -> BinQuery:
     return BinQuery(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), Neighbours.AVOID)
 
 
-def grasps_of(planner: Planner, scene: Scene, name: str) -> list[InBin]:
+def grasps_of(planner: Planner, scene: Scene, name: str) -> tuple[InBin, ...]:
     return feasible_grasps(query_of(planner, scene, name), 1, [])[0]
 
 
