@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -31,78 +32,101 @@ def learn_option(function: F) -> F:
 @contextmanager
 def learning(
     planner: Planner, roadmap: Path | None, trajectories: Path | None, is_on: bool
-) -> Iterator[Callable[[], None]]:
+) -> Iterator[LearningSession]:
     """Let a planner use what was learned, and keep in the end what it learns, also where it finds no plan.
 
     What a command is asked for is to be written before that end: learning takes its time, and may fail.
 
-    roadmap, trajectories: the files named on the command line; what is learned lies beside these, or
-        beside those in the cache
-    Gives what keeps edges in between, for commands that run long. Raises InputError at once where nothing
-    can be kept, and like ``Learner`` in the end.
-    """
-    if not is_on:
-        yield lambda: None
-        return
-    from pickcli.precompute.artifacts import default_paths
-    from pickcli.precompute.learn import Learner
-    from pickcli.roadmap.grow import with_polylines
+    Args:
+        planner: The planner as loaded.
+        roadmap: The file named on the command line, if any; what is learned lies beside it, or beside the
+            one in the cache.
+        trajectories: The file named on the command line, if any, as above.
+        is_on: Whether anything is learned at all.
 
-    default = default_paths(planner.cell)
-    learner = Learner.beside(planner.cell, roadmap or default.roadmap, trajectories or default.trajectories)
-    for path in (learner.roadmap, learner.trajectories):
-        folder = next(folder for folder in path.parents if folder.exists())
-        refuse_unwritable(folder, path, "--roadmap and --trajectories")
-    planner.roadmap = with_polylines(planner.roadmap, learner.edges())
-    planner.learned, planner.lessons = learner.motions(), []
-    session = _Session(planner, learner)
+    Yields:
+        The session, with the planner to be used.
+
+    Raises:
+        InputError: At once where nothing can be kept; in the end like ``Learner``.
+    """
+    session = LearningSession.of(planner, roadmap, trajectories) if is_on else LearningSession(planner)
     try:
-        yield session.keep_edges_meanwhile
+        yield session
     except NoPlanError:
         session.finish()
         raise
     session.finish()
 
 
-class _Session:
-    """What one command learns."""
+class LearningSession:
+    """What one command learns.
 
-    def __init__(self, planner: Planner, learner: Learner) -> None:
-        self._planner, self._learner = planner, learner
-        self._done = self._edges = self._unproven = 0
+    Attributes:
+        planner: The planner to be used, with what was learned before.
+    """
+
+    def __init__(self, planner: Planner, learner: Learner | None = None) -> None:
+        """Begin to learn, or not to learn at all without a learner."""
+        self.planner, self._learner = planner, learner
+        self._edges = self._unproven = 0
         self._failed: ApcError | None = None
 
-    def keep_edges_meanwhile(self) -> None:
-        """Keep edges, unless that failed before: the command goes on, and the end tells."""
+    @classmethod
+    def of(cls, planner: Planner, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
+        """A session that keeps what it learns beside these files. Raises InputError where it cannot."""
+        from pickcli.precompute.artifacts import default_paths
+        from pickcli.precompute.learn import Learner
+        from pickcli.roadmap.grow import with_polylines
+        from pickcli.roadmap.query_experience import ExperienceRecorder
+
+        default = default_paths(planner.cell)
+        beside = roadmap or default.roadmap, trajectories or default.trajectories
+        learner = Learner.beside(planner.cell, *beside)
+        for path in (learner.roadmap, learner.trajectories):
+            folder = next(folder for folder in path.parents if folder.exists())
+            refuse_unwritable(folder, path, "--roadmap and --trajectories")
+        known = with_polylines(planner.roadmap, learner.edges())
+        learning = replace(planner, stored=known, learned=learner.motions(), recorder=ExperienceRecorder())
+        return cls(learning, learner)
+
+    def keep_edges(self) -> None:
+        """Keep the edges found since the last time, unless that failed before: the end tells."""
         if self._failed is None:
             try:
-                self.keep_edges()
+                self._keep_edges()
             except ApcError as error:
                 self._failed = error
 
-    def keep_edges(self) -> None:
-        """Keep the edges found since the last time."""
-        lessons = (self._planner.lessons or [])[self._done :]
-        self._done += len(lessons)
-        kept = self._learner.learn_edges(lessons)
-        self._edges += kept.edges
-        self._unproven += kept.unproven
+    def _keep_edges(self) -> None:
+        recorder = self.planner.recorder
+        if self._learner is not None and recorder is not None:
+            kept = self._learner.learn_edges(recorder.take())
+            self._edges += kept.edges
+            self._unproven += kept.unproven
 
     def finish(self) -> None:
         """Keep the last edges, make the motions that were missed, and say what was learned."""
         if self._failed is not None:
             raise self._failed
-        self.keep_edges()
-        planner, learner = self._planner, self._learner
-        missed = learner.missed(planner.lessons or [], planner.database, planner.learned)
+        self._keep_edges()
+        if self._learner is not None:
+            motions = self._learn_motions(self._learner)
+            click.echo(
+                f"note: learned {self._edges} edges and {motions} motions; {self._unproven} edges are not "
+                "free in the empty cell and were not kept",
+                err=True,
+            )
+
+    def _learn_motions(self, learner: Learner) -> int:
+        """Make the motions between named configurations that were asked for and not stored; how many."""
+        planner = self.planner
+        asked = () if planner.recorder is None else planner.recorder.recorded
+        missed = learner.missed(asked, planner.database, planner.learned)
         motions = 0
         if missed:
             with progress("learning motions") as report:
                 for done, key in enumerate(missed):
                     report(done, len(missed), f"{key.start} to {key.goal}")
                     motions += learner.learn_motion(key).motions
-        click.echo(
-            f"note: learned {self._edges} edges and {motions} motions; {self._unproven} edges are not free "
-            "in the empty cell and were not kept",
-            err=True,
-        )
+        return motions

@@ -55,6 +55,6 @@ def command(
     q_goal, _ = parse_configuration(scene.cell, goal)
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)
-    with learning(planner, roadmap, trajectories, learn):
-        plan = plan_move(planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
+    with learning(planner, roadmap, trajectories, learn) as session:
+        plan = plan_move(session.planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

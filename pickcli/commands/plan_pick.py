@@ -68,6 +68,6 @@ def command(
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, pivot or PivotState.STRAIGHT)
     how = Neighbours(neighbours)
-    with learning(planner, roadmap, trajectories, learn):
-        plan = plan_pick(planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
+    with learning(planner, roadmap, trajectories, learn) as session:
+        plan = plan_pick(session.planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

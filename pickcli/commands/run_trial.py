@@ -123,15 +123,10 @@ def command(
     click.get_current_context().call_on_close(arena.close)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
-    with learning(planner, roadmap, trajectories, learn) as keep:
+    with learning(planner, roadmap, trajectories, learn) as session:
+        settings, crew = TrialSettings(seed, pose_noise, reality), crew_of(session.planner, arena)
         with progress("picking") as report:
-
-            def between_picks(done: int, total: int, what: str) -> None:
-                keep()
-                report(done, total, what)
-
-            settings = TrialSettings(seed, pose_noise, reality)
-            result = run_trial(order, crew_of(planner, arena), settings, between_picks)
+            result = run_trial(order, crew, settings, report, after_attempt=session.keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()
         if as_json:  # before it is written, for which there may be no room

@@ -20,8 +20,8 @@ from pickcli.planning.context import Planner
 from pickcli.roadmap.connect import QueryOptions
 from pickcli.roadmap.cost import estimated_duration
 from pickcli.roadmap.database import PayloadClass
-from pickcli.roadmap.lesson import Lesson
 from pickcli.roadmap.query import query
+from pickcli.roadmap.query_experience import QueryExperience
 
 PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
 
@@ -94,9 +94,9 @@ def _searched(
         )
     except NoPlanError as error:
         return error.failures.within(where)
-    if planner.lessons is not None:
-        goal = goals[route.goal]
-        planner.lessons.append(Lesson(q_start, goal, _payload(checker), route.new))
+    if planner.recorder is not None:
+        found = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
+        planner.recorder.record(found)
     duration = estimated_duration(planner.space, route.path.waypoints)
     return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
 

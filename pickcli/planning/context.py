@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -17,7 +17,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.planning.settings import DEFAULTS, PickSettings
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.lesson import Lesson
+from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.roadmap.space import JointSpace
 
 NONE: frozenset[str] = frozenset()
@@ -25,12 +25,17 @@ N_CHECKERS = 64  # that are kept: more than one query needs
 RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Planner:
-    """A warm planner. ``stored`` and ``database`` may be absent: then every coarse query is planned.
+    """A warm planner. It is never changed: ``dataclasses.replace`` gives one with other files.
 
-    learned: motions that are asked for where ``database`` has none
-    lessons: where it is a list, coarse queries add what they found that was not stored
+    Attributes:
+        cell: What is planned for.
+        stored: The cell's roadmap; without one coarse queries have nothing to search.
+        database: The cell's trajectory database, if it is built.
+        settings: How picks are planned.
+        learned: Motions that are asked for where ``database`` has none.
+        recorder: Gets what coarse queries find that was not stored, if it is kept at all.
     """
 
     cell: Cell
@@ -38,20 +43,32 @@ class Planner:
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
     learned: TrajectoryDatabase | None = None
-    lessons: list[Lesson] | None = None
-    roadmap: Roadmap = field(init=False)
-    space: JointSpace = field(init=False)
-    arm: Arm = field(init=False)
-    model: CollisionModel = field(init=False)
-    _checkers: Callable[..., SceneChecker] = field(init=False, repr=False)
+    recorder: ExperienceRecorder | None = None
 
-    def __post_init__(self) -> None:
-        self.roadmap = self.stored or Roadmap.empty(self.cell.robot.joint_names)
-        self.space = JointSpace.of(self.cell.robot, self.cell.speed_scale)
-        self.arm = Arm(self.cell.robot)
-        self.model = CollisionModel(self.cell)
-        # By identity of scene and held item, as the boxes of a scene are kept.
-        self._checkers = lru_cache(maxsize=N_CHECKERS)(partial(SceneChecker, self.model))
+    @cached_property
+    def roadmap(self) -> Roadmap:
+        """What coarse queries search, empty where none is stored."""
+        return self.stored or Roadmap.empty(self.cell.robot.joint_names)
+
+    @cached_property
+    def space(self) -> JointSpace:
+        """The joints within their limits, at the cell's speed."""
+        return JointSpace.of(self.cell.robot, self.cell.speed_scale)
+
+    @cached_property
+    def arm(self) -> Arm:
+        """Kinematics of the cell's arm."""
+        return Arm(self.cell.robot)
+
+    @cached_property
+    def model(self) -> CollisionModel:
+        """What collision checks share."""
+        return CollisionModel(self.cell)
+
+    @cached_property
+    def _checkers(self) -> Callable[..., SceneChecker]:
+        """Checkers by identity of scene and held item, as the boxes of a scene are kept."""
+        return lru_cache(maxsize=N_CHECKERS)(partial(SceneChecker, self.model))
 
     def checker(
         self,

@@ -26,7 +26,7 @@ from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.database import MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.grow import with_polylines, without_doubles
-from pickcli.roadmap.lesson import Lesson
+from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import read_database, read_roadmap, write_database, write_roadmap
 
 T = TypeVar("T")
@@ -40,7 +40,7 @@ MOST_MOTIONS = 200
 
 @dataclass(frozen=True)
 class Learned:
-    """What was kept of some lessons.
+    """What was kept of the experience of some queries.
 
     unproven: polylines that are not free in the empty cell with the cup in any state, and were not kept
     """
@@ -77,12 +77,12 @@ class Learner:
         """The learned motions, with their timed points only if asked. Raises like ``edges``."""
         return _read(self.trajectories, lambda: read_database(self.trajectories, self.cell, points))
 
-    def learn_edges(self, lessons: Sequence[Lesson]) -> Learned:
-        """Keep those polylines of the lessons that are new and proven in the empty cell.
+    def learn_edges(self, experience: Sequence[QueryExperience]) -> Learned:
+        """Keep those polylines that were found and are new and proven in the empty cell.
 
         Raises InputError if the file cannot be written, and like ``edges``.
         """
-        found = [polyline for lesson in lessons for polyline in lesson.polylines]
+        found = [polyline for query in experience for polyline in query.polylines]
         proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
         if not proven:
             return Learned(unproven=len(found))
@@ -110,16 +110,18 @@ class Learner:
             write_database(self.trajectories, database, self.cell.fingerprint, self._made)
         return Learned(motions=1)
 
-    def missed(self, lessons: Sequence[Lesson], *databases: TrajectoryDatabase | None) -> list[MotionKey]:
-        """The motions between named configurations that these lessons asked for and no database holds."""
+    def missed(
+        self, experience: Sequence[QueryExperience], *databases: TrajectoryDatabase | None
+    ) -> list[MotionKey]:
+        """The motions between named configurations that these queries asked for and no database holds."""
         name_of = {named.q.tobytes(): name for name, named in self.cell.configurations.items()}
         missed: list[MotionKey] = []
-        for lesson in lessons:
-            start, goal = (name_of.get(q.tobytes()) for q in (lesson.q_start, lesson.q_goal))
+        for query in experience:
+            start, goal = (name_of.get(q.tobytes()) for q in (query.q_start, query.q_goal))
             if start is None or goal is None or start == goal:
                 continue
-            key = MotionKey(start, goal, lesson.payload)
-            is_stored = any(d and d.lookup(start, goal, lesson.payload) for d in databases)
+            key = MotionKey(start, goal, query.payload)
+            is_stored = any(d and d.lookup(start, goal, query.payload) for d in databases)
             if not is_stored and key not in missed and key.reversed() not in missed:
                 missed.append(key)
         return missed

@@ -42,12 +42,22 @@ def run_trial(
     crew: Crew,
     settings: TrialSettings | None = None,
     progress: Progress = lambda done, total, what: None,
+    after_attempt: Callable[[], None] = lambda: None,
 ) -> TrialResult:
     """Play a pick order to its end. What goes wrong is part of the result.
 
-    Raises InputError for an order that is no pick order.
+    Args:
+        order: A pick order.
+        crew: Who plans, verifies and carries out.
+        settings: How the trial is played.
+        progress: Told of the targets done, of those in all, and of what happens now.
+        after_attempt: Called after every attempt, be it at a target or at what is in its way.
+
+    Raises:
+        InputError: The order is no pick order.
     """
     trial = _Trial(require_pick(order), crew, settings or TrialSettings(), progress)
+    trial.after_attempt = after_attempt
     trial.play()
     return trial.result()
 
@@ -89,6 +99,7 @@ class _Trial:
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[Job, Attempt]] = []
+        self.after_attempt: Callable[[], None] = lambda: None
 
     def play(self) -> None:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
@@ -146,6 +157,7 @@ class _Trial:
     def _note(self, job: Job, attempt: Attempt) -> None:
         """Keep an attempt, and learn from it."""
         self.attempts.append((job, attempt))
+        self.after_attempt()
         self.open[job.index] = job
         if attempt.plan is None:
             return

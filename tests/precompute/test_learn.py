@@ -30,8 +30,9 @@ from pickcli.precompute.empty_scene import empty_scene
 from pickcli.precompute.learn import Learner
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
+from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.grow import with_polylines
-from pickcli.roadmap.lesson import Lesson
+from pickcli.roadmap.query_experience import ExperienceRecorder, QueryExperience
 from pickcli.roadmap.store import surveyed
 
 Array = NDArray[np.float64]
@@ -63,17 +64,17 @@ def _pairs(cell: Cell, proof: MotionValidator, is_free: bool) -> list[Array]:
     return [edge for edge in edges if proof.is_valid_edge(*edge) is is_free]
 
 
-def _lesson(*polylines: Array) -> Lesson:
-    return Lesson(polylines[0][0], polylines[0][-1], PayloadClass.EMPTY, polylines)
+def _experience(*polylines: Array) -> QueryExperience:
+    return QueryExperience(polylines[0][0], polylines[0][-1], PayloadClass.EMPTY, polylines)
 
 
 def test_only_what_is_free_in_the_empty_cell_is_kept_and_only_once(
     cell: Cell, proof: MotionValidator, learner: Learner
 ) -> None:
     free, blocked = _pairs(cell, proof, True)[:2], _pairs(cell, proof, False)[0]
-    first = learner.learn_edges([_lesson(*free), _lesson(blocked)])
+    first = learner.learn_edges([_experience(*free), _experience(blocked)])
     assert (first.edges, first.unproven) == (2, 1)
-    assert learner.learn_edges([_lesson(free[0][::-1])]).edges == 0
+    assert learner.learn_edges([_experience(free[0][::-1])]).edges == 0
     for kept, given in zip(learner.edges(), free, strict=True):
         np.testing.assert_array_equal(kept, given)
 
@@ -84,7 +85,7 @@ def test_the_oldest_go(
     monkeypatch.setattr(learn, "MOST_EDGES", 3)
     free = _pairs(cell, proof, True)[:5]
     for edge in free:
-        learner.learn_edges([_lesson(edge)])
+        learner.learn_edges([_experience(edge)])
     kept = learner.edges()
     assert [k.tobytes() for k in kept] == [edge.tobytes() for edge in free[2:]]
 
@@ -92,7 +93,7 @@ def test_the_oldest_go(
 def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
     cell: Cell, proof: MotionValidator, learner: Learner
 ) -> None:
-    learner.learn_edges([_lesson(_pairs(cell, proof, True)[0])])
+    learner.learn_edges([_experience(_pairs(cell, proof, True)[0])])
     assert not surveyed(learner.roadmap).damage
     content = bytearray(learner.roadmap.read_bytes())
     content[content.index(np.asarray(learner.edges()[0]).tobytes()) + 3] ^= 1
@@ -100,12 +101,12 @@ def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
     with pytest.raises(DamagedError, match="delete it"):
         learner.edges()
     with pytest.raises(DamagedError, match="delete it"):
-        learner.learn_edges([_lesson(_pairs(cell, proof, True)[1])])
+        learner.learn_edges([_experience(_pairs(cell, proof, True)[1])])
     assert learner.roadmap.read_bytes() == content
 
 
 def test_another_cell_does_not_learn_from_it(cell: Cell, proof: MotionValidator, learner: Learner) -> None:
-    learner.learn_edges([_lesson(_pairs(cell, proof, True)[0])])
+    learner.learn_edges([_experience(_pairs(cell, proof, True)[0])])
     other = Learner(replace(cell, fingerprint="0" * 64), learner.roadmap, learner.trajectories)
     with pytest.raises(StaleError, match="delete it"):
         other.edges()
@@ -113,31 +114,32 @@ def test_another_cell_does_not_learn_from_it(cell: Cell, proof: MotionValidator,
 
 @pytest.mark.slow
 def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: Learner) -> None:
-    planner = Planner(cell, lessons=[])
+    recorder = ExperienceRecorder()
+    planner = Planner(cell, recorder=recorder)
     assert _planned(planner, "home", "bin_E").source == "straight edge"
     assert _planned(planner, "bin_L", "drop_00").source == "planner"
-    assert planner.lessons is not None
-    (key,) = learner.missed([*planner.lessons, *planner.lessons], None)
+    (key,) = learner.missed([*recorder.recorded, *recorder.recorded], None)
     assert key == MotionKey("bin_L", "drop_00", PayloadClass.EMPTY)
     assert learner.learn_motion(key).motions == 1
     assert learner.learn_motion(key.reversed()).motions == 0
     learned = learner.motions()
-    assert learned is not None and learner.missed(planner.lessons, None, learned) == []
-    again = Planner(cell, learned=learned, lessons=[])
+    assert learned is not None and learner.missed(recorder.recorded, None, learned) == []
+    again = Planner(cell, learned=learned, recorder=ExperienceRecorder())
     assert _planned(again, key.start, key.goal).source == "database"
     assert _planned(again, key.goal, key.start).source == "database"
-    assert again.lessons == []
+    assert again.recorder is not None and again.recorder.recorded == ()
 
 
 def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: Learner) -> None:
-    planner = Planner(cell, lessons=[])
+    recorder = ExperienceRecorder()
+    planner = Planner(cell, recorder=recorder)
     for start, goal in product(BINS, DROPS):
         _planned(planner, start, goal)
-    assert planner.lessons
-    kept = learner.learn_edges(planner.lessons)
+    assert recorder.recorded
+    kept = learner.learn_edges(recorder.recorded)
     assert kept.edges >= 1
-    again = Planner(cell)
-    again.roadmap = with_polylines(again.roadmap, learner.edges())
+    empty = Roadmap.empty(cell.robot.joint_names)
+    again = Planner(cell, with_polylines(empty, learner.edges()))
     first = learner.edges()[0]
     found = plan_coarse(again, _checker(again), first[0], first[-1][None], [0.0], 1, "again")
     assert isinstance(found, Coarse) and found.source == "roadmap"
@@ -151,7 +153,7 @@ import numpy as np
 from small_cell import small_cell
 from pickcli.precompute.learn import Learner
 from pickcli.roadmap.database import PayloadClass
-from pickcli.roadmap.lesson import Lesson
+from pickcli.roadmap.query_experience import QueryExperience
 folder, first, count = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
 cell = small_cell("home")
 learner = Learner.beside(cell, folder / "roadmap.h5", folder / "trajectories.h5")
@@ -161,7 +163,7 @@ sys.stdin.readline()
 for k in range(first, first + count):
     away = home.copy()
     away[-1] += 0.1 * (k + 1)
-    learner.learn_edges([Lesson(home, away, PayloadClass.EMPTY, (np.stack([home, away]),))])
+    learner.learn_edges([QueryExperience(home, away, PayloadClass.EMPTY, (np.stack([home, away]),))])
     print(k, flush=True)
 """
 

@@ -34,7 +34,7 @@ from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.refresh import refresh
 from pickcli.precompute.repair import repair
 from pickcli.roadmap.database import MotionKey, PayloadClass
-from pickcli.roadmap.lesson import Lesson
+from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import surveyed
 
 PLACES = st.floats(0.0, 1.0, exclude_max=True)
@@ -195,7 +195,7 @@ class _Life(RuleBasedStateMachine):
         def action() -> object:
             if isinstance(lesson, MotionKey):
                 return self.learner.learn_motion(lesson)
-            return self.learner.learn_edges([_lesson(lesson)])
+            return self.learner.learn_edges([_experience(lesson)])
 
         if n_calls:
             dies(n_calls, action)
@@ -250,9 +250,9 @@ def _polyline(step: float) -> Array:
     return np.stack([home, home + step * (np.arange(len(home)) == 1)])
 
 
-def _lesson(step: float) -> Lesson:
+def _experience(step: float) -> QueryExperience:
     polyline = _polyline(step)
-    return Lesson(polyline[0], polyline[1], PayloadClass.EMPTY, (polyline,))
+    return QueryExperience(polyline[0], polyline[1], PayloadClass.EMPTY, (polyline,))
 
 
 def _flip(path: Path, place: float, bit: int) -> None:

@@ -324,6 +324,13 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
     assert any(line.endswith("1 degrees") for line in summary(exact))
 
 
+def test_the_hook_is_called_after_every_attempt(cell: Cell) -> None:
+    calls: list[int] = []
+    crew = FakeCrew(scene_of(ORDER, cell)).crew()
+    result = run_trial(ORDER, crew, after_attempt=lambda: calls.append(len(calls)))
+    assert len(calls) == len(result.attempts) > 0
+
+
 def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
     seen: list[tuple[int, int, str]] = []
     run_trial(ORDER, FakeCrew(scene_of(ORDER, cell)).crew(), progress=lambda *report: seen.append(report))
