@@ -35,6 +35,11 @@ class Progress:
     journal: Path | None = None
 
     @property
+    def n_done_now(self) -> int:
+        """Tasks that were not kept from before."""
+        return self.n_done - self.n_kept
+
+    @property
     def coverage(self) -> float:
         """Share of all tasks that have their result."""
         return (self.n_done - self.n_failed) / max(self.n_total, 1)
@@ -58,14 +63,18 @@ class Means:
 
 
 class Build:
-    """The tasks of one recipe, each done once."""
+    """The tasks of one recipe, each done once.
+
+    Attributes:
+        progress: How far the build is; in the end, how many tasks were kept and how many done.
+    """
 
     def __init__(self, recipe: Recipe, means: Means | None = None) -> None:
         self.recipe, self.means = recipe, means or Means()
         output = self.means.output
         self.journal = None if output is None else Journal(output, recipe.inputs)
         self._records = dict(self.means.kept) | self._from_journal()
-        self._progress = Progress(0, 0)
+        self.progress = Progress(0, 0)
         self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[Record]:
@@ -98,7 +107,7 @@ class Build:
         return {key: Record.of_bytes(content) for key, content in self.journal.read().items()}
 
     def _begin_round(self, keys: Sequence[Key], missing: Sequence[Key]) -> None:
-        so_far, kept = self._progress, [self._records[key] for key in keys if key in self._records]
+        so_far, kept = self.progress, [self._records[key] for key in keys if key in self._records]
         self._tell(
             Progress(
                 so_far.n_done + len(kept),
@@ -112,7 +121,7 @@ class Build:
         )
 
     def _count(self, key: Key) -> None:
-        p, failed = self._progress, self._records[key].reason is not None
+        p, failed = self.progress, self._records[key].reason is not None
         effort = p.effort_done + self._efforts[key]
         self._tell(
             replace(
@@ -121,6 +130,6 @@ class Build:
         )
 
     def _tell(self, progress: Progress) -> None:
-        self._progress = progress
+        self.progress = progress
         if self.means.report is not None:
             self.means.report(progress)

@@ -101,7 +101,7 @@ class _Builder:
         self.routes = SecondRoutes(tuple(detours), tuple(alone), joined, n_for_any)
 
     def report(self) -> RoadmapReport:
-        """What happened."""
+        """What the build could not do, and what it did beyond the k nearest."""
         missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
             self.recipe.settings,
@@ -109,6 +109,7 @@ class _Builder:
             tuple(self._names(pair) for pair in self.bridges),
             len(set(self.roadmap.components().tolist())),
             self.routes,
+            self.build.progress,
         )
 
     def _add_node(self, named: NamedConfiguration) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pickcli.errors import Reason
-from pickcli.precompute.build import Build
+from pickcli.precompute.build import Build, Progress
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
 from pickcli.precompute.pairs import coarse_pairs
 from pickcli.precompute.settings import TrajectorySettings
@@ -24,12 +24,14 @@ class TrajectoryReport:
     missing: motions that could not be had, with the reason: an end that is not free, or no path
     duration: s, sum over the stored motions
     lower_bound: s, sum over the same of what no motion can undercut
+    progress: of the build in the end: how many tasks were kept from before, and how many done
     """
 
     settings: TrajectorySettings
     missing: tuple[Missing, ...]
     duration: float
     lower_bound: float
+    progress: Progress
 
     def summary(self) -> dict[str, Any]:
         """The figures of the report as JSON values, to the ms."""
@@ -48,11 +50,12 @@ def build_trajectories(
     build: of that recipe, where it has a journal or workers
     """
     keys = coarse_pairs(recipe.cell)
-    records = (build or Build(recipe)).records([task_key(key) for key in keys])
+    build = build or Build(recipe)
+    records = build.records([task_key(key) for key in keys])
     names = recipe.cell.robot.joint_names
     made = [(key, made_of(key, record, names)) for key, record in zip(keys, records, strict=True)]
     motions = [motion for _, motion in made if isinstance(motion, CoarseMotion)]
     missing = tuple((key, reason) for key, reason in made if isinstance(reason, Reason))
     database = TrajectoryDatabase.of(names, motions)
-    bound = float(database.lower_bounds.sum())
-    return database, TrajectoryReport(recipe.settings, missing, float(database.durations.sum()), bound)
+    duration, bound = float(database.durations.sum()), float(database.lower_bounds.sum())
+    return database, TrajectoryReport(recipe.settings, missing, duration, bound, build.progress)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from pickcli.precompute.build import Progress
 from pickcli.precompute.second_routes import SecondRoutes
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
@@ -18,6 +19,7 @@ class RoadmapReport:
     bridges: pairs joined on top, to connect parts that the k nearest left apart
     n_components: 1 if every node can be reached from every other
     routes: second routes of the important pairs
+    progress: of the build in the end: how many tasks were kept from before, and how many done
     """
 
     settings: RoadmapSettings
@@ -25,6 +27,7 @@ class RoadmapReport:
     bridges: tuple[tuple[str, str], ...]
     n_components: int
     routes: SecondRoutes
+    progress: Progress
 
     def summary(self) -> dict[str, Any]:
         """The figures of the report as JSON values."""

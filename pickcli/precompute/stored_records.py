@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from operator import index
 from pathlib import Path
 
 from pickcli.cell.model import Cell
 from pickcli.errors import StaleError
-from pickcli.precompute.build import Means, Progress
+from pickcli.precompute.build import Means
+from pickcli.precompute.build_trajectories import TrajectoryReport
 from pickcli.precompute.learn import LEARNED
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import record_of, task_key
 from pickcli.precompute.recipe import Key
 from pickcli.precompute.record import Record
+from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.hdf5_survey import Survey
 from pickcli.roadmap.intact import intact_missing, intact_motions
@@ -39,13 +41,13 @@ def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int
 
     Raises StaleError for settings that this version does not have.
     """
-    counted, means = _counting(means)
     settings = _settings(path, found)
+    report: TrajectoryReport | RoadmapReport
     if isinstance(settings, TrajectorySettings):
-        make_trajectories(cell, path, settings, means)
+        report = make_trajectories(cell, path, settings, means)
     else:
-        make_roadmap(cell, path, settings, means)
-    return counted["kept"], counted["done"]
+        report = make_roadmap(cell, path, settings, means)
+    return report.progress.n_kept, report.progress.n_done_now
 
 
 def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings:
@@ -81,15 +83,3 @@ def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:
             kept[ends[0], ends[1]] = Record(asdict(row_mark(edge.row)), {"waypoints": waypoints})
     reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
     return kept | {(min(pair), max(pair)): Record(reason=reason) for pair, reason in reasons}
-
-
-def _counting(means: Means) -> tuple[dict[str, int], Means]:
-    """Means that also count the tasks that were kept and those that were done."""
-    counted = {"kept": 0, "done": 0}
-
-    def report(progress: Progress) -> None:
-        counted.update(kept=progress.n_kept, done=progress.n_done - progress.n_kept)
-        if means.report is not None:
-            means.report(progress)
-
-    return counted, replace(means, report=report)
