@@ -7,14 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cell_copies import CellCopy
-from scene_files import make_scene
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene_file import write_scene
 from pickcli.errors import InputError
+from support.cell_copies import CellCopy
+from support.scene_files import make_scene
 
 
 @pytest.fixture(scope="session")

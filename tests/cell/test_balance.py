@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bin_piles import at, in_a_slot, of, on_a_slope, shaped
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise
 from pickcli.geometry import pose
+from support.bin_piles import at, in_a_slot, of, on_a_slope, shaped
 
 
 @pytest.mark.parametrize("angle", [0.0, 1.0])

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from cell_copies import CellCopy
+
+from support.cell_copies import CellCopy
 
 Refused = Callable[[Callable[[], object]], str]
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cell_copies import CellCopy
 
 from pickcli.cell.load import load_cell
 from pickcli.errors import UnknownNameError
+from support.cell_copies import CellCopy
 
 Refused = Callable[[Callable[[], object]], str]
 

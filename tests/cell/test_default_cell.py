@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import arm_table
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +13,7 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import Link, PivotState
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
+from support import arm_table
 
 CELL = load_cell("apc2016_delft")
 STRAIGHT, DOWN = 0.0, np.pi / 2

@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from cell_copies import CellCopy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,6 +14,7 @@ from pickcli.cell.load import load_cell
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse, pose, transform_points
+from support.cell_copies import CellCopy
 
 BOUNDS = load_cell("apc2016_delft").pod.displacement
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 
 import pytest
-from cell_copies import CellCopy
 
 from pickcli.cell.model import Cell
+from support.cell_copies import CellCopy
 
 YAML_MATTERS = {
     "clearance": ("clearance: 0.003", "clearance: 0.006"),

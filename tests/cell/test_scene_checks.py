@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scene_files import edit, make_scene, put_at
 
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.model import Cell
@@ -17,6 +16,7 @@ from pickcli.cell.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, write_scene
 from pickcli.errors import InputError
 from pickcli.geometry import pose
+from support.scene_files import edit, make_scene, put_at
 
 Refused = Callable[[Callable[[], object]], str]
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scene_files import edit, make_scene, put_at
 
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.load import load_cell
@@ -21,6 +20,7 @@ from pickcli.cell.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import from_quaternion, pose
+from support.scene_files import edit, make_scene, put_at
 
 Refused = Callable[[Callable[[], object]], str]
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bin_piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
 
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.model import Cell
@@ -14,6 +13,7 @@ from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
+from support.bin_piles import BIN, EXACT, NOISY, at, height, in_a_slot, of, on_a_slope, put, shaped
 
 
 @pytest.mark.parametrize("noise", [EXACT, NOISY])

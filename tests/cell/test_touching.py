@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_overlap import hull_depth, is_inside, points_inside
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.overlap import Solid
@@ -14,6 +13,7 @@ from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.cell.touching import Gaps, Solids, gaps
 from pickcli.geometry import Array, pose
+from support.solid_oracles import hull_depth, is_inside, points_inside
 
 CELL = load_cell("apc2016_delft")
 NAMES = (

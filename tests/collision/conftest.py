@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solid_helpers import MakeChecker, MakeScene
 
 from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
@@ -15,6 +14,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from support.solid_helpers import MakeChecker, MakeScene
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from solid_helpers import MakeChecker, MakeScene, box_item
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -17,6 +16,7 @@ from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
+from support.solid_helpers import MakeChecker, MakeScene, box_item
 
 NOBODY: frozenset[str] = frozenset()
 SIDE = 0.08

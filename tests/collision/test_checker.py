@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from solid_helpers import MakeChecker, MakeScene, box_item, link_points
 
 from pickcli.cell.model import AllowedPair, Cell
 from pickcli.cell.robot import PivotState
@@ -20,6 +19,7 @@ from pickcli.collision.model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm
+from support.solid_helpers import MakeChecker, MakeScene, box_item, link_points
 
 STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
 DELFT_HOME = np.array([0.2191, 0, -1.0945, 0, -1.7267, 0, -0.9443, 0])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from solid_helpers import MakeChecker, MakeScene, box_item
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.motion_validator import Contact
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
+from support.solid_helpers import MakeChecker, MakeScene, box_item
 
 
 def test_configuration_in_collision(

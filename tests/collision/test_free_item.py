@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solid_helpers import MakeScene
 
 from pickcli.cell.model import Cell
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array, pose, rotation_rpy
+from support.solid_helpers import MakeScene
 
 NOBODY: frozenset[str] = frozenset()
 AXES = pose(rpy=[0.02, -0.01, 0.3])[:3, :3]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solid_helpers import MakeChecker, MakeScene
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -12,6 +11,7 @@ from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
+from support.solid_helpers import MakeChecker, MakeScene
 
 NOBODY: frozenset[str] = frozenset()
 TOOL = ("lance", "cup")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solid_helpers import link_points
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import pose, rotation_axis_angle, transform_points
+from support.solid_helpers import link_points
 
 
 @pytest.mark.parametrize("pivot", list(PivotState))

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from command_line import ITEM, Made, apc
+
+from support.command_line import ITEM, Made, apc
 
 
 @pytest.fixture(scope="module", autouse=True)

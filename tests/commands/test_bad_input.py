@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import ITEM, Made, apc, pick, refused
 
 from pickcli.cell.load import load_cell
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from support.command_line import ITEM, Made, apc, pick, refused
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 INVALID = sorted((Path(__file__).parents[1] / "trial" / "invalid_orders").glob("*.json"))

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import ITEM, Made, apc, misused, pick, refused
 
 from pickcli.cell.load import load_cell
+from support.command_line import ITEM, Made, apc, misused, pick, refused
 
 # Queries -----------------------------------------------------------------------------------------------
 

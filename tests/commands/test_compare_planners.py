@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from command_line import apc
+
+from support.command_line import apc
 
 QUICK = ("compare-planners", "--tries", "1", "--planners", "RRTConnect,AORRTC", "--iterations", "400")
 

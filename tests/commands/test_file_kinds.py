@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 import pytest
-from command_line import ITEM, Made, apc, refused
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.file_kind import (
@@ -26,6 +25,7 @@ from pickcli.cell.load import load_cell
 from pickcli.commands import main as cli
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from support.command_line import ITEM, Made, apc, refused
 
 # What every command reads, by the name of the parameter.
 READ = {

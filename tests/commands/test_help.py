@@ -9,9 +9,9 @@ from pathlib import Path
 
 import click
 import pytest
-from command_line import apc
 
 from pickcli.commands import main as cli
+from support.command_line import apc
 
 DOCS = Path(__file__).parents[2] / "docs" / "commands.md"
 HEAVY = {

@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import apc
 
 from pickcli.cell.load import load_cell
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from support.command_line import apc
 
 
 @pytest.fixture

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Made, apc
 
 import pickcli.precompute.artifacts
 import pickcli.trial.arena
 from pickcli.cell.model import Cell
 from pickcli.commands.main import Terminated, _terminate
 from pickcli.precompute.journal import Journal
+from support.command_line import Made, apc
 
 
 @contextmanager

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import ITEM, Made, apc, refused
 
 from pickcli.commands import planner
 from pickcli.errors import DamagedError
 from pickcli.precompute.learn import Learner
+from support.command_line import ITEM, Made, apc, refused
 
 
 def _pick(made: Made, folder: Path, name: str, *options: object) -> tuple[dict[str, Any], str]:

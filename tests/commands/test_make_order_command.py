@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import apc, misused, refused
 
 from pickcli.cell.load import load_cell
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind, read_order
+from support.command_line import apc, misused, refused
 
 
 @pytest.mark.parametrize(("task", "year"), [("pick", 2016), ("stow", 2016), ("pick", 2015)])

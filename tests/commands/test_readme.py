@@ -6,7 +6,8 @@ import shlex
 from pathlib import Path
 
 import pytest
-from command_line import apc
+
+from support.command_line import apc
 
 README = Path(__file__).parents[2] / "README.md"
 

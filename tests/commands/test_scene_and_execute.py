@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from command_line import apc, pick, refused
 
 from pickcli.cell.displacement import displaced
 from pickcli.cell.load import load_cell
@@ -28,6 +27,7 @@ from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.verify import certify
+from support.command_line import apc, pick, refused
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import apc, refused
 
 from pickcli.cell.displacement import PodMark
 from pickcli.cell.load import load_cell
@@ -25,6 +24,7 @@ from pickcli.roadmap.hdf5_format import Content
 from pickcli.roadmap.hdf5_write import write_content
 from pickcli.roadmap.stored_database import DATABASE, database_content
 from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, roadmap_content
+from support.command_line import apc, refused
 
 MADE: Any = {"by": {}, "settings": {}, "result": {}}
 BOULDER: Any = MotionKey("home", "bin_B", "boulder")  # type: ignore[arg-type]

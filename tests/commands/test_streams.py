@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import Made, apc, refused
 
 import pickcli.precompute.artifacts
+from support.command_line import Made, apc, refused
 
 APC = (sys.executable, "-m", "pickcli")
 

@@ -6,10 +6,9 @@ import json
 import shutil
 from pathlib import Path
 
-from command_line import ITEM, Made, apc
-
 from pickcli.cell.load import load_cell
 from pickcli.motion.plan_file import read_plan
+from support.command_line import ITEM, Made, apc
 
 
 def test_a_plan_is_certified_unless_unwanted(made: Made, tmp_path: Path) -> None:

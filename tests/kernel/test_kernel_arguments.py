@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import random_arm, random_world
 
 from pickcli.geometry import Array
 from pickcli.kernel import Chain, Checker, fastest_pace, quintic_peaks, rrt_connect, shorten
+from support.kernel_cases import random_arm, random_world
 
 ARM = random_arm(np.random.default_rng(7))
 N = ARM.n

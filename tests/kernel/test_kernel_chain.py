@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import random_arm, random_configuration, random_pose
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import frames
 
 from pickcli.kernel import Chain, Checker
+from support.kernel_cases import random_arm, random_configuration, random_pose
+from support.kernel_reference import frames
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from cases import random_arm, random_configuration, random_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import clearances, pair_clearances
+
+from support.kernel_cases import random_arm, random_configuration, random_world
+from support.kernel_reference import clearances, pair_clearances
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from cases import random_arm, random_configuration, random_edge, random_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import Arm, World, along, clearances, pair_clearances
 
 from pickcli.geometry import pose
 from pickcli.kernel import Checker, set_simd, simd
+from support.kernel_cases import random_arm, random_configuration, random_edge, random_world
+from support.kernel_reference import Arm, World, along, clearances, pair_clearances
 
 SEEDS = st.integers(0, 2**32 - 1)
 RESOLUTION = 2e-4

@@ -7,14 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cases import random_arm, random_configuration, random_edge, random_pose, random_solid, random_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import BOX, CYLINDER, SPHERE, Arm, Solid, World, along, frames
 from scipy.optimize import minimize
 
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kernel import Checker, set_simd, simd
+from support.kernel_cases import (
+    random_arm,
+    random_configuration,
+    random_edge,
+    random_pose,
+    random_solid,
+    random_world,
+)
+from support.kernel_reference import BOX, CYLINDER, SPHERE, Arm, Solid, World, along, frames
 
 SEEDS = st.integers(0, 2**32 - 1)
 NONE = np.empty(0, np.int32)

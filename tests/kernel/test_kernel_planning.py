@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import random_arm, random_configuration, random_world
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference import Arm
-from reference_shorten import costs, shortened
 
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, rrt_connect, set_simd, shorten, simd
+from support.kernel_cases import random_arm, random_configuration, random_world
+from support.kernel_reference import Arm
+from support.kernel_shorten_reference import costs, shortened
 
 SEEDS = st.integers(0, 2**32 - 1)
 MARGIN = 0.005

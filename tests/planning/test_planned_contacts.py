@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade_piles import lying_on
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PoseNoise, Scene
@@ -20,6 +19,7 @@ from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.settings import Neighbours
 from pickcli.verification.verify import verify
+from support.handmade_piles import lying_on
 
 BIN = "bin_K"
 CASE, BOOK = "jane_eyre_dvd", "i_am_a_bunny_book"

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_cell import small_cell
 
 from pickcli.cell.displacement import ANY_POD, PodMark, PodStand, displaced
 from pickcli.cell.model import Cell
@@ -31,6 +30,7 @@ from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.roadmap.planners import PlannerName
 from pickcli.verification.verify import verify
+from support.small_cell import small_cell
 
 EMPTY, CENTRED = PayloadClass.EMPTY, PayloadClass.CENTRED_CUBE
 KEYS = (

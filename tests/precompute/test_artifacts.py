@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
@@ -17,6 +16,7 @@ from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
+from support.small_cell import LEAST_EFFORT, small_cell
 
 
 @pytest.fixture

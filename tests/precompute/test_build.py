@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from toy_recipe import MANY, Toy
-
 from pickcli.precompute.build import Build, Means, Progress
+from support.toy_recipe import MANY, Toy
 
 
 def test_what_takes_long_is_begun_first_and_records_come_in_the_order_asked_for() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from small_cell import small_cell
 
 from pickcli.cell import load
 from pickcli.commands.build_roadmap import command as build_roadmap
@@ -17,6 +16,7 @@ from pickcli.errors import InputError
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
 from pickcli.roadmap.store import describe
+from support.small_cell import small_cell
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import networkx as nx
 import numpy as np
 import pytest
-from small_cell import FEW, small_cell
 
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
@@ -21,6 +20,7 @@ from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
 from pickcli.seeds import derived_seed
+from support.small_cell import FEW, small_cell
 
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)
 

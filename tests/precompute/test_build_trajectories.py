@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.load import load_cell
 from pickcli.collision.model import CollisionModel
@@ -18,6 +17,7 @@ from pickcli.precompute.motion_recipe import MotionRecipe, made_of, record_of
 from pickcli.precompute.pairs import coarse_pairs
 from pickcli.precompute.record import Record
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from support.small_cell import LEAST_EFFORT, small_cell
 
 
 def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:

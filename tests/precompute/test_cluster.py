@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from dask_cluster import DaskCluster, dask_cluster
-from stored_kind import KINDS
-from toy_recipe import MANY, Toy
 
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means, Progress
 from pickcli.precompute.cluster import Cluster
 from pickcli.precompute.runner import Here
+from support.dask_cluster import DaskCluster, dask_cluster
+from support.stored_kind import KINDS
+from support.toy_recipe import MANY, Toy
 
 SHORT = 2.0  # s: what is waited for here never comes
 

@@ -6,7 +6,6 @@ import pickle
 
 import numpy as np
 import pytest
-from small_cell import small_cell
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene_file import scene_hash
@@ -19,6 +18,7 @@ from pickcli.precompute.empty_scene import checker, empty_scene
 from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.verification.verify import verify
+from support.small_cell import small_cell
 
 EMPTY, CENTRED = PayloadClass.EMPTY, PayloadClass.CENTRED_CUBE
 

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
@@ -19,6 +18,7 @@ from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.shorten import shorten
+from support.small_cell import LEAST_EFFORT, small_cell
 
 BLOCKED = ("cam_D", "cam_L")
 ALL: list[Contestant] = [

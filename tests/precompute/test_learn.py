@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -34,6 +33,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.grow import with_polylines
 from pickcli.roadmap.query_experience import ExperienceRecorder, QueryExperience
 from pickcli.roadmap.store import surveyed
+from support.small_cell import LEAST_EFFORT, small_cell
 
 Array = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 import numpy as np
-from small_cell import small_cell
+from support.small_cell import small_cell
 from pickcli.precompute.learn import Learner
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.query_experience import QueryExperience
@@ -171,7 +171,7 @@ for k in range(first, first + count):
 def _started(folder: Path, first: int, count: int) -> subprocess.Popen[str]:
     """A process that is ready to learn."""
     command = [sys.executable, "-c", SCRIPT, str(folder), str(first), str(count)]
-    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
     process = subprocess.Popen(
         command, env=here, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
     )

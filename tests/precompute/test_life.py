@@ -17,11 +17,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from dying import dies
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from stored_kind import EDGES, MOTIONS, StoredKind, cell
 
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
@@ -36,6 +34,8 @@ from pickcli.precompute.repair import repair
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import surveyed
+from support.dying import dies
+from support.stored_kind import EDGES, MOTIONS, StoredKind, cell
 
 PLACES = st.floats(0.0, 1.0, exclude_max=True)
 

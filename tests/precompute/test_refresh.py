@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from changed_cell import built, moved_divider, new_obstacle, no_tote, refreshed, with_parts
 from click.testing import CliRunner
-from small_cell import LEAST_EFFORT, small_cell
 
 from pickcli.cell import load
 from pickcli.cell.change import change_since, parts_of
@@ -30,6 +28,8 @@ from pickcli.precompute.runner import Finished
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.store import read_database, read_gaps, read_missing, read_roadmap, surveyed
 from pickcli.roadmap.stored_database import DATABASE
+from support.changed_cell import built, moved_divider, new_obstacle, no_tote, refreshed, with_parts
+from support.small_cell import LEAST_EFFORT, small_cell
 
 NAMES = ("home", "bin_A", "bin_E", "cam_A", "cam_E", "tote", "tote_10h")
 

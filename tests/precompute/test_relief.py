@@ -8,9 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from changed_cell import built, moved_divider, refreshed, shifted, with_parts
-from small_cell import small_cell
-from stored_kind import FEW_EDGES
 
 from pickcli.cell.change import change_since, parts_of
 from pickcli.cell.displacement import PodStand
@@ -23,6 +20,9 @@ from pickcli.precompute.refresh import refresh
 from pickcli.precompute.reproof import Reproof
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.store import read_database, read_roadmap, surveyed
+from support.changed_cell import built, moved_divider, refreshed, shifted, with_parts
+from support.small_cell import small_cell
+from support.stored_kind import FEW_EDGES
 
 # Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
 # free for the pod in its place: so that is what is stored while they stand.

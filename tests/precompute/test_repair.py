@@ -10,9 +10,6 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from small_cell import small_cell
-from stored_kind import KINDS
-from stored_kind import cell as stored_cell
 
 from pickcli.cell import load
 from pickcli.cell.model import Cell
@@ -24,6 +21,9 @@ from pickcli.precompute import make
 from pickcli.precompute.repair import Repair, repair
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
+from support.small_cell import small_cell
+from support.stored_kind import KINDS
+from support.stored_kind import cell as stored_cell
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_cell import LEAST_EFFORT, small_cell
-from stored_kind import KINDS, MOTIONS
-from stored_kind import cell as stored_cell
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
@@ -28,6 +25,9 @@ from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.runner import Processes
 from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.store import read_roadmap
+from support.small_cell import LEAST_EFFORT, small_cell
+from support.stored_kind import KINDS, MOTIONS
+from support.stored_kind import cell as stored_cell
 
 CODE_DIGEST = recipe.code_digest
 
@@ -128,9 +128,9 @@ def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(
 
 PROGRAM = f"""
 import sys
-sys.path.insert(0, {str(Path(__file__).parent)!r})
+sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
-from stored_kind import MOTIONS
+from support.stored_kind import MOTIONS
 from pickcli.precompute import recipe
 from pickcli.precompute.build import Means
 from pickcli.precompute.runner import runner

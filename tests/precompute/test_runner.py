@@ -10,11 +10,11 @@ import time
 from pathlib import Path
 
 import pytest
-from toy_recipe import MANY, Toy
 
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.precompute import runner as runner_module
 from pickcli.precompute.runner import Here, Processes, Runner, available_cores, runner
+from support.toy_recipe import MANY, Toy
 
 
 @pytest.mark.parametrize("n_jobs", [2, 3])
@@ -106,7 +106,7 @@ def _is_running(pid: int) -> bool:
 PARENT = """
 import os, sys
 sys.path[:0] = {paths}
-from toy_recipe import MANY, Toy
+from support.toy_recipe import MANY, Toy
 from pickcli.precompute.runner import Processes
 running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
 next(running)
@@ -118,7 +118,7 @@ list(running)
 @pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGTERM, signal.SIGABRT])
 def test_workers_end_with_their_parent_however_it_ends(sign: signal.Signals) -> None:
     """In the middle of a task of a minute, within two seconds."""
-    source = PARENT.format(paths=[str(Path(__file__).parent)])
+    source = PARENT.format(paths=[str(Path(__file__).parents[1])])
     with subprocess.Popen([sys.executable, "-c", source], stdout=subprocess.PIPE) as parent:
         assert parent.stdout is not None and parent.stdout.readline() == b"working\n"
         workers = _children(parent.pid)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import networkx as nx
 import numpy as np
-from small_cell import small_cell
 
 from pickcli.cell.displacement import ANY_POD, NOMINAL_POD
 from pickcli.errors import Reason
@@ -23,6 +22,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.statistics import roadmap_statistics
 from pickcli.roadmap.store import read_gaps, read_roadmap
+from support.small_cell import small_cell
 
 THIN = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=1, max_iterations=2000, n_shortcuts=50)
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_cell import small_cell
 
 from pickcli.cell.configuration_text import configuration_line
 from pickcli.cell.load import load_cell
@@ -23,6 +22,7 @@ from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.suggest import Suggester
 from pickcli.precompute.suggestion import Suggestion, SuggestSettings
 from pickcli.roadmap.database import PayloadClass
+from support.small_cell import small_cell
 
 FEW = SuggestSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stored_samples import database
 
 from pickcli.roadmap.database import CoarseMotion, PayloadClass, TrajectoryDatabase
+from support.stored_samples import database
 
 
 def test_lookup_by_name_and_payload() -> None:

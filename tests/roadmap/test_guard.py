@@ -8,7 +8,6 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from stored_samples import FINGERPRINT, MADE, database, roadmap
 
 from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap import hdf5_write
@@ -34,6 +33,7 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from support.stored_samples import FINGERPRINT, MADE, database, roadmap
 
 KIND = Format("sample", 1, {"rows": Table({"name": "text", "size": "<f8"}, ("pieces",))})
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from box_world import BoxWorld, space, wall
 
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.planners import PlannerName
+from support.box_world import BoxWorld, space, wall
 
 START, GOAL = np.array([-0.8, 0.0]), np.array([0.8, 0.0])
 
@@ -49,7 +49,7 @@ def test_same_seed_same_bytes_in_one_process(planner: PlannerName) -> None:
 @pytest.mark.parametrize("planner", [PlannerName.RRT_CONNECT, PlannerName.AO_RRT_CONNECT])
 def test_same_seed_same_bytes_in_another_process(planner: PlannerName) -> None:
     code = (
-        "import numpy as np, hashlib; from box_world import space, wall;"
+        "import numpy as np, hashlib; from support.box_world import space, wall;"
         "from pickcli.roadmap.plan import plan;"
         "start = np.array([-.8, 0, 0]);"
         f"p = plan(wall(3), space(3), start, -start[None], seed=5, planner='{planner}');"
@@ -58,7 +58,7 @@ def test_same_seed_same_bytes_in_another_process(planner: PlannerName) -> None:
     outputs = [
         subprocess.run(
             [sys.executable, "-c", code],
-            cwd=Path(__file__).parent,
+            cwd=Path(__file__).parents[1],
             capture_output=True,
             text=True,
             check=True,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from box_world import BoxWorld, space, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,6 +16,7 @@ from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.query import CoarseRoute, How, query
 from pickcli.roadmap.shorten import shorten
 from pickcli.seeds import derived_seed
+from support.box_world import BoxWorld, space, wall
 
 START, GOAL = np.array([-0.8, -0.5]), np.array([0.8, -0.5])
 LINE = JointPath(space().joint_names, np.stack([START, GOAL]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from box_world import BoxWorld, space, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from pickcli.motion.path import JointPath
 from pickcli.roadmap.cost import edge_costs, estimated_duration
 from pickcli.roadmap.plan import plan
 from pickcli.roadmap.shorten import shorten
+from support.box_world import BoxWorld, space, wall
 
 
 @settings(max_examples=40, deadline=None)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from stored_samples import database, roadmap
 
 from pickcli.errors import Reason
 from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.statistics import database_statistics, histogram, roadmap_statistics
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from support.stored_samples import database, roadmap
 
 
 def test_the_worst_motions_come_first_and_totals_add_up() -> None:

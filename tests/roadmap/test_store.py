@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 from pickcli.cell.model import Cell
 from pickcli.errors import ApcError, DamagedError, InputError, StaleError
@@ -29,6 +28,7 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 
 @pytest.fixture

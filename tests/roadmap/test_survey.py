@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
 from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
@@ -30,6 +29,7 @@ from pickcli.roadmap.store import (
     write_roadmap,
 )
 from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
 GAPS = RoadmapGaps(*([(names, MISSING[0][1])] for names in (("z",), ("a", "z"), ("b", "z"))))

@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from stored_samples import JOINTS, database, roadmap
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -17,6 +16,7 @@ from pickcli.roadmap import validate
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.space import LIMIT_TOLERANCE
+from support.stored_samples import JOINTS, database, roadmap
 
 ROADMAP, DATABASE = roadmap(), database()
 assert DATABASE.points is not None

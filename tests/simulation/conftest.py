@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from pedestal import BuildWorld, evacuate, make_world
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.simulation.world import World
+from support.pedestal import BuildWorld, evacuate, make_world
 
 
 @pytest.fixture(scope="session")

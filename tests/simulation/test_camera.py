@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld
 
 from pickcli.errors import InputError
 from pickcli.simulation.camera import CELL_VIEW, Film, take_picture, write_png
+from support.pedestal import BuildWorld
 
 
 def test_a_picture_shows_something_and_is_the_same_twice(build_world: BuildWorld, tmp_path: Path) -> None:

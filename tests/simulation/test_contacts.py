@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from pedestal import BuildWorld, cube
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import box
 from pickcli.simulation.contacts import HELD_PRESS, ContactLog
 from pickcli.simulation.engine import Touch
 from pickcli.simulation.world import World
+from support.pedestal import BuildWorld, cube
 
 NONE: frozenset[str] = frozenset()
 

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld, cube, evacuate
-from rail_pick import GAP, rail_pick
 
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.model import Cell
@@ -19,6 +17,8 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.world import World
+from support.pedestal import BuildWorld, cube, evacuate
+from support.rail_pick import GAP, rail_pick
 
 BuildReady = BuildWorld
 

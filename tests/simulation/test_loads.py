@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld, cube, evacuate
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array, inverse
 from pickcli.simulation.engine import GRAVITY
 from pickcli.simulation.world import World
+from support.pedestal import BuildWorld, cube, evacuate
 
 MASS, SIZE = 0.4, (0.12, 0.10, 0.05)  # kg, m; the cup sits on the +z or -z face
 INERTIA = MASS * (SIZE[0] ** 2 + SIZE[1] ** 2) / 12.0  # kg m^2 about the axis across that face

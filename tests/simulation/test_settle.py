@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import cube
 
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
@@ -14,6 +13,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import pose
 from pickcli.simulation.settle import settle
+from support.pedestal import cube
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import STATED_MASS, BuildWorld, cube, evacuate
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
@@ -15,6 +14,7 @@ from pickcli.geometry import Array
 from pickcli.simulation.suction import BREAK_TIME, face_at
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
+from support.pedestal import STATED_MASS, BuildWorld, cube, evacuate
 
 DOWN, ASIDE = np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
 WEIGHT = 0.1 * 9.81

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld, cube, evacuate
-from rail_pick import GAP, T_END, rail_pick
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -25,6 +23,8 @@ from pickcli.simulation.servo import Servo
 from pickcli.simulation.suction import SEAL_VACUUM
 from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque, Thresholds
 from pickcli.simulation.world import ROBOT, World
+from support.pedestal import BuildWorld, cube, evacuate
+from support.rail_pick import GAP, T_END, rail_pick
 
 INTRUDER = "intruder"
 STIFFNESS = 40e3  # N/m of a forearm, ISO/TS 15066:2016, table A.3

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from piles import PATTERNS, moved_without, pile
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import Scene
 from pickcli.cell.supports import Supports, supports_of
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
+from support.piles import PATTERNS, moved_without, pile
 
 STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away
 

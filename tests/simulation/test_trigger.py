@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rail_pick import rail_pick
 
 from pickcli.cell.model import Cell
 from pickcli.kinematics.arm import Arm
 from pickcli.simulation.trigger import TriggerDistance
+from support.rail_pick import rail_pick
 
 
 @pytest.mark.parametrize("late", [-0.0103, -4e-4, 0.0, 3e-4, 0.0077])

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pedestal import BuildWorld, cube
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -20,6 +19,7 @@ from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.suction import SEAL_VACUUM
 from pickcli.simulation.world import World, ground_of, true_masses
+from support.pedestal import BuildWorld, cube
 
 
 def swing(world: World, duration: float = 0.4) -> None:

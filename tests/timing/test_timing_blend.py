@@ -3,55 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import dense_curve, limits, random_walk
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.timing.blend import Curve, blend
 from pickcli.timing.polyline import SAME, arc_lengths, canonical
 from pickcli.timing.prove import cover, proven_blend
-
-SEEDS = st.integers(0, 10**6)
-
-
-@st.composite
-def polylines(draw: st.DrawFn) -> Array:
-    """Paths with everything that breaks: repeats, near-repeats, collinear points, reversals, tiny steps."""
-    n = draw(st.integers(1, 8))
-    rng = np.random.default_rng(draw(SEEDS))
-    points = [rng.normal(size=n)]
-    for kind in draw(
-        st.lists(st.sampled_from(["step", "repeat", "near", "back", "on", "tiny"]), max_size=12)
-    ):
-        last, before = points[-1], points[-2] if len(points) > 1 else points[-1] - 1.0
-        points.append(
-            {
-                "step": last + rng.normal(size=n) * 0.4,
-                "repeat": last,
-                "near": last + rng.normal(size=n) * 1e-8,
-                "back": before,
-                "on": last + (last - before) * 0.5,
-                "tiny": last + rng.normal(size=n) * 1e-5,
-            }[kind]
-        )
-    return np.array(points)
-
-
-def distance_to_polyline(q: Array, waypoints: Array) -> Array:
-    """(M,) Euclidean distance of points to a polyline, by brute force."""
-    best = np.linalg.norm(q[:, None] - waypoints, axis=2).min(axis=1)
-    for a, b in pairwise(waypoints):
-        length2 = float((b - a) @ (b - a))
-        if length2 > 0.0:
-            u = np.clip((q - a) @ (b - a) / length2, 0.0, 1.0)
-            best = np.minimum(best, np.linalg.norm(q - a - u[:, None] * (b - a), axis=1))
-    return best
+from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limits, polylines, random_walk
 
 
 @given(polylines(), st.floats(1e-4, 0.2))

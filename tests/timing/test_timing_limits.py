@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import limits, names, random_walk, timed
 
 from pickcli.errors import LimitError
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.limits import check_limits, measure_limits, peaks
+from support.timing_paths import limits, names, random_walk, timed
 
 
 def wild(seed: int, n_points: int, n: int) -> Trajectory:

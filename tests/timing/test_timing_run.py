@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_timing_blend import distance_to_polyline, polylines
-from timing_paths import dense_curve, limits, names, random_walk, timed
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
@@ -16,6 +14,15 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.polyline import SAME
 from pickcli.timing.run import EXACT, RunPart, TimedRun, time_run
 from pickcli.timing.topp import parametrize
+from support.timing_paths import (
+    dense_curve,
+    distance_to_polyline,
+    limits,
+    names,
+    polylines,
+    random_walk,
+    timed,
+)
 
 MILLISECOND = 1e-3
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import limits, names, random_walk, timed
 
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.chords import trajectory_chords
 from pickcli.timing.limits import check_limits
 from pickcli.timing.sequence import concatenate, delayed
+from support.timing_paths import limits, names, random_walk, timed
 
 
 def test_joined_runs_rest_exactly_in_between() -> None:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import dense_curve, limits, random_walk, timed
 
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.limits import check_limits
 from pickcli.timing.sequence import concatenate
 from pickcli.timing.stop import resume, stop
+from support.timing_paths import dense_curve, limits, random_walk, timed
 
 TRAJECTORIES = [
     timed(random_walk(0, 4), 0.05).trajectory,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import reference_topp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import dense_curve, limits, random_walk
 
 from pickcli.geometry import Array
 from pickcli.timing.blend import Curve, blend
 from pickcli.timing.bounds import path_bounds
 from pickcli.timing.topp import Grid, parametrize
+from support import reference_topp
+from support.timing_paths import dense_curve, limits, random_walk
 
 
 def fine_grid(curve: Curve, n: int = 600) -> Grid:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from timing_paths import dense_curve, limits, names, random_walk
 
 from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.load import load_cell
@@ -29,6 +28,7 @@ from pickcli.timing.path_constraint import HalfPlanes, PathConstraint
 from pickcli.timing.run import RunPart, TimedRun, time_run
 from pickcli.timing.topp import Grid, Profile, parametrize
 from pickcli.timing.wrench_limit import WrenchLimit
+from support.timing_paths import dense_curve, limits, names, random_walk
 
 CUP = CupLimits(max_pull=42.0, max_shear=21.0, max_moment=0.6, max_twist=0.21)
 LEAST_ROOM = 0.9  # of the way from rest to the limits, that the polygons leave

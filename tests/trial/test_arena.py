@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_crew import FakeCrew, scene_of
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
@@ -23,6 +21,8 @@ from pickcli.simulation.suction import NO_LOAD, Release
 from pickcli.trial.arena import SimulatedArena
 from pickcli.trial.disturbance import Fate
 from pickcli.trial.ports import LET_GO_TIME
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
 

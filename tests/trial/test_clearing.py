@@ -8,10 +8,8 @@ from itertools import combinations
 from typing import Any
 
 import pytest
-from fake_crew import FakeCrew, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import TOTE, Scene
@@ -23,6 +21,8 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target
 from pickcli.trial.result import Outcome
 from pickcli.trial.strategy import MOST_CLEARINGS
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
 
 NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
 ORDER = pick_order(

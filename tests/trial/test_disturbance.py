@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_crew import FakeCrew, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import TOTE, Scene
@@ -25,6 +23,8 @@ from pickcli.trial.ports import Execution
 from pickcli.trial.record import trial_record
 from pickcli.trial.report import summary
 from pickcli.trial.score import Damage
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
 
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct", "dove_beauty_bar", "oreo_mega_stuf")}, ("bin_A", "crayola_24_ct")

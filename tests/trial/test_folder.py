@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_crew import FakeCrew, scene_of
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.errors import InputError
@@ -19,6 +17,8 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order import OrderKind, read_order
 from pickcli.trial.player import TrialSettings
 from pickcli.trial.record import record_text, trial_record
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
 
 CELL = load_cell("apc2016_delft")
 ORDER = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))

@@ -6,8 +6,6 @@ import json
 from dataclasses import replace
 
 import pytest
-from fake_crew import DURATION, FakeCrew, scene_of
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
@@ -25,6 +23,8 @@ from pickcli.trial.report import rows, summary
 from pickcli.trial.result import Attempt, Outcome, TrialResult
 from pickcli.trial.score import Drop
 from pickcli.trial.strategy import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
+from support.fake_crew import DURATION, FakeCrew, scene_of
+from support.order_builders import pick_order
 
 ORDER = pick_order(
     {

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fake_crew import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.geometry import is_pose, pose, rotation_angle, transform_points
 from pickcli.trial.noise import perceive
+from support.fake_crew import scene_of
+from support.order_builders import pick_order
 
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct",) * 3, "bin_B": ("kleenex_paper_towels",)}, ("bin_A", "crayola_24_ct")

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from order_builders import ITEMS, pick_data
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.load import load_cell
@@ -26,6 +25,7 @@ from pickcli.trial.order import (
     read_order,
 )
 from pickcli.trial.output import order_text
+from support.order_builders import ITEMS, pick_data
 
 INVALID = sorted((Path(__file__).parent / "invalid_orders").glob("*.json"))
 

@@ -10,10 +10,8 @@ import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from fake_crew import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
-from order_builders import pick_order
 
 from pickcli.cell.displacement import UNMOVED, Displacement
 from pickcli.cell.load import load_cell
@@ -29,6 +27,8 @@ from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.noise import perceive
 from pickcli.trial.pod_shift import random_shift, shifted_pod
 from pickcli.verification.parts import fixtures
+from support.fake_crew import scene_of
+from support.order_builders import pick_order
 
 CELL = load_cell("apc2016_delft")
 SCENE = scene_of(pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct")), CELL)

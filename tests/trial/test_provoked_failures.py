@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from order_builders import pick_order
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.load import load_cell
@@ -23,6 +22,7 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.player import TrialSettings
 from pickcli.trial.recovery import HOME_LEVELS, LET_GO
 from pickcli.trial.result import Outcome, TrialResult
+from support.order_builders import pick_order
 
 ITEM, BIN = "crayola_24_ct", "bin_B"
 ORDER = pick_order({BIN: (ITEM,)}, (BIN, ITEM))

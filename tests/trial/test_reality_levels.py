@@ -9,8 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_crew import FakeCrew, scene_of
-from order_builders import pick_order
 
 import pickcli
 from pickcli.cell.load import load_cell
@@ -20,6 +18,8 @@ from pickcli.simulation.world import World
 from pickcli.trial.loop import run_trial
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
 from pickcli.trial.player import TrialSettings
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
 
 CELL = load_cell("apc2016_delft")
 ORDER = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from fake_crew import DURATION, FakeCrew, scene_of
-from order_builders import pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
@@ -25,6 +23,8 @@ from pickcli.trial.recovery import FIRST_WAIT, LET_GO, WAIT
 from pickcli.trial.report import summary
 from pickcli.trial.result import Attempt, Outcome, TrialResult
 from pickcli.trial.strategy import PLANNING_CHARGE
+from support.fake_crew import DURATION, FakeCrew, scene_of
+from support.order_builders import pick_order
 
 ITEM = "scotch_duct_tape"
 ORDER = pick_order(

@@ -9,7 +9,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from order_builders import ITEMS, pick_order
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.scene import TOTE
@@ -27,6 +26,7 @@ from pickcli.trial.score import (
     maximum_score,
     score,
 )
+from support.order_builders import ITEMS, pick_order
 
 BONUS = dict(zip(ITEMS, (0, 0, 1, 2, 3), strict=True))
 

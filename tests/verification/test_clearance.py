@@ -7,7 +7,6 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
 
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import Scene
@@ -22,6 +21,7 @@ from pickcli.verification.parts import parts, parts_of_segments
 from pickcli.verification.standing import standing
 from pickcli.verification.states import MAX_STEP
 from pickcli.verification.verify import sampled, verify
+from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
 
 
 def check(plan: Plan, scene: Scene) -> Clearance:

@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, DOWN, MOVING, Builder, bound, cell, make_scene, pick
-from mutations import segment
 
 from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
@@ -16,6 +14,8 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.verification.io import check_io
+from support.handmade_plans import CRAYOLA, DOWN, MOVING, Builder, bound, cell, make_scene, pick
+from support.plan_mutations import segment
 
 Q = np.asarray(cell().configurations["home"].q)
 

@@ -7,10 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, bound, cell, make_scene, pick
 from hypothesis import given
 from hypothesis import strategies as st
-from mutations import moved_event, segment, with_event, with_grasp, with_segment
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
@@ -27,6 +25,8 @@ from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits
 from pickcli.verification.release import _in_bin, _in_tote
 from pickcli.verification.structure import check_structure
+from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick
+from support.plan_mutations import moved_event, segment, with_event, with_grasp, with_segment
 
 TOOL = cell().robot.tool
 LIMITS = cell().robot.limits

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, Builder, bound, cell, loaded, make_scene, pick, place, tip
 
 from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
@@ -15,6 +14,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.verify import verify
+from support.handmade_plans import CRAYOLA, Builder, bound, cell, loaded, make_scene, pick, place, tip
 
 Q = np.asarray(cell().configurations["home"].q)
 WAY = (0.0, 0.0, 0.1)  # m that the tool goes up

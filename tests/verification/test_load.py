@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import bound, pick
 
 from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
@@ -15,6 +14,7 @@ from pickcli.cell.scene import Scene
 from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
 from pickcli.verification.load import wrenches
 from pickcli.verification.verify import verify
+from support.handmade_plans import bound, pick
 
 BOTTLE: Item = replace(load_cell("apc2016_delft").item("dasani_water_bottle", 2016), mass_error=0.0)
 WEIGHT = 0.52 * 9.81

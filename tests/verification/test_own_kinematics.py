@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from handmade import DOWN, STRAIGHT, cell, tip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.verification.arm import link_poses, reaches
+from support.handmade_plans import DOWN, STRAIGHT, cell, tip
 
 
 def test_home_stands_where_the_sheet_says() -> None:

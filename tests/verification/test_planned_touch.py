@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from handmade import CRAYOLA, Builder, bound, cell, make_scene, move_plan, pick, pick_pushing, place, tip
 
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
@@ -19,6 +18,18 @@ from pickcli.verification.held import pose_in_tool
 from pickcli.verification.parts import parts_of_segments
 from pickcli.verification.standing import standing
 from pickcli.verification.verify import sampled, verify
+from support.handmade_plans import (
+    CRAYOLA,
+    Builder,
+    bound,
+    cell,
+    make_scene,
+    move_plan,
+    pick,
+    pick_pushing,
+    place,
+    tip,
+)
 
 Q = np.asarray(cell().configurations["home"].q)
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import CRAYOLA, Builder, bound, cell, make_scene, pick, tip
 
 from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
@@ -18,6 +17,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.recovery import _strayed
 from pickcli.verification.verify import verify
+from support.handmade_plans import CRAYOLA, Builder, bound, cell, make_scene, pick, tip
 
 OPENING, SLOWLY, JOG = RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.JOG
 Q = np.asarray(cell().configurations["home"].q)

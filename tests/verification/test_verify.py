@@ -6,7 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from handmade import (
+
+from pickcli.cell.scene import PoseNoise
+from pickcli.errors import RejectedError, StaleError
+from pickcli.geometry import pose
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.plan_file import motion_hash
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.verification.held import pose_in_tool
+from pickcli.verification.states import MAX_STEP
+from pickcli.verification.verify import certify, verify
+from support.handmade_plans import (
     CRAYOLA,
     DOWN,
     MOVING,
@@ -22,18 +33,7 @@ from handmade import (
     place,
     tip,
 )
-from mutations import MATRIX, scaled, segment, with_grasp, with_points
-
-from pickcli.cell.scene import PoseNoise
-from pickcli.errors import RejectedError, StaleError
-from pickcli.geometry import pose
-from pickcli.motion.event import Anchor, AnchorKind, Event
-from pickcli.motion.plan import Plan, RecoveryLevel
-from pickcli.motion.plan_file import motion_hash
-from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.states import MAX_STEP
-from pickcli.verification.verify import certify, verify
+from support.plan_mutations import MATRIX, scaled, segment, with_grasp, with_points
 
 
 def home_to(name: str, duration: float) -> Builder:

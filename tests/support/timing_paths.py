@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
+from hypothesis import strategies as st
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
@@ -11,6 +14,7 @@ from pickcli.timing.run import RunPart, TimedRun, time_run
 
 VELOCITY = np.array([1.0, 2.2, 2.2, 2.9, 2.9, 3.4, 3.4, 6.8])
 ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])
+SEEDS = st.integers(0, 10**6)
 
 
 def limits(n: int = 8, reach: float = 50.0) -> Limits:
@@ -41,3 +45,37 @@ def timed(waypoints: Array, tolerance: float = 0.02, **part: object) -> TimedRun
     n = waypoints.shape[1]
     one = RunPart(SegmentKind.TRANSIT, waypoints, blend_tolerance=tolerance, **part)  # type: ignore[arg-type]
     return time_run(names(n), [one], limits(n))
+
+
+@st.composite
+def polylines(draw: st.DrawFn) -> Array:
+    """Paths with everything that breaks: repeats, near-repeats, collinear points, reversals, tiny steps."""
+    n = draw(st.integers(1, 8))
+    rng = np.random.default_rng(draw(SEEDS))
+    points = [rng.normal(size=n)]
+    for kind in draw(
+        st.lists(st.sampled_from(["step", "repeat", "near", "back", "on", "tiny"]), max_size=12)
+    ):
+        last, before = points[-1], points[-2] if len(points) > 1 else points[-1] - 1.0
+        points.append(
+            {
+                "step": last + rng.normal(size=n) * 0.4,
+                "repeat": last,
+                "near": last + rng.normal(size=n) * 1e-8,
+                "back": before,
+                "on": last + (last - before) * 0.5,
+                "tiny": last + rng.normal(size=n) * 1e-5,
+            }[kind]
+        )
+    return np.array(points)
+
+
+def distance_to_polyline(q: Array, waypoints: Array) -> Array:
+    """(M,) Euclidean distance of points to a polyline, by brute force."""
+    best = np.linalg.norm(q[:, None] - waypoints, axis=2).min(axis=1)
+    for a, b in pairwise(waypoints):
+        length2 = float((b - a) @ (b - a))
+        if length2 > 0.0:
+            u = np.clip((q - a) @ (b - a) / length2, 0.0, 1.0)
+            best = np.minimum(best, np.linalg.norm(q - a - u[:, None] * (b - a), axis=1))
+    return best

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from pedestal import start
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
@@ -13,6 +12,7 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from support.pedestal import start
 
 GAP = 0.04  # m from the cup to the item at the start
 OVERTRAVEL = 0.003  # m

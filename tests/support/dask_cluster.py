@@ -21,7 +21,7 @@ def watch():
         time.sleep(0.5)
     os._exit(1)
 threading.Thread(target=watch, daemon=True).start()
-sys.path.insert(0, {str(Path(__file__).parent)!r})
+sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 {{before}}
 from distributed.cli.dask_{{what}} import main
 main(sys.argv[1:])

@@ -9,8 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from small_cell import LEAST_EFFORT, small_cell
-
 from pickcli.cell.model import Cell
 from pickcli.precompute.build import Means
 from pickcli.precompute.edge_recipe import EdgeRecipe
@@ -19,6 +17,7 @@ from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import read_database, read_roadmap
+from support.small_cell import LEAST_EFFORT, small_cell
 
 FEW_EDGES = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=3, max_iterations=1000)
 

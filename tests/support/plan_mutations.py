@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from handmade import CRAYOLA, DOWN, MOVING
 
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from support.handmade_plans import CRAYOLA, DOWN, MOVING
 
 Mutation = Callable[[Plan], Plan]
 

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from small_cell import LEAST_EFFORT
-from stored_kind import FEW_EDGES
-
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Body, box
@@ -17,6 +14,8 @@ from pickcli.precompute.build import Means
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.refresh import Refresh, refresh
 from pickcli.roadmap.store import surveyed
+from support.small_cell import LEAST_EFFORT
+from support.stored_kind import FEW_EDGES
 
 
 def with_parts(cell: Cell, **parts: object) -> Cell:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from reference import BOX, CYLINDER, FIXED, PRISMATIC, SPHERE, Arm, Solid, World
 
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from support.kernel_reference import BOX, CYLINDER, FIXED, PRISMATIC, SPHERE, Arm, Solid, World
 
 
 def random_pose(rng: np.random.Generator, reach: float) -> Array:
