@@ -9,17 +9,11 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.data_path import data_path
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene_file import write_scene
 from pickcli.errors import InputError
 from support.cell_copies import CellCopy
 from support.scene_files import make_scene
-
-
-@pytest.fixture(scope="session")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture

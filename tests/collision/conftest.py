@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.item import Item
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
@@ -15,11 +14,6 @@ from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from support.solid_helpers import MakeChecker, MakeScene
-
-
-@pytest.fixture(scope="session")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,6 @@ import pytest
 from click.testing import CliRunner
 
 from pickcli.cell.displacement import displaced
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
@@ -28,11 +27,6 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.verify import certify
 from support.command_line import apc, pick, refused
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture

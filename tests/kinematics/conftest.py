@@ -5,14 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.kinematics.arm import Arm
-
-
-@pytest.fixture(scope="session")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture(scope="session")

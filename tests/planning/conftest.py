@@ -7,18 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
 from pickcli.planning.context import Planner
 
 SceneWith = Callable[..., Scene]
-
-
-@pytest.fixture(scope="session")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture(scope="session")

@@ -5,15 +5,9 @@ from typing import Any
 
 import pytest
 
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, evacuate, make_world
-
-
-@pytest.fixture(scope="session")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture

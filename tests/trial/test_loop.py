@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import TOTE
 from pickcli.errors import InputError, NoPlanError, Reason
@@ -39,11 +38,6 @@ ORDER = pick_order(
     ("bin_D", "fitness_gear_3lb_dumbbell"),
 )
 LOST = Execution(4.0, stopped="vacuum lost in retreat", has_item=False)
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 def play(fake: FakeCrew, order: Order = ORDER, **settings: object) -> TrialResult:

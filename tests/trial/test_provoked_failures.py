@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import box
@@ -28,11 +27,6 @@ ITEM, BIN = "crayola_24_ct", "bin_B"
 ORDER = pick_order({BIN: (ITEM,)}, (BIN, ITEM))
 TIME = 90.0  # s on the trial's clock
 REALITY = replace(DEFAULT, pod_shift=False)
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import RecoveryLevel
@@ -38,11 +37,6 @@ DENIED = Execution(
 HIT = Execution(4.0, "contact", has_item=True, stop_cause=StopCause.CONTACT, path_time=4.0)
 BURST = Execution(4.0, "seal lost", has_item=False, stop_cause=StopCause.SEAL_LOST, path_time=4.0)
 ALL = frozenset(RecoveryLevel)
-
-
-@pytest.fixture(scope="module")
-def cell() -> Cell:
-    return load_cell("apc2016_delft")
 
 
 def fake_with(cell: Cell, *executions: Execution, clings: bool = False) -> FakeCrew:
