@@ -27,16 +27,16 @@ import numpy as np
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
-from pickcli.precompute.build import Means
-from pickcli.precompute.cluster import Cluster
-from pickcli.precompute.journal import Journal
+from pickcli.jobs.dask_executor import Cluster
+from pickcli.jobs.executors import Here, Processes, Runner
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_run import Means
+from pickcli.jobs.journal import Journal
 from pickcli.precompute.make import make_roadmap
 from pickcli.precompute.motion_recipe import MotionRecipe, task_key
 from pickcli.precompute.pairs import coarse_pairs
-from pickcli.precompute.recipe import Key
-from pickcli.precompute.record import Record
-from pickcli.precompute.runner import Here, Processes, Runner
-from pickcli.precompute.settings import TrajectorySettings
+from pickcli.trajopt.settings import TrajectorySettings
 
 
 def measure() -> dict[str, Any]:

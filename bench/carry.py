@@ -24,7 +24,6 @@ import numpy as np
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
@@ -34,8 +33,9 @@ from pickcli.planning.payload import carried_load
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.pieces import Piece
 from pickcli.planning.proven import Carried, carried_run, proven_run
+from pickcli.scene.scene import Scene
+from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import OrderKind, Target
 
 FREE, SLOWED, TIMED = "without a load", "all of it slowed down", "under the cup's limits"

@@ -17,8 +17,6 @@ import numpy as np
 from pickcli.cell.displacement import Displacement
 from pickcli.cell.item import Item
 from pickcli.cell.robot import Tool
-from pickcli.cell.scene import PlacedItem, Scene
-from pickcli.cell.supports import supports_of
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.candidates import sample_grasps
@@ -26,6 +24,8 @@ from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import Reality
 from pickcli.trial.clearing import from_the_mouth

@@ -38,11 +38,11 @@ from bench.deliverable import (
 from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import read_scene
 from pickcli.geometry import Array
+from pickcli.jobs.job import code_digest
 from pickcli.planning.context import Planner
-from pickcli.precompute.recipe import code_digest
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import read_scene
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order import OrderKind
 from pickcli.trial.output import write_output

@@ -25,7 +25,6 @@ from bench.warm import fresh_scene, planner
 from pickcli.cell.displacement import displaced
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, inverse, pose
@@ -34,6 +33,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import DEFAULT

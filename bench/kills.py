@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.errors import ApcError
-from pickcli.precompute.journal import Journal, journals
+from pickcli.jobs.journal import Journal, journals
 from pickcli.roadmap.store import surveyed
 
 _APC = str(Path(sys.executable).with_name("apc"))

@@ -21,11 +21,11 @@ import numpy as np
 
 from bench.warm import fresh_scene, planner
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import Reality, read_reality

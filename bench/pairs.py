@@ -32,12 +32,12 @@ from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.precompute.bounds import lower_bound
 from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.pairs import delft_pairs
-from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import MotionKey, PayloadClass
+from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.time_lower_bound import lower_bound
 
 # s in which the acceleration may turn from one limit to the other where there is no jerk limit: a millisecond
 # of a trajectory that is promised to keep its limits at every millisecond.

@@ -20,12 +20,12 @@ from rich.console import Console
 from rich.table import Table
 
 from bench.warm import fresh_scene, planner
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
 from pickcli.simulation.reality import DEFAULT

@@ -17,13 +17,13 @@ from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.artifacts import ensure_artifacts
 from pickcli.precompute.empty_scene import checker
 from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.connect import Problem, QueryOptions
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.space import JointSpace
 from pickcli.roadmap.store import read_roadmap
 from pickcli.roadmap.through import through_roadmap
 

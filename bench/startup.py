@@ -14,8 +14,8 @@ from pathlib import Path
 
 from bench.warm import fresh_scene
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene_file import write_scene
 from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.scene.scene_file import write_scene
 
 APC = [str(Path(sys.executable).with_name("apc"))]
 

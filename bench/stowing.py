@@ -16,11 +16,11 @@ from rich.console import Console
 from rich.table import Table
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.errors import InputError
-from pickcli.trial.layout import Contents
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.stowing.bin_layout import Contents
+from pickcli.stowing.make_scene import fill_bin
 from pickcli.trial.make_order import YEARS, make_order
-from pickcli.trial.make_scene import fill_bin
 from pickcli.trial.order import OrderKind
 
 CELL = "apc2016_delft"

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
 from pickcli.planning.context import Planner
 from pickcli.precompute.artifacts import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap
+from pickcli.scene.scene import Scene
+from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import Order, OrderKind
 
 

@@ -13,19 +13,17 @@ from typing import Any
 import numpy as np
 
 from bench.fuzz.mutate import NUMBERS, as_json, mutated_bytes, mutated_value
-from pickcli.cell.atomic import write_bytes
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.data_path import data_path
 from pickcli.cell.items_file import ItemsModel, read_items
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.cell.urdf import read_urdf
-from pickcli.cell.validate import FileModel, validate
-from pickcli.cell.yaml_reader import read_yaml
 from pickcli.errors import RejectedError
+from pickcli.files.atomic_write import write_bytes
+from pickcli.files.schema import FileModel, validate
+from pickcli.files.yaml_reader import read_yaml
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import read_plan, write_plan
@@ -42,6 +40,8 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import read_reality
 from pickcli.trial.order import read_order
@@ -79,7 +79,7 @@ def sound() -> Sound:
     """A small order, its scene, and a pick that the verifier accepts."""
     from pickcli.planning.context import Planner
     from pickcli.planning.pick import Start, plan_pick
-    from pickcli.trial.make_scene import make_scene
+    from pickcli.stowing.make_scene import make_scene
     from pickcli.verification.verify import certify
 
     cell = load_cell("apc2016_delft")

@@ -41,17 +41,20 @@ PACKAGES = (
     ),
     Package(
         "cell files",
-        ("cell/yaml_reader", "cell/urdf", "cell/consistency", "cell/validate", "cell/reading", "cell/atomic"),
+        ("files/yaml_reader", "cell/urdf", "cell/consistency", "files/schema", "files/bounded_reading",
+         "files/atomic_write"),
         (
-            "tests/cell/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
+            "tests/files/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
             "tests/cell/test_cell_bounds.py", "tests/cell/test_cell_mistakes.py",
-            "tests/cell/test_atomic.py", "tests/cell/test_reading.py", "tests/cell/test_default_cell.py",
+            "tests/files/test_atomic_write.py", "tests/files/test_bounded_reading.py",
+            "tests/cell/test_default_cell.py",
         ),
     ),
     Package(
         "scene files",
-        ("cell/scene_checks", "cell/scene_file", "cell/overlap"),
-        ("tests/cell/test_scene_file.py", "tests/cell/test_scene_checks.py", "tests/cell/test_overlap.py"),
+        ("scene/scene_checks", "scene/scene_file", "scene/solid_overlap"),
+        ("tests/scene/test_scene_file.py", "tests/scene/test_scene_checks.py",
+         "tests/scene/test_solid_overlap.py"),
     ),
     Package(
         "plan files",
@@ -60,10 +63,10 @@ PACKAGES = (
     ),
     Package(
         "store",
-        ("roadmap/hdf5_guard", "roadmap/hdf5_read", "roadmap/hdf5_survey", "roadmap/hdf5_spare",
-         "roadmap/hdf5_write", "roadmap/validate"),
-        ("tests/roadmap/test_guard.py", "tests/roadmap/test_validate.py", "tests/roadmap/test_store.py",
-         "tests/roadmap/test_survey.py"),
+        ("storage/safe_open", "storage/table_reader", "storage/integrity_scan", "storage/header_backup",
+         "storage/table_writer", "roadmap/validate"),
+        ("tests/storage/test_tables.py", "tests/roadmap/test_validate.py", "tests/roadmap/test_store.py",
+         "tests/storage/test_integrity_scan.py"),
     ),
     Package(
         "verifier",
@@ -78,9 +81,9 @@ PACKAGES = (
     ),
     Package(
         "contact rules",
-        ("collision/allowed_contacts", "cell/supports", "cell/touching"),
-        ("tests/collision/test_allowed_contacts.py", "tests/cell/test_supports.py",
-         "tests/cell/test_balance.py", "tests/cell/test_touching.py"),
+        ("collision/allowed_contacts", "scene/supports", "scene/touching"),
+        ("tests/collision/test_allowed_contacts.py", "tests/scene/test_supports.py",
+         "tests/scene/test_balance.py", "tests/scene/test_touching.py"),
     ),
     Package(
         "load rules",

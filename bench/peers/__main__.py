@@ -28,14 +28,14 @@ from bench.peers.queries import Query, exchange, queries, scenes
 from bench.peers.table import OURS, Row, replace_section, section
 from pickcli import __version__
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import Scene
 from pickcli.errors import ArtifactError, InputError
+from pickcli.jobs.executors import available_cores, runner
+from pickcli.jobs.job_run import Means
 from pickcli.planning.context import Planner
 from pickcli.precompute.artifacts import default_paths
-from pickcli.precompute.build import Means
 from pickcli.precompute.make import make_roadmap
-from pickcli.precompute.runner import available_cores, runner
 from pickcli.roadmap.store import read_database, read_roadmap
+from pickcli.scene.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 PYTHON = ROOT / ".venv-peers" / "bin" / "python"

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.peers.queries import Query
-from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
 from pickcli.verification.clearance import check_clearance
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.parts import farthest, fixtures, parts

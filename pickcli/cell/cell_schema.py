@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
-from pickcli.cell.validate import (
+from pickcli.files.schema import (
     Angle,
     Angles,
     FileModel,

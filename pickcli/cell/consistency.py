@@ -10,7 +10,7 @@ from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.pod import flat_from
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.urdf import UrdfChain
-from pickcli.cell.yaml_reader import Key, Source
+from pickcli.files.yaml_reader import Key, Source
 
 # The most of any joint that is built: m/s or rad/s, and their derivatives.
 LINEAR = {"max_velocity": 20.0, "max_acceleration": 500.0, "max_jerk": 1e5}

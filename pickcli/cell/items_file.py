@@ -9,11 +9,11 @@ from annotated_types import Len
 from pydantic import Field, model_validator
 
 from pickcli.cell.data_path import data_path
-from pickcli.cell.file_kind import ITEMS
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.validate import FileModel, Number, validate
-from pickcli.cell.yaml_reader import read_yaml
+from pickcli.files.file_kind import ITEMS
+from pickcli.files.schema import FileModel, Number, validate
+from pickcli.files.yaml_reader import read_yaml
 
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Interval = Annotated[tuple[Number, ...], Len(2, 2)]

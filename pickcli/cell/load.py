@@ -13,7 +13,6 @@ from pickcli.cell.consistency import check_consistency
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.file_kind import CELL
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.model import AllowedPair, Cell, NamedConfiguration
@@ -23,9 +22,10 @@ from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import UrdfChain, read_urdf
-from pickcli.cell.validate import validate
-from pickcli.cell.yaml_reader import Source, read_yaml
 from pickcli.errors import UnknownNameError
+from pickcli.files.file_kind import CELL
+from pickcli.files.schema import validate
+from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, pose
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from pickcli.cell.robot import Joint, JointType, Link
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.xml_reader import Element, read_xml
+from pickcli.files.xml_reader import Element, read_xml
 from pickcli.geometry import Array, pose
 
 # Beyond these a figure was written in another unit.

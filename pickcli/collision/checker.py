@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.model import CollisionModel
@@ -13,6 +12,7 @@ from pickcli.collision.motion_validator import Entered, KernelValidator
 from pickcli.collision.world import KERNEL_KINDS, World, build_world
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
+from pickcli.scene.scene import Scene
 
 
 class SceneChecker(KernelValidator):

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.model import CollisionModel
 from pickcli.collision.motion_validator import Entered, KernelValidator
 from pickcli.collision.world import KERNEL_KINDS, build_world
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kernel import Chain, Checker
+from pickcli.scene.scene import Scene
 
 N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y, roll about the turned x
 LANCE, CUP = 5, 6  # frames that move with all six: two, as only the cup may touch what is touched

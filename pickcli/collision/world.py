@@ -9,12 +9,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
+from pickcli.scene.scene import Scene
 
 KERNEL_KINDS = {ShapeKind.BOX: 0, ShapeKind.CYLINDER: 1, ShapeKind.SPHERE: 2}
 

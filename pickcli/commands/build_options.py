@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.options import json_option, output_option, seed_option
-from pickcli.roadmap.planners import PlannerName
+from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
-    from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+    from pickcli.precompute.settings import RoadmapSettings
+    from pickcli.trajopt.settings import TrajectorySettings
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -11,8 +11,8 @@ from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.planners import PlannerName
 
 if TYPE_CHECKING:
     from pickcli.precompute.roadmap_report import RoadmapReport

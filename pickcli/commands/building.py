@@ -16,8 +16,8 @@ from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
-    from pickcli.precompute.build import Means, Progress, Report
-    from pickcli.precompute.runner import Runner
+    from pickcli.jobs.executors import Runner
+    from pickcli.jobs.job_run import Means, Progress, Report
 
 
 @contextmanager
@@ -25,8 +25,8 @@ def building(
     label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
 ) -> Iterator[Means]:
     """The means of a build that tells its progress and, where it cannot be finished, how it goes on."""
-    from pickcli.precompute.build import Means
-    from pickcli.precompute.journal import journals
+    from pickcli.jobs.job_run import Means
+    from pickcli.jobs.journal import journals
 
     who = _who_works(jobs, scheduler)
     last: Progress | None = None
@@ -53,8 +53,8 @@ def building(
 
 
 def _who_works(jobs: int | None, scheduler: str | None) -> Runner:
-    from pickcli.precompute.cluster import Cluster
-    from pickcli.precompute.runner import available_cores, runner
+    from pickcli.jobs.dask_executor import Cluster
+    from pickcli.jobs.executors import available_cores, runner
 
     if scheduler is None:
         return runner(jobs or available_cores())

@@ -15,7 +15,7 @@ from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
     from pickcli.precompute.repair import Repair
-    from pickcli.roadmap.hdf5_survey import Survey
+    from pickcli.storage.integrity_scan import Survey
 
 MOST_LINES = 20  # damaged blocks that are listed for people
 

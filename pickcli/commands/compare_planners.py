@@ -11,11 +11,11 @@ from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 from pickcli.errors import InputError
-from pickcli.roadmap.planners import PlannerName
+from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
-    from pickcli.precompute.comparison import Standing
-    from pickcli.precompute.contest import Contestant
+    from pickcli.planner_benchmark.benchmark_entries import Contestant
+    from pickcli.planner_benchmark.benchmark_summary import Standing
 
 SEARCH = "search"
 GEOMETRIC = (
@@ -58,7 +58,7 @@ def command(
       apc compare-planners --pairs bin_A:tote,cam_D:drop_00_down --tries 5
     """
     from pickcli.cell.load import load_cell
-    from pickcli.precompute.compare import blocked_pairs, compare
+    from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
     from pickcli.roadmap.database import PayloadClass
 
     cell, load = load_cell(cell_name), PayloadClass(payload)
@@ -88,8 +88,8 @@ def _pairs(text: str) -> list[tuple[str, str]]:
 
 def _contestants(text: str, iterations: int) -> list[Contestant]:
     """The planners of those names. Raises InputError."""
-    from pickcli.precompute.contest import Geometric, InTime
-    from pickcli.precompute.settings import TrajectorySettings
+    from pickcli.planner_benchmark.benchmark_entries import Geometric, InTime
+    from pickcli.trajopt.settings import TrajectorySettings
 
     known = [*map(str, PlannerName), SEARCH]
     names = list(dict.fromkeys(text.split(",")))

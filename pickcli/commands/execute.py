@@ -27,10 +27,10 @@ from pickcli.commands.scene_options import open_scene, refuse_held, scene_option
 
 if TYPE_CHECKING:
     from pickcli.cell.robot import PivotState
-    from pickcli.cell.scene import Scene
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.context import Planner
+    from pickcli.scene.scene import Scene
     from pickcli.simulation.camera import Film
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
@@ -113,8 +113,8 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
 
     Raises RejectedError, or StaleError for another scene or cell.
     """
-    from pickcli.cell.scene_file import scene_hash
     from pickcli.errors import StaleError
+    from pickcli.scene.scene_file import scene_hash
 
     here, carried = scene_hash(believed), plan.certificate
     if carried is not None and plan.scene_hash != here:

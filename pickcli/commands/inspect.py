@@ -13,7 +13,7 @@ from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene
 
 if TYPE_CHECKING:
-    from pickcli.cell.scene import Scene
+    from pickcli.scene.scene import Scene
 
 HEAD = 4096  # bytes in which a JSON file of ours names its format
 
@@ -73,9 +73,9 @@ def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]
 
 def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
-    from pickcli.cell.file_kind import CELL, PLAN, SCENE, STORE, kind_of
-    from pickcli.cell.reading import refuse_special_file
     from pickcli.errors import InputError
+    from pickcli.files.bounded_reading import refuse_special_file
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, kind_of
 
     if path.is_dir() or not path.exists():
         return _cell(path)
@@ -138,7 +138,7 @@ def _cell(path: Path) -> dict[str, Any]:
 
 def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
     from pickcli.cell.displacement import pod_stand
-    from pickcli.cell.scene_file import held_values, scene_hash
+    from pickcli.scene.scene_file import held_values, scene_hash
 
     scene = open_scene(path, cell_name)
     places = Counter(placed.location for placed in scene.items)
@@ -160,7 +160,7 @@ def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
 
 def _supports(scene: Scene) -> dict[str, Any]:
     """By item: what it rests on, and what falls or rolls when it is taken away."""
-    from pickcli.cell.supports import supports_of
+    from pickcli.scene.supports import supports_of
 
     supports = supports_of(scene)
     told = {}

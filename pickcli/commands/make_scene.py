@@ -51,7 +51,7 @@ def command(
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
     """
     from pickcli.cell.load import load_cell
-    from pickcli.cell.scene_file import scene_hash, write_scene
+    from pickcli.scene.scene_file import scene_hash, write_scene
     from pickcli.trial.order import read_order
 
     cell = load_cell(cell_name)
@@ -61,9 +61,9 @@ def command(
     if picture is not None:
         refuse_output(picture, overwrite, order_path, cell_name)
 
-    from pickcli.trial.make_scene import make_scene, refuse_too_much
+    from pickcli.stowing.make_scene import make_scene, refuse_too_much
 
-    refuse_too_much(order, cell, str(order_path))
+    refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     with progress("settling") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     write_scene(scene, output, overwrite)

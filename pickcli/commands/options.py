@@ -88,7 +88,7 @@ def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> No
         overwrite: Whether a file that is there may be replaced.
         *inputs: What the command reads (a cell by its folder or name): never replaced.
     """
-    from pickcli.cell.reading import refuse_special_file
+    from pickcli.files.bounded_reading import refuse_special_file
 
     try:
         if path.is_dir():

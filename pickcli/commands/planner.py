@@ -16,10 +16,10 @@ from pickcli.errors import InputError, RejectedError, UnknownNameError
 if TYPE_CHECKING:
     from pickcli.cell.model import Cell
     from pickcli.cell.robot import PivotState
-    from pickcli.cell.scene import Scene
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.context import Planner
+    from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -81,9 +81,9 @@ def _build_missing(cell: Cell) -> None:
     """Build what is missing in the cell's cache, with progress."""
     from contextlib import ExitStack
 
+    from pickcli.jobs.executors import available_cores, runner
+    from pickcli.jobs.journal import journals
     from pickcli.precompute.artifacts import default_paths, ensure_artifacts
-    from pickcli.precompute.journal import journals
-    from pickcli.precompute.runner import available_cores, runner
 
     try:
         with ExitStack() as bars:

@@ -28,8 +28,8 @@ from pickcli.errors import TrialAbortedError
 if TYPE_CHECKING:
     from pickcli.cell.displacement import Displacement
     from pickcli.cell.model import Cell
-    from pickcli.cell.scene import PoseNoise
     from pickcli.geometry import Array
+    from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import Reality
     from pickcli.trial.result import TrialResult
 
@@ -39,7 +39,7 @@ MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
     """MM,DEG to metres and radians. Raises BadParameter."""
-    from pickcli.cell.scene import PoseNoise
+    from pickcli.scene.scene import PoseNoise
 
     try:
         millimetres, degrees = (float(part) for part in value.split(","))
@@ -112,10 +112,10 @@ def command(
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
 
+    from pickcli.stowing.make_scene import make_scene, refuse_too_much
     from pickcli.trial.arena import SimulatedArena, crew_of
-    from pickcli.trial.make_scene import make_scene, refuse_too_much
 
-    refuse_too_much(order, cell, str(order_path))
+    refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
     with progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)

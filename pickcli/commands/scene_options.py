@@ -13,7 +13,7 @@ from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.cell.model import Cell
-    from pickcli.cell.scene import Scene
+    from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -37,7 +37,7 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     """
     from pickcli.cell.displacement import pod_stand
     from pickcli.cell.load import load_cell
-    from pickcli.cell.scene_file import read_scene
+    from pickcli.scene.scene_file import read_scene
 
     scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
     if not scene.is_pod_within_bounds:

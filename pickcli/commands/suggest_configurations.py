@@ -14,7 +14,7 @@ from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
-    from pickcli.precompute.suggestion import Suggestion
+    from pickcli.reachability.ranked_configuration import Suggestion
 
 HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
 
@@ -50,12 +50,12 @@ def command(
     Example:
       apc suggest-configurations --bin bin_C -o bin_C.yaml
     """
-    from pickcli.cell.atomic import write_text
     from pickcli.cell.configuration_text import configuration_line
     from pickcli.cell.load import load_cell
     from pickcli.cell.robot import PivotState
-    from pickcli.precompute.suggest import Suggester
-    from pickcli.precompute.suggestion import SuggestSettings
+    from pickcli.files.atomic_write import write_text
+    from pickcli.reachability.configuration_ranking import Suggester
+    from pickcli.reachability.ranked_configuration import SuggestSettings
 
     if output is not None:
         refuse_output(output, overwrite, cell_name)

@@ -11,10 +11,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pickcli.cell.atomic import write_bytes
-from pickcli.cell.file_kind import PLAN
-from pickcli.cell.reading import read_text
 from pickcli.errors import DamagedError, InputError
+from pickcli.files.atomic_write import write_bytes
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import PLAN
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Certificate, Grasp, Plan

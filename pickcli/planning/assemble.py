@@ -11,8 +11,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan
@@ -25,6 +23,8 @@ from pickcli.planning.events import schedule
 from pickcli.planning.pieces import COARSE_BLEND, PickMotion, Piece, moving, way_in, way_out, way_up
 from pickcli.planning.promises import thrown
 from pickcli.planning.proven import carried_run, proven_run
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.run import TimedRun
 from pickcli.timing.sequence import concatenate
 

@@ -9,11 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cartesian.corridor import Corridor
-from pickcli.cell.overlap import TOUCH
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
-from pickcli.cell.supports import Supports, Touching, supports_of
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.free_flyer import FreeItemChecker, FreeToolChecker
@@ -24,6 +21,9 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.context import NONE, Planner
 from pickcli.planning.settings import Neighbours
 from pickcli.planning.ways_out import WaysOut
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.supports import Supports, Touching, supports_of
 from pickcli.seeds import derived_seed
 
 PRESS = 0.001  # m that the bellows are pressed at least

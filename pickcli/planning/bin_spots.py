@@ -11,14 +11,14 @@ from itertools import islice
 
 import numpy as np
 
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.station import Bin
-from pickcli.cell.supports import supports_of
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.context import Planner
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.supports import supports_of
 
 STEP = 0.02  # m between places that are tried
 FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
+from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.context import Planner
 from pickcli.roadmap.connect import QueryOptions
-from pickcli.roadmap.cost import estimated_duration
 from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.query import query
 from pickcli.roadmap.query_experience import QueryExperience

@@ -8,17 +8,17 @@ from functools import cached_property, lru_cache, partial
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.kinematics.arm import Arm
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.settings import DEFAULTS, PickSettings
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.query_experience import ExperienceRecorder
-from pickcli.roadmap.space import JointSpace
+from pickcli.scene.scene import Scene
 
 NONE: frozenset[str] = frozenset()
 N_CHECKERS = 64  # that are kept: more than one query needs

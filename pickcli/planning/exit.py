@@ -16,10 +16,10 @@ from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
+from pickcli.path_planning.sampling_planner import plan
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.first_stretch import climbed, drawn
-from pickcli.roadmap.plan import plan
-from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import JointSpace
 
 NAMES = ("x", "y", "z", "yaw", "pitch", "roll")
 LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the pushes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 
-from pickcli.cell.scene import Scene
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
@@ -12,6 +11,7 @@ from pickcli.planning.assemble import assemble_move
 from pickcli.planning.coarse import plan_coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start
+from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.assemble import assemble_pick
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.coarse import Coarse, plan_coarse
@@ -23,7 +23,7 @@ from pickcli.planning.into_bin import into_bin
 from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.settings import Neighbours
-from pickcli.roadmap.cost import estimated_duration
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from pickcli.cartesian.follow import follow_line
 from pickcli.cartesian.keyposes import PREAPPROACH_DISTANCE
 from pickcli.cartesian.line import shifted
-from pickcli.cell.scene import Scene
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
@@ -29,6 +28,7 @@ from pickcli.planning.pick import Start
 from pickcli.planning.pieces import COARSE_BLEND, Piece
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
 SAFE = "home"
@@ -90,7 +90,7 @@ def plan_recovery(
 
 
 def _hash(scene: Scene) -> str:
-    from pickcli.cell.scene_file import scene_hash
+    from pickcli.scene.scene_file import scene_hash
 
     return scene_hash(scene)
 

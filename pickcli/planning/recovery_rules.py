@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
@@ -15,6 +14,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.planning.context import NONE, Planner
 from pickcli.planning.pick import Start
+from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 SLOW = 0.095  # of all limits, where the verifier allows a tenth of the velocity

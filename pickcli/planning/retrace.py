@@ -13,8 +13,6 @@ from enum import StrEnum
 import numpy as np
 
 from pickcli.cell.robot import Limits, Robot
-from pickcli.cell.scene import HeldItem, PlacedItem, Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import LimitError, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.holding import Hold
@@ -23,6 +21,8 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.payload import carried_load
+from pickcli.scene.scene import HeldItem, PlacedItem, Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.stop import resume
 
 FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart

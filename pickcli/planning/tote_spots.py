@@ -8,10 +8,10 @@ import numpy as np
 
 from pickcli.cartesian.line import shifted
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.scene.scene import TOTE, Scene
 
 WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
 LEAST_WALL = 0.008

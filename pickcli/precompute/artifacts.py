@@ -10,12 +10,12 @@ from typing import Any
 
 from pickcli.cell.model import Cell
 from pickcli.errors import ArtifactError, InputError
-from pickcli.precompute.build import Means, Report
-from pickcli.precompute.journal import journals
+from pickcli.jobs.executors import Here, Runner
+from pickcli.jobs.job_run import Means, Report
+from pickcli.jobs.journal import journals
 from pickcli.precompute.make import make_roadmap, make_trajectories
-from pickcli.precompute.recipe import configurations_digest
+from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.repair import repair
-from pickcli.precompute.runner import Here, Runner
 from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveyed
 
 

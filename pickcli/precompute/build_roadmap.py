@@ -16,7 +16,7 @@ from pickcli.cell.model import NamedConfiguration
 from pickcli.cell.robot import PivotState
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
-from pickcli.precompute.build import Build
+from pickcli.jobs.job_run import Build
 from pickcli.precompute.edge_recipe import EdgeRecipe, mark_of
 from pickcli.precompute.important import important_pairs
 from pickcli.precompute.roadmap_report import RoadmapReport

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from pickcli.errors import Reason
-from pickcli.precompute.build import Build, Progress
+from pickcli.jobs.job_run import Build, Progress
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
 from pickcli.precompute.pairs import coarse_pairs
-from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.stored_database import Missing
+from pickcli.trajopt.settings import TrajectorySettings
 
 
 @dataclass(frozen=True)

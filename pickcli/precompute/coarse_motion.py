@@ -20,19 +20,19 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.path import JointPath
-from pickcli.precompute.averaged import averaged
-from pickcli.precompute.bounds import lower_bound, scaled
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_scene import RESERVE, Case, checkers
-from pickcli.precompute.leg import TICK, Pace
-from pickcli.precompute.leg_proof import LegProof
-from pickcli.precompute.polyline import polyline
-from pickcli.precompute.ramps import Ramps
-from pickcli.precompute.search import Search
-from pickcli.precompute.settings import TrajectorySettings
-from pickcli.precompute.timed_proof import is_proven, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, MotionKey
-from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
+from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
+from pickcli.trajopt.jerk_filter import averaged
+from pickcli.trajopt.minimum_time_search import Search
+from pickcli.trajopt.parabolic_segment import TICK, Pace
+from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.path_fitting import polyline
+from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.trajectory_validator import LegProof
 
 # Times the least duration: what a motion that holds in every pivot state may take, ...
 _WORTH = 1.01

@@ -15,16 +15,17 @@ from pickcli.collision.model import CollisionModel
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import Reason
 from pickcli.geometry import Array
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.sampling_planner import plan
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_scene import RESERVE, checker
-from pickcli.precompute.recipe import Key, inputs_digest
-from pickcli.precompute.record import Record
+from pickcli.precompute.provenance import inputs_digest
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import PayloadClass
-from pickcli.roadmap.plan import plan
-from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
 
 # Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*

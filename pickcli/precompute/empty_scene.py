@@ -11,13 +11,13 @@ from pickcli.cell.displacement import PodStand
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import pose
 from pickcli.roadmap.database import PayloadClass
+from pickcli.scene.scene import PoseNoise, Scene
 
 # Delft generated their motions with such a cube attached: what is free with it is free with most items.
 CUBE_EDGE = 0.2  # m

@@ -14,20 +14,21 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pickcli.cell.lock import locked
 from pickcli.cell.model import Cell
 from pickcli.errors import ArtifactError, InputError, Reason
+from pickcli.files.file_lock import locked
 from pickcli.geometry import Array
 from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.make import versions
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, task_key
-from pickcli.precompute.recipe import configurations_digest
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+from pickcli.precompute.provenance import configurations_digest
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.grow import with_polylines, without_doubles
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import read_database, read_roadmap, write_database, write_roadmap
+from pickcli.trajopt.settings import TrajectorySettings
 
 T = TypeVar("T")
 

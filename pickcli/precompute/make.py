@@ -10,15 +10,16 @@ from typing import Any
 from pickcli import __version__
 from pickcli.cell.change import parts_of
 from pickcli.cell.model import Cell
-from pickcli.precompute.build import Build, Means
+from pickcli.jobs.job_run import Build, Means
 from pickcli.precompute.build_roadmap import build_roadmap
 from pickcli.precompute.build_trajectories import TrajectoryReport, build_trajectories
 from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.motion_recipe import MotionRecipe
-from pickcli.precompute.recipe import configurations_digest
+from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.roadmap_report import RoadmapReport
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.store import write_database, write_roadmap
+from pickcli.trajopt.settings import TrajectorySettings
 
 
 def make_roadmap(

@@ -10,13 +10,14 @@ from pickcli.cell.displacement import PodMark, PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute.coarse_motion import MotionMaker
-from pickcli.precompute.recipe import Key, inputs_digest
-from pickcli.precompute.record import Record
-from pickcli.precompute.settings import TrajectorySettings
+from pickcli.precompute.provenance import inputs_digest
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.trajopt.settings import TrajectorySettings
 
 _LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a free line
 

@@ -19,17 +19,18 @@ from pickcli.cell.displacement import PodStand
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
-from pickcli.precompute.build import Means
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_run import Means
 from pickcli.precompute.edge_recipe import mark_of
 from pickcli.precompute.make import versions
 from pickcli.precompute.motion_recipe import made_of, motion_key, record_of
-from pickcli.precompute.recipe import Key, configurations_digest
-from pickcli.precompute.record import Record
+from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.reproof import Reproof
 from pickcli.precompute.stored_records import make_again, stored_records
 from pickcli.roadmap.database import CoarseMotion, PayloadClass
-from pickcli.roadmap.hdf5_survey import Survey
 from pickcli.roadmap.stored_database import DATABASE
+from pickcli.storage.integrity_scan import Survey
 
 
 @dataclass(frozen=True)

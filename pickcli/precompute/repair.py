@@ -7,12 +7,12 @@ from pathlib import Path
 
 from pickcli.cell.model import Cell
 from pickcli.errors import StaleError
-from pickcli.precompute.build import Means
+from pickcli.jobs.job_run import Means
 from pickcli.precompute.make import versions
-from pickcli.precompute.recipe import configurations_digest
+from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.stored_records import make_again, stored_records
-from pickcli.roadmap.hdf5_read import stored_file
-from pickcli.roadmap.hdf5_survey import Survey
+from pickcli.storage.integrity_scan import Survey
+from pickcli.storage.table_reader import stored_file
 
 
 @dataclass(frozen=True)

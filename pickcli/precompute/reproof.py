@@ -26,10 +26,10 @@ from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_scene import RESERVE, Case, checker, checkers
-from pickcli.precompute.timed_proof import keeps, proven_clearance
 from pickcli.roadmap.database import CoarseMotion, PayloadClass
-from pickcli.roadmap.space import JointSpace
+from pickcli.trajopt.certified_clearance import keeps, proven_clearance
 
 
 @dataclass(frozen=True, eq=False)

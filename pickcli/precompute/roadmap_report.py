@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pickcli.precompute.build import Progress
+from pickcli.jobs.job_run import Progress
 from pickcli.precompute.second_routes import SecondRoutes
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.stored_roadmap import RoadmapGaps

@@ -9,21 +9,22 @@ from pathlib import Path
 
 from pickcli.cell.model import Cell
 from pickcli.errors import StaleError
-from pickcli.precompute.build import Means
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_run import Means
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.build_trajectories import TrajectoryReport
 from pickcli.precompute.learn import LEARNED
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import record_of, task_key
-from pickcli.precompute.recipe import Key
-from pickcli.precompute.record import Record
 from pickcli.precompute.roadmap_report import RoadmapReport
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
-from pickcli.roadmap.hdf5_survey import Survey
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.intact import intact_missing, intact_motions
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.stored_database import DATABASE
 from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
+from pickcli.storage.integrity_scan import Survey
+from pickcli.trajopt.settings import TrajectorySettings
 
 
 def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:

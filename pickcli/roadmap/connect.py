@@ -8,10 +8,10 @@ import numpy as np
 
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.sampling_planner import plan
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.plan import plan
-from pickcli.roadmap.planners import PlannerName
-from pickcli.roadmap.space import JointSpace
 from pickcli.seeds import derived_seed
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.roadmap.space import JointSpace
+from pickcli.path_planning.state_space import JointSpace
 
 
 def free_goals(

@@ -14,11 +14,11 @@ from pickcli.cell.robot import PivotState
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_survey import Survey
 from pickcli.roadmap.stored_database import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.roadmap.stored_roadmap import one_state
+from pickcli.storage.integrity_scan import Survey
 
 
 def check_intact(found: Survey) -> None:

@@ -12,12 +12,12 @@ from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
+from pickcli.path_planning.path_cost import edge_costs, estimated_duration
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.roadmap.connect import Problem, QueryOptions
-from pickcli.roadmap.cost import edge_costs, estimated_duration
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.shorten import shorten
-from pickcli.roadmap.space import JointSpace
 from pickcli.roadmap.through import ThroughRoute, through_roadmap
 from pickcli.seeds import derived_seed
 

@@ -11,11 +11,6 @@ from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import CoarseMotion, MotionKey, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_format import Format
-from pickcli.roadmap.hdf5_guard import SYMPTOMS, cause_of, opened, read_attributes
-from pickcli.roadmap.hdf5_read import StoredFile, stored_file
-from pickcli.roadmap.hdf5_survey import Survey, survey
-from pickcli.roadmap.hdf5_write import write_content
 from pickcli.roadmap.intact import check_intact
 from pickcli.roadmap.stored_database import (
     DATABASE,
@@ -27,6 +22,11 @@ from pickcli.roadmap.stored_database import (
     row_of,
 )
 from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, gaps_of, roadmap_content, roadmap_of
+from pickcli.storage.integrity_scan import Survey, survey
+from pickcli.storage.safe_open import SYMPTOMS, cause_of, opened, read_attributes
+from pickcli.storage.table_format import Format
+from pickcli.storage.table_reader import StoredFile, stored_file
+from pickcli.storage.table_writer import write_content
 
 FORMATS = (ROADMAP, DATABASE)
 

@@ -13,10 +13,10 @@ from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TimedPoints, TrajectoryDatabase
-from pickcli.roadmap.hdf5_format import NUMBER, TEXT, Columns, Content, Format, Table
-from pickcli.roadmap.hdf5_read import StoredFile
 from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of, row_mark
 from pickcli.roadmap.stored_reasons import reason_columns, reason_row, reason_rows, reason_table
+from pickcli.storage.table_format import NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.storage.table_reader import StoredFile
 
 Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from pickcli.cell.displacement import PodMark, PodStand
-from pickcli.roadmap.hdf5_format import Columns
-from pickcli.roadmap.hdf5_read import StoredFile
+from pickcli.storage.table_format import Columns
+from pickcli.storage.table_reader import StoredFile
 
 MARK = ("stand", "why_nominal")  # fields of a table, both TEXT
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pickcli.errors import Reason
-from pickcli.roadmap.hdf5_format import TEXT, AnyArray, Columns, Table
+from pickcli.storage.table_format import TEXT, AnyArray, Columns, Table
 
 
 def reason_table(*names: str) -> Table:

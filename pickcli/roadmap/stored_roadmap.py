@@ -11,10 +11,10 @@ import numpy as np
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_format import INDEX, NUMBER, TEXT, Columns, Content, Format, Table
-from pickcli.roadmap.hdf5_read import StoredFile
 from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
 from pickcli.roadmap.stored_reasons import reason_columns, reason_rows, reason_table
+from pickcli.storage.table_format import INDEX, NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.storage.table_reader import StoredFile
 
 Names = tuple[str, ...]
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from pickcli.cell.model import Cell
 from pickcli.geometry import Array
+from pickcli.path_planning.state_space import LIMIT_TOLERANCE, JointSpace
 from pickcli.roadmap.database import IntArray, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.space import LIMIT_TOLERANCE, JointSpace
 
 
 def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:

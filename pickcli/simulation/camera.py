@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.atomic import write_bytes
-from pickcli.cell.scene import Scene
 from pickcli.errors import InputError
+from pickcli.files.atomic_write import write_bytes
+from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array, inverse
+from pickcli.scene.scene import TOTE, Scene
 
 OUTSIDE = "outside"  # on the floor, the table, the robot: neither in a bin nor in the tote
 UNDER_BOARD = 0.01  # m under a board within which an item that is seen lies on it: none hangs from it

@@ -14,10 +14,10 @@ from typing import Annotated, Any, Literal, TypeAlias, get_type_hints
 
 from pydantic import Field, create_model
 
-from pickcli.cell.file_kind import REALITY
-from pickcli.cell.scene_schema import MAX_POD_YAW, POD_YAW
-from pickcli.cell.validate import FileModel, validate
-from pickcli.cell.yaml_reader import read_yaml
+from pickcli.files.file_kind import REALITY
+from pickcli.files.schema import FileModel, validate
+from pickcli.files.yaml_reader import read_yaml
+from pickcli.scene.scene_schema import MAX_POD_YAW, POD_YAW
 
 Switch: TypeAlias = Annotated[bool, Field(description="true or false")]
 Share: TypeAlias = Annotated[float, Field(ge=0.0, le=1.0, description="a share, 0 to 1")]

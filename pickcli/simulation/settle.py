@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
-from pickcli.cell.overlap import Solid, overlap_depth
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import Reason
 from pickcli.geometry import inverse
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_overlap import Solid, overlap_depth
 from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds, location_of

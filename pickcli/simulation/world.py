@@ -14,9 +14,9 @@ import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import JointType, PivotState, Robot
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.bellows import SOLID_DEPTH, Bellows, urdf_with_solid_cup
 from pickcli.simulation.bushing import RIGID, Stiffness

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.scene.scene import Scene
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import check_start, execute, fall_of
 from pickcli.simulation.execution import Execution as Run

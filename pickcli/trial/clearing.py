@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.trial.order import Target
 
 MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked

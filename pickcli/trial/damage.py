@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pickcli.cell.scene import Scene
+from pickcli.scene.scene import Scene
 from pickcli.trial.score import Damage
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.geometry import rotation_angle
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.simulation.places import bounds
 
 MOVED = 0.005  # m of an item's centre; less is how items settle anew when their support goes

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.geometry import inverse
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.places import OUTSIDE, bounds
 from pickcli.trial.order import Order
 from pickcli.trial.output import claim

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pickcli.cell.scene_file import write_scene
 from pickcli.errors import InputError
+from pickcli.scene.scene_file import write_scene
 from pickcli.trial.output import write_output
 from pickcli.trial.record import write_record
 from pickcli.trial.result import TrialResult

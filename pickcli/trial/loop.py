@@ -11,9 +11,9 @@ from dataclasses import replace
 from functools import cache
 from typing import TypeAlias
 
-from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.trial.clearing import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import Fate

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.displacement import UNMOVED, Displacement, displaced
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.places import OUTSIDE, nearest_place
 from pickcli.simulation.reality import IDEAL, Reality

@@ -17,9 +17,9 @@ from reprlib import Repr
 from typing import Any
 
 from pickcli.cell.data_path import data_path
-from pickcli.cell.file_kind import ORDER
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError, UnknownNameError
+from pickcli.files.file_kind import ORDER
 from pickcli.trial.strict_json import Document, Place, parse_json, read_json
 
 _SHORT = Repr()  # of values of any size

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from pickcli.cell.atomic import write_text
-from pickcli.cell.scene import TOTE, PlacedItem
+from pickcli.files.atomic_write import write_text
+from pickcli.scene.scene import TOTE, PlacedItem
 from pickcli.trial.order import Order, OrderKind
 
 

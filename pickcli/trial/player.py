@@ -11,10 +11,10 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, Reality

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.score import Drop
 

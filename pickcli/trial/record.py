@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 import pickcli
-from pickcli.cell.atomic import write_text
 from pickcli.cell.displacement import yaw_of
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import scene_hash
+from pickcli.files.atomic_write import write_text
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.ports import Execution
 from pickcli.trial.result import Attempt, RecoveryStep, TargetResult, TrialResult

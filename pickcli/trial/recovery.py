@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.player import Player

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from pickcli.cell.scene import TOTE, PoseNoise, Scene
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order import Order, Target

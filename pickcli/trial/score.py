@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import TOTE
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import Order, OrderKind
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pickcli.cell.file_kind import FileKind
-from pickcli.cell.reading import read_bytes
 from pickcli.errors import InputError
+from pickcli.files.bounded_reading import read_bytes
+from pickcli.files.file_kind import FileKind
 
 MAX_BYTES = 1_000_000  # an official order has about 3 kB
 MAX_DEPTH = 32

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pickcli.cell.robot import Robot
-from pickcli.cell.scene import Scene
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.contacts import ends_at_rest, may_touch
 from pickcli.verification.parts import Part
 from pickcli.verification.standing import Standing

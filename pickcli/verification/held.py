@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import link_poses, tip_poses
 
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState, Tool
-from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import link_poses, tip_poses
 from pickcli.verification.load import check_load
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import link_poses, tip_poses
 from pickcli.verification.lines import fastest_tip
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
 from pickcli.verification.quintic import control_points, largest
 
 TOLERANCE = 1e-6  # of a ratio, and rad or m of a position: rounding, not room

@@ -12,10 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import link_poses, tip_poses
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.robot import PivotState, Robot
-from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Body, Shape
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import T_lance_cup, pivot_angle, pivot_index, reaches
 from pickcli.verification.solids import Balls, Solid, cover
 

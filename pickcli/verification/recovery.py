@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import tip_poses
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.parts import Fixture, Part

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.scene import TOTE, PlacedItem, Scene
-from pickcli.cell.supports import supports_of
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.scene.supports import supports_of
 from pickcli.verification.contacts import releases
 from pickcli.verification.standing import bin_at, release_pose
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.verification.arm import link_poses, tip_poses
 from pickcli.verification.contacts import releases
 from pickcli.verification.parts import Fixture, fixtures

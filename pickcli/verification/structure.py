@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
 from pickcli.errors import Reason
 from pickcli.geometry import is_pose
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.contacts import may_touch
 
 TIME_TOLERANCE = 1e-9  # s

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pickcli.cell.scene import Scene
-from pickcli.cell.supports import supports_of
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.scene.supports import supports_of
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:

@@ -17,13 +17,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.overlap import TOUCH
-from pickcli.cell.scene import Scene
-from pickcli.cell.supports import supports_of
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.supports import supports_of
 from pickcli.verification.arm import T_lance_cup, pivot_angle
 from pickcli.verification.contacts import ends_at_rest
 from pickcli.verification.exemptions import Exemptions

@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import Reason, RejectedError, StaleError
 from pickcli.motion.plan import Certificate, Plan
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.clearance import check_clearance
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held import pose_in_tool

@@ -8,8 +8,8 @@ import pytest
 
 from bench import deliverable
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.trial.noise import DEFAULT_NOISE
 
 CELL = load_cell("apc2016_delft")

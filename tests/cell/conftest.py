@@ -10,8 +10,8 @@ import pytest
 
 from pickcli.cell.data_path import data_path
 from pickcli.cell.model import Cell
-from pickcli.cell.scene_file import write_scene
 from pickcli.errors import InputError
+from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy
 from support.scene_files import make_scene
 

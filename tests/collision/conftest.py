@@ -8,11 +8,11 @@ import pytest
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from support.solid_helpers import MakeChecker, MakeScene
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from pickcli.cell.model import AllowedPair, Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
@@ -19,6 +18,7 @@ from pickcli.collision.model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm
+from pickcli.scene.scene import PoseNoise
 from support.solid_helpers import MakeChecker, MakeScene, box_item, link_points
 
 STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING

@@ -12,10 +12,10 @@ import pytest
 from pickcli.commands import building as module
 from pickcli.commands.building import build_report, building, line, seconds_left
 from pickcli.errors import InputError
-from pickcli.precompute.build import Progress
-from pickcli.precompute.cluster import Cluster
-from pickcli.precompute.journal import Journal
-from pickcli.precompute.runner import Here, Processes, available_cores, runner
+from pickcli.jobs.dask_executor import Cluster
+from pickcli.jobs.executors import Here, Processes, available_cores, runner
+from pickcli.jobs.job_run import Progress
+from pickcli.jobs.journal import Journal
 
 
 def test_the_time_left_counts_only_what_was_done_now() -> None:

@@ -8,7 +8,9 @@ import click
 import pytest
 
 from pickcli.cell.data_path import data_path
-from pickcli.cell.file_kind import (
+from pickcli.cell.load import load_cell
+from pickcli.commands import main as cli
+from pickcli.files.file_kind import (
     CELL,
     ITEMS,
     KINDS,
@@ -21,8 +23,6 @@ from pickcli.cell.file_kind import (
     URDF,
     FileKind,
 )
-from pickcli.cell.load import load_cell
-from pickcli.commands import main as cli
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
 from support.command_line import ITEM, Made, apc, refused

@@ -17,7 +17,7 @@ import pickcli.precompute.artifacts
 import pickcli.trial.arena
 from pickcli.cell.model import Cell
 from pickcli.commands.main import Terminated, _terminate
-from pickcli.precompute.journal import Journal
+from pickcli.jobs.journal import Journal
 from support.command_line import Made, apc
 
 

@@ -13,8 +13,6 @@ from click.testing import CliRunner
 from pickcli.cell.displacement import displaced
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
-from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
@@ -25,6 +23,8 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.verification.verify import certify
 from support.command_line import apc, pick, refused
 

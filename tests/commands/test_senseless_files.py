@@ -20,10 +20,10 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_format import Content
-from pickcli.roadmap.hdf5_write import write_content
 from pickcli.roadmap.stored_database import DATABASE, database_content
 from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, roadmap_content
+from pickcli.storage.table_format import Content
+from pickcli.storage.table_writer import write_content
 from support.command_line import apc, refused
 
 MADE: Any = {"by": {}, "settings": {}, "result": {}}

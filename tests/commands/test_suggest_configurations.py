@@ -8,7 +8,7 @@ from pathlib import Path
 from pickcli.cell.load import load_cell
 from pickcli.commands.options import DEFAULT_CELL
 from pickcli.commands.suggest_configurations import command
-from pickcli.precompute.suggestion import SuggestSettings
+from pickcli.reachability.ranked_configuration import SuggestSettings
 from support.command_line import apc
 
 QUICK = ("suggest-configurations", "--bin", "bin_C", "--candidates", 3, "--poses", 5, "--count", 2)

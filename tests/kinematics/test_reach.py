@@ -7,11 +7,11 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
+from pickcli.scene.scene import PoseNoise, Scene
 
 # Tool frames in the bin frame: the lance points into the bin; frontal the cup with it, top-down the cup down.
 APPROACHES = {

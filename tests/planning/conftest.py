@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
 from pickcli.planning.context import Planner
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 SceneWith = Callable[..., Scene]
 

@@ -8,13 +8,13 @@ import pytest
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.coarse import plan_coarse
 from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 GOALS = ("bin_A", "bin_L")
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -16,6 +15,7 @@ from pickcli.planning.exit import MOST_PUSHES, planned_corridors
 from pickcli.planning.first_stretch import climbed
 from pickcli.planning.settings import Neighbours
 from pickcli.planning.ways_out import WaysOut
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"
 

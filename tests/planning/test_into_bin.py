@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
@@ -18,6 +17,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.settle import settle
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.release import check_release

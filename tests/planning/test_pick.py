@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import pose
 from pickcli.motion.plan_file import motion_hash
@@ -18,6 +17,7 @@ from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.settings import Neighbours
+from pickcli.scene.scene import Scene
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.load import held_wrenches
 from pickcli.verification.verify import verify

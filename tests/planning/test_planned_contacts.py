@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PoseNoise, Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -18,6 +16,8 @@ from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.settings import Neighbours
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify
 from support.handmade_piles import lying_on
 

@@ -11,7 +11,6 @@ from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.line import shifted
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind
@@ -20,6 +19,7 @@ from pickcli.planning.context import Planner
 from pickcli.planning.pieces import Piece
 from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
 from pickcli.planning.proven import proven_run
+from pickcli.scene.scene import PoseNoise, Scene
 
 STRAIGHT = PivotState.STRAIGHT
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.grasping.candidates import sample_grasps
@@ -21,6 +20,7 @@ from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.recover import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.scene.scene import Scene
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]

@@ -10,13 +10,13 @@ import pytest
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.motion.plan import Plan
 from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
 from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify
 
 LIMIT = 0.3  # m/s

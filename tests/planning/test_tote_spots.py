@@ -10,11 +10,11 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE, PlacedItem, Scene
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 
 SceneWith = Callable[..., Scene]
 

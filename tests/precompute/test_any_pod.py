@@ -14,21 +14,22 @@ from hypothesis import strategies as st
 from pickcli.cell.displacement import ANY_POD, PodMark, PodStand, displaced
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
+from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.edge_recipe import EdgeRecipe, mark_of
 from pickcli.precompute.empty_scene import empty_scene, stand_in
-from pickcli.precompute.record import Record
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
-from pickcli.roadmap.planners import PlannerName
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.trajopt.settings import TrajectorySettings
 from pickcli.verification.verify import verify
 from support.small_cell import small_cell
 

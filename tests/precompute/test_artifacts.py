@@ -9,12 +9,12 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
+from pickcli.jobs.journal import Journal
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute import artifacts
 from pickcli.precompute.artifacts import default_paths, ensure_artifacts
-from pickcli.precompute.journal import Journal
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import describe, read_database, read_roadmap
 from support.small_cell import LEAST_EFFORT, small_cell
 

@@ -14,8 +14,9 @@ from pickcli.commands.build_roadmap import command as build_roadmap
 from pickcli.commands.build_trajectories import command as build_trajectories
 from pickcli.errors import InputError
 from pickcli.precompute.make import make_roadmap, make_trajectories
-from pickcli.precompute.settings import RoadmapSettings, TrajectorySettings
+from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.store import describe
+from pickcli.trajopt.settings import TrajectorySettings
 from support.small_cell import small_cell
 
 

@@ -11,14 +11,14 @@ import pytest
 from pickcli.cell.robot import PivotState
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import InputError
-from pickcli.precompute.build import Build, Means
+from pickcli.jobs.job_run import Build, Means
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.sampling_planner import plan
 from pickcli.precompute.build_roadmap import build_roadmap, nearest_pairs
 from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap.database import PayloadClass
-from pickcli.roadmap.plan import plan
-from pickcli.roadmap.planners import PlannerName
 from pickcli.seeds import derived_seed
 from support.small_cell import FEW, small_cell
 

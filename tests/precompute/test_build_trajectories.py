@@ -10,12 +10,12 @@ import pytest
 
 from pickcli.cell.load import load_cell
 from pickcli.collision.model import CollisionModel
+from pickcli.jobs.job_result import Record
 from pickcli.precompute.build_trajectories import build_trajectories
 from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.motion_recipe import MotionRecipe, made_of, record_of
 from pickcli.precompute.pairs import coarse_pairs
-from pickcli.precompute.record import Record
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
 from support.small_cell import LEAST_EFFORT, small_cell
 

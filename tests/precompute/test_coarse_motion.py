@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene_file import scene_hash
 from pickcli.collision.model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.precompute.coarse_motion import MotionMaker
 from pickcli.precompute.empty_scene import checker, empty_scene
-from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.scene.scene_file import scene_hash
+from pickcli.trajopt.settings import TrajectorySettings
 from pickcli.verification.verify import verify
 from support.small_cell import small_cell
 

@@ -23,10 +23,10 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
-from pickcli.precompute import recipe
-from pickcli.precompute.build import Means, Progress
+from pickcli.jobs import job as recipe
+from pickcli.jobs.job_run import Means, Progress
+from pickcli.jobs.journal import Journal
 from pickcli.precompute.edge_recipe import EdgeRecipe
-from pickcli.precompute.journal import Journal
 from pickcli.precompute.learn import Learner
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.refresh import refresh

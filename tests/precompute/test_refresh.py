@@ -18,13 +18,13 @@ from pickcli.cell.model import Cell
 from pickcli.collision.model import CollisionModel
 from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
+from pickcli.jobs.executors import Finished
+from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job_run import Means
 from pickcli.precompute import make
-from pickcli.precompute.build import Means
 from pickcli.precompute.empty_scene import checker
 from pickcli.precompute.make import make_trajectories
-from pickcli.precompute.recipe import Key, Recipe
 from pickcli.precompute.refresh import refresh
-from pickcli.precompute.runner import Finished
 from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.store import read_database, read_gaps, read_missing, read_roadmap, surveyed
 from pickcli.roadmap.stored_database import DATABASE

@@ -18,13 +18,13 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.errors import InputError
-from pickcli.precompute import recipe
-from pickcli.precompute.build import Means, Progress
-from pickcli.precompute.journal import Journal
+from pickcli.jobs import job as recipe
+from pickcli.jobs.executors import Processes
+from pickcli.jobs.job_run import Means, Progress
+from pickcli.jobs.journal import Journal
 from pickcli.precompute.motion_recipe import MotionRecipe
-from pickcli.precompute.runner import Processes
-from pickcli.precompute.settings import TrajectorySettings
 from pickcli.roadmap.store import read_roadmap
+from pickcli.trajopt.settings import TrajectorySettings
 from support.small_cell import LEAST_EFFORT, small_cell
 from support.stored_kind import KINDS, MOTIONS
 from support.stored_kind import cell as stored_cell
@@ -131,9 +131,9 @@ import sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
 from support.stored_kind import MOTIONS
-from pickcli.precompute import recipe
-from pickcli.precompute.build import Means
-from pickcli.precompute.runner import runner
+from pickcli.jobs import job as recipe
+from pickcli.jobs.job_run import Means
+from pickcli.jobs.executors import runner
 recipe.code_digest = lambda: "the same"
 MOTIONS.make(Path(sys.argv[1]), Means(runner(int(sys.argv[2]))))
 """

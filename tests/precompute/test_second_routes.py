@@ -10,6 +10,7 @@ import numpy as np
 
 from pickcli.cell.displacement import ANY_POD, NOMINAL_POD
 from pickcli.errors import Reason
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.build_roadmap import build_roadmap
 from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.important import important_pairs, neighbouring_bins
@@ -19,7 +20,6 @@ from pickcli.precompute.settings import RoadmapSettings
 from pickcli.roadmap import validate
 from pickcli.roadmap.disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.statistics import roadmap_statistics
 from pickcli.roadmap.store import read_gaps, read_roadmap
 from support.small_cell import small_cell

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from pickcli.errors import NoPlanError
 from pickcli.motion.path import JointPath
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.shortcutting import shorten
 from pickcli.roadmap.connect import Problem, QueryOptions
-from pickcli.roadmap.cost import estimated_duration
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.query import CoarseRoute, How, query
-from pickcli.roadmap.shorten import shorten
 from pickcli.seeds import derived_seed
 from support.box_world import BoxWorld, space, wall
 

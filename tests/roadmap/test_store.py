@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 from pickcli.cell.model import Cell
 from pickcli.errors import ApcError, DamagedError, InputError, StaleError
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.hdf5_guard import _dataset
 from pickcli.roadmap.store import (
     ROADMAP,
     describe,
@@ -28,6 +27,7 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from pickcli.storage.safe_open import _dataset
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 

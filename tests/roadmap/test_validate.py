@@ -12,10 +12,10 @@ import pytest
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.motion.trajectory import Trajectory
+from pickcli.path_planning.state_space import LIMIT_TOLERANCE
 from pickcli.roadmap import validate
 from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.space import LIMIT_TOLERANCE
 from support.stored_samples import JOINTS, database, roadmap
 
 ROADMAP, DATABASE = roadmap(), database()

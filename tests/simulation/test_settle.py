@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.settle import settle
 from support.pedestal import cube
 

@@ -9,12 +9,12 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.simulation.braking import Return
 from pickcli.simulation.execute import STANDING, execute
 from pickcli.simulation.protective_stop import StopCause

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import Scene
-from pickcli.cell.supports import Supports, supports_of
+from pickcli.scene.scene import Scene
+from pickcli.scene.supports import Supports, supports_of
 from pickcli.trial.noise import DEFAULT_NOISE, perceive
 from support.piles import PATTERNS, moved_without, pile
 

@@ -9,11 +9,11 @@ import pytest
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
 from pickcli.simulation.servo import IDEAL, Servo

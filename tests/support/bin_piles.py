@@ -8,10 +8,10 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.supports import Supports, supports_of
 from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.supports import Supports, supports_of
 
 BIN = "bin_E"
 EXACT, NOISY = PoseNoise(), PoseNoise(0.002, float(np.radians(1.0)))

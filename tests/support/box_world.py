@@ -9,7 +9,7 @@ import numpy as np
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.kernel import Chain, Checker
-from pickcli.roadmap.space import JointSpace
+from pickcli.path_planning.state_space import JointSpace
 
 
 @dataclass

@@ -10,7 +10,7 @@ from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import pose
-from pickcli.precompute.build import Means
+from pickcli.jobs.job_run import Means
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.refresh import Refresh, refresh
 from pickcli.roadmap.store import surveyed

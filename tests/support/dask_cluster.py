@@ -27,7 +27,7 @@ from distributed.cli.dask_{{what}} import main
 main(sys.argv[1:])
 """
 _CODE = """
-from pickcli.precompute import recipe
+from pickcli.jobs import job as recipe
 recipe.code_digest = lambda: {code!r}
 """
 _START = 30.0  # s that a process may take to start

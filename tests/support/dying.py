@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 from unittest import mock
 
-from pickcli.precompute.journal import Journal
+from pickcli.jobs.journal import Journal
 
 
 def dies(n_calls: int, action: Callable[[], object]) -> int:

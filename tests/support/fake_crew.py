@@ -9,12 +9,12 @@ import numpy as np
 
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance

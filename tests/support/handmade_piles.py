@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BACK = 0.01  # m between the lower one and the wall behind it
 APART = 0.0002  # m between what lies on each other: physics lets things rest so

@@ -14,8 +14,6 @@ from scipy.spatial.transform import Rotation
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
-from pickcli.cell.scene_file import scene_hash
 from pickcli.geometry import Array, pose, rotation_vector
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
@@ -23,6 +21,8 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.arm import link_poses, tip_poses
 
 STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING

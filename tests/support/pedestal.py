@@ -10,10 +10,10 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import Array, pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.world import TIME_STEP, World

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.settle import settle

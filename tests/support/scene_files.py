@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import pose
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 
 Refused = Callable[[Callable[[], object]], str]
 

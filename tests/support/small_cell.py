@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
-from pickcli.precompute.settings import TrajectorySettings
+from pickcli.trajopt.settings import TrajectorySettings
 
 FEW = ("home", "bin_A", "bin_E", "bin_L", "cam_E", "tote", "drop_00", "tote_10h")
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array, transform_points
+from pickcli.scene.scene import Scene
 
 MakeScene = Callable[..., Scene]
 MakeChecker = Callable[..., SceneChecker]

@@ -7,9 +7,9 @@ from itertools import product
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pickcli.cell.overlap import Solid
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
+from pickcli.scene.solid_overlap import Solid
 
 UNIT_BALL = np.random.default_rng(8).uniform(-1.0, 1.0, size=(4000, 3))
 

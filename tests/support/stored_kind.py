@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.model import Cell
-from pickcli.precompute.build import Means
+from pickcli.jobs.job_run import Means
+from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.edge_recipe import EdgeRecipe
 from pickcli.precompute.make import make_roadmap, make_trajectories
 from pickcli.precompute.motion_recipe import MotionRecipe
 from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.planners import PlannerName
 from pickcli.roadmap.store import read_database, read_roadmap
 from support.small_cell import LEAST_EFFORT, small_cell
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.errors import InputError, Reason
-from pickcli.precompute.recipe import Key
-from pickcli.precompute.record import Record
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
 from pickcli.seeds import derived_rng
 
 MANY = [("number", str(i)) for i in range(24)]

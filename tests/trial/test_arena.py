@@ -9,12 +9,12 @@ import pytest
 
 from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE
 from pickcli.cell.shapes import box
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.suction import NO_LOAD, Release

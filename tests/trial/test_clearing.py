@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import inverse, pose
 from pickcli.motion.plan import Plan
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.trial.clearing import MOST_IN_THE_WAY, destinations, from_the_mouth, in_the_way
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order import Target

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import TOTE, Scene
 from pickcli.geometry import Array, pose
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT

@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import TOTE
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.loop import _Trial, run_trial

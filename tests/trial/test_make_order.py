@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from pickcli.cell.load import load_cell
 from pickcli.errors import InputError
 from pickcli.seeds import derived_rng
+from pickcli.stowing.make_scene import make_scene
 from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
-from pickcli.trial.make_scene import make_scene
 from pickcli.trial.order import BINS, Order, OrderKind, parse_order
 from pickcli.trial.output import order_text
 from pickcli.trial.score import item_bonuses, maximum_score

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import PoseNoise, Scene
 from pickcli.geometry import is_pose, pose, rotation_angle, transform_points
+from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.noise import perceive
 from support.fake_crew import scene_of
 from support.order_builders import pick_order

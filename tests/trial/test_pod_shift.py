@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from pickcli.cell.displacement import UNMOVED, Displacement
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import PoseNoise
-from pickcli.cell.scene_file import read_scene, scene_hash, write_scene
 from pickcli.collision.model import CollisionModel
 from pickcli.collision.world import build_world
 from pickcli.commands.make_scene import command
 from pickcli.commands.pod_shift import parse_pod_shift
 from pickcli.errors import InputError
 from pickcli.geometry import inverse, transform_points
+from pickcli.scene.scene import PoseNoise
+from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.noise import perceive
 from pickcli.trial.pod_shift import random_shift, shifted_pod

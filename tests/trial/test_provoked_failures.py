@@ -10,11 +10,11 @@ import pytest
 
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.model import Cell
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.planning.context import Planner
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.arena import SimulatedArena, crew_of
 from pickcli.trial.loop import run_trial

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import TOTE
+from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.order import BINS, Order, OrderKind
 from pickcli.trial.score import (

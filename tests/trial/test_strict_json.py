@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.file_kind import HDF5_MAGIC, ORDER
 from pickcli.errors import InputError
+from pickcli.files.file_kind import HDF5_MAGIC, ORDER
 from pickcli.trial.strict_json import MAX_BYTES, MAX_DEPTH, Document, parse_json, read_json
 
 JSON_VALUES = st.recursive(

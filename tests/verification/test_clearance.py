@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import Scene
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
 from pickcli.verification.arm import link_poses
 from pickcli.verification.clearance import FAR, RESOLUTION, Clearance, check_clearance
 from pickcli.verification.exemptions import exemptions

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
-from pickcli.cell.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -20,6 +19,7 @@ from pickcli.motion.event import Anchor, AnchorKind
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.verification.hold import _face_at, _meets, _seal
 from pickcli.verification.io import check_io
 from pickcli.verification.limits import check_limits

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.verify import verify
 from support.handmade_plans import CRAYOLA, Builder, bound, cell, loaded, make_scene, pick, place, tip

@@ -10,8 +10,8 @@ import pytest
 from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
 from pickcli.cell.load import load_cell
-from pickcli.cell.scene import Scene
 from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
+from pickcli.scene.scene import Scene
 from pickcli.verification.load import wrenches
 from pickcli.verification.verify import verify
 from support.handmade_plans import bound, pick

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.scene import PlacedItem, PoseNoise, Scene
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.cell.supports import supports_of
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.scene.supports import supports_of
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.parts import parts_of_segments

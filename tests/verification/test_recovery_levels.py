@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.geometry import Array, pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.recovery import _strayed
 from pickcli.verification.verify import verify

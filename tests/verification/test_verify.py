@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.scene import PoseNoise
 from pickcli.errors import RejectedError, StaleError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import PoseNoise
 from pickcli.verification.held import pose_in_tool
 from pickcli.verification.states import MAX_STEP
 from pickcli.verification.verify import certify, verify

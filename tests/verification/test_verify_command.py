@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.cell.scene_file import scene_hash, write_scene
 from pickcli.commands import main as cli
 from pickcli.motion.plan_file import motion_hash, read_plan, write_plan
+from pickcli.scene.scene_file import scene_hash, write_scene
 from pickcli.verification.verify import verify
 from support.handmade_plans import cell, make_scene, pick
 

@@ -1,0 +1,72 @@
+"""Files from outside, read whole: regular ones only, and no more of them than is expected."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from pickcli.errors import InputError
+from pickcli.files.file_kind import FileKind, refuse_other_kind
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def read_bytes(
+    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+) -> bytes:  # fmt: skip
+    """The bytes of a regular file of at most ``max_bytes``.
+
+    Args:
+        path: The file, or a link to it.
+        max_bytes: The most that such a file has. What is larger is not read any farther.
+        what_to_do: Advice at the end of the message where the file is not there.
+        wanted: What it should be; None for any file.
+
+    Raises:
+        InputError: There is no such file, it is a device, pipe, socket or folder, of another kind, too large
+            or unreadable.
+    """
+    try:
+        refuse_special_file(path, what_to_do)
+        with open(path, "rb") as file:
+            content = file.read(max_bytes + 1)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; {what_to_do}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if wanted is not None:
+        refuse_other_kind(path, content, wanted)
+    if len(content) > max_bytes:
+        raise InputError(f"{path}: at most {max_bytes} bytes are read, it has more; is it the right file?")
+    return content
+
+
+def read_text(
+    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+) -> str:  # fmt: skip
+    """``read_bytes`` as UTF-8 text. Raises InputError also for bytes that are none."""
+    content = read_bytes(path, max_bytes, what_to_do, wanted)
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
+
+
+def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:
+    """Raise InputError for a device, pipe, socket or folder: only regular files are read and replaced.
+
+    Nothing is raised for a path where nothing is. OSError where that cannot be found out.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "special")
+        raise InputError(f"{path}: is {kind}, not a regular file; {what_to_do}")

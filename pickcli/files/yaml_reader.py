@@ -1,0 +1,206 @@
+"""YAML read safely: plain values with the line and column of each, all mistakes collected.
+
+Works on the event stream of PyYAML, so size and depth are bounded before anything is built. Aliases,
+tags, several documents and duplicate keys are refused. Plain scalars follow YAML 1.2: ``1e-3`` is a
+number; what 1.1 would quietly turn into something else (``no``, ``12:30``, ``010``, ``1_000``) is an
+error that says what to write instead.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import yaml
+
+from pickcli.errors import InputError
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import FileKind
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 32
+MOST_TOLD = 20  # mistakes in one message
+
+Key: TypeAlias = tuple[str | int, ...]  # where a value stands: names of mappings, indices of lists
+
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # only its parser is used, which does not recurse
+_INT = re.compile(r"[-+]?(0|[1-9][0-9]*)")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_TRAPS = (
+    (re.compile(r"yes|no|on|off", re.IGNORECASE), "a switch or a word", "write true or false, or quote it"),
+    (re.compile(r"[-+]?[0-9]+(:[0-9]+)+"), "a number or text", "quote it, or write one number"),
+    (re.compile(r"[-+]?0[0-9]+(\.[0-9]*)?"), "a number", "write it without leading zeros"),
+    (re.compile(r"[-+]?0[oxb][0-9a-fA-F]+"), "a decimal number", "write it in decimal, or quote it"),
+    (re.compile(r"[-+]?[0-9][0-9_]*_[0-9_.]*"), "a number", "leave out the underscores"),
+    (re.compile(r"[-+]?\.(inf|nan)", re.IGNORECASE), "a finite number", "write a finite number"),
+    (re.compile(r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}"), "a date or text", "quote it"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in a file: where (1-based line and column) and what is wrong with it."""
+
+    line: int
+    column: int
+    text: str
+
+
+@dataclass
+class Source:
+    """A file's values and where each of them stands."""
+
+    path: Path
+    data: Any = None
+    key_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
+    value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    n_untold: int = 0  # mistakes that were found but will not be told one by one
+
+    @property
+    def is_full(self) -> bool:
+        """Whether as many mistakes are noted as will be told: no hint is worth its time any more."""
+        return len(self.problems) > MOST_TOLD
+
+    def add(self, key: Key, text: str) -> None:
+        """Note a mistake at ``key``, or at the nearest parent that stands in the file."""
+        at = key
+        while at and at not in self.key_marks and at not in self.value_marks:
+            at = at[:-1]
+        line, column = self.key_marks.get(at) or self.value_marks.get(at) or (1, 1)
+        self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text))
+
+    def check(self) -> None:
+        """Raise one InputError with all mistakes noted so far, in the order of the file."""
+        if self.problems:
+            ordered = sorted(set(self.problems), key=lambda p: (p.line, p.column, p.text))
+            lines = [f"{self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
+            more = len(ordered) + self.n_untold - len(lines)
+            raise InputError("\n".join(lines + [f"{self.path}: and {more} more"] * (more > 0)))
+
+
+def name_of(key: Key) -> str:
+    """``("rows", 0, "lip_top")`` as ``rows[0].lip_top``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key)
+    return text.removeprefix(".")
+
+
+def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
+    """Values and marks of a YAML file. Raises InputError with every mistake found and its place.
+
+    wanted: the kind that the file should be of; None for any
+    """
+    source = Source(path)
+    text = _SURROGATES.sub(_character, read_text(path, MAX_BYTES, wanted=wanted))
+    events = _Events(source, text)
+    try:
+        source.data = events.document()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        kind = "JSON" if path.suffix == ".json" else "YAML"
+        what = f"not {kind}: {error.problem or error.context}; is a bracket open, or the file cut off?"
+        raise InputError(f"{path}:{line}:{column}: {what}") from None
+    except yaml.YAMLError as error:
+        raise InputError(f"{path}: not YAML: {error}") from None
+    source.check()
+    return source
+
+
+# JSON writes what lies beyond 16 bits as two escapes, which YAML does not know.
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def _character(match: re.Match[str]) -> str:
+    high, low = int(match[2], 16), int(match[3], 16)
+    return match[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
+
+
+class _Events:
+    """Builds plain values from the event stream, one call per node, depth bounded."""
+
+    def __init__(self, source: Source, text: str) -> None:
+        self.source = source
+        self.stream: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
+
+    def document(self) -> Any:
+        """The only document of the stream."""
+        next(self.stream)  # stream start
+        if isinstance(next(self.stream), yaml.StreamEndEvent):
+            raise InputError(f"{self.source.path}:1:1: the file is empty")
+        data = self.node(next(self.stream), ())
+        next(self.stream)  # document end
+        event = next(self.stream)
+        if not isinstance(event, yaml.StreamEndEvent):
+            self.refuse(event, "a second document; one file holds one")
+        return data
+
+    def node(self, event: Any, key: Key) -> Any:
+        """The value that starts with ``event`` and stands at ``key``."""
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            self.refuse(event, "anchors and aliases are not allowed; write the value out")
+        if event.tag is not None and event.tag != "!":
+            self.refuse(event, f"tag {event.tag} is not allowed; leave it out")
+        if len(key) > MAX_DEPTH:
+            self.refuse(event, f"nested deeper than {MAX_DEPTH} levels")
+        self.source.value_marks[key] = _place(event)
+        if isinstance(event, yaml.ScalarEvent):
+            return self.scalar(event, key)
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self.sequence(key)
+        return self.mapping(key)
+
+    def sequence(self, key: Key) -> list[Any]:
+        """A list, its start event already taken."""
+        values: list[Any] = []
+        while not isinstance(event := next(self.stream), yaml.SequenceEndEvent):
+            values.append(self.node(event, (*key, len(values))))
+        return values
+
+    def mapping(self, key: Key) -> dict[str, Any]:
+        """A mapping with text keys, its start event already taken."""
+        values: dict[str, Any] = {}
+        while not isinstance(event := next(self.stream), yaml.MappingEndEvent):
+            if not isinstance(event, yaml.ScalarEvent):
+                self.refuse(event, "expected a name as key")
+            name, inner = event.value, (*key, event.value)
+            if name in values:
+                self.note(event, f"{name_of(inner)}: stands twice; keep one")
+            self.source.key_marks[inner] = _place(event)
+            values[name] = self.node(next(self.stream), inner)
+        return values
+
+    def scalar(self, event: Any, key: Key) -> Any:
+        """Text, number, switch or nothing, by the rules of YAML 1.2."""
+        text: str = event.value
+        if not event.implicit[0]:
+            return text
+        if text in ("", "~", "null"):
+            return None
+        if text in ("true", "false"):
+            return text == "true"
+        if _INT.fullmatch(text) and len(text) < 20:
+            return int(text)
+        if _FLOAT.fullmatch(text):
+            return float(text)
+        for pattern, expected, advice in _TRAPS:
+            if pattern.fullmatch(text):
+                self.note(event, f"{name_of(key)}: expected {expected}, got {text}; {advice}")
+                return None
+        return text
+
+    def note(self, event: Any, text: str) -> None:
+        """Collect a mistake and go on."""
+        self.source.problems.append(Problem(*_place(event), text))
+
+    def refuse(self, event: Any, text: str) -> None:
+        """Stop reading: what follows cannot be trusted."""
+        line, column = _place(event)
+        raise InputError(f"{self.source.path}:{line}:{column}: {text}")
+
+
+def _place(event: Any) -> tuple[int, int]:
+    return event.start_mark.line + 1, event.start_mark.column + 1

@@ -1,0 +1,72 @@
+"""Tasks on the workers of a Dask scheduler, on this machine or many. See docs/cluster.md."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pickcli.errors import InputError
+from pickcli.jobs.dask_client import connected
+from pickcli.jobs.dask_results import results
+from pickcli.jobs.dask_worker import check_software, cluster_outcome, software
+from pickcli.jobs.executors import Finished
+from pickcli.jobs.job import Key, Recipe
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Workers that a Dask scheduler hands tasks to. When one dies, its tasks are done again by others.
+
+    address: of the scheduler, e.g. tcp://host:8786
+    timeout: s, for the scheduler to answer, and for a worker to appear where there is none
+    """
+
+    address: str
+    timeout: float = 10.0
+
+    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+        """See Runner.
+
+        Raises what a task raises; WorkerLostError if workers died of a task; InputError without the extra,
+        a scheduler or workers, or where a worker has another version.
+        """
+        if keys:
+            with connected(self.address, self.timeout) as client:
+                self._check_workers(client)
+                futures = _submitted(client, recipe, keys)
+                for future, record in results(client, futures, self.address, self.timeout):
+                    yield future.key[1:], record
+
+    def _check_workers(self, client: Any) -> None:
+        """Raise InputError unless there are workers that run what we run, one task each at a time."""
+        start = f"dask worker {self.address} --nworkers auto --nthreads 1"
+        try:
+            client.wait_for_workers(1, timeout=self.timeout)
+        except TimeoutError:
+            raise InputError(f"{self.address}: the scheduler has no workers; start some: {start}") from None
+        for where, n_threads in client.nthreads().items():
+            if n_threads != 1:
+                raise InputError(
+                    f"the worker {where} has {n_threads} threads, but tasks need a process each; "
+                    f"start it anew: {start}"
+                )
+        for where, theirs in client.run(software, on_error="return").items():
+            if not isinstance(theirs, Mapping):
+                raise InputError(
+                    f"the worker {where} cannot run apc ({theirs}); install the same version there"
+                )
+            check_software(theirs, software(), f"the worker {where}")
+
+
+def _submitted(client: Any, recipe: Recipe, keys: Sequence[Key]) -> list[Any]:
+    """A future per task. Its key is a word and the task's own.
+
+    That word holds what results follow from: two builds of the same share them.
+    """
+    # The recipe is the result of a task, too: where all workers that hold it die, it is made again.
+    shared = client.submit(pickle.loads, pickle.dumps(recipe), key=("apc-recipe", recipe.inputs))
+    names = [(f"apc-task-{recipe.inputs}", *key) for key in keys]
+    n = len(keys)
+    return list(client.map(cluster_outcome, [shared] * n, keys, [software()] * n, key=names))

@@ -1,0 +1,51 @@
+"""What a worker of a cluster does. Here nothing is imported that only the asking side needs."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import threading
+from collections.abc import Mapping
+from functools import cache
+
+from pickcli.errors import InputError
+from pickcli.jobs import job
+from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.worker import outcome
+
+Software = Mapping[str, str]  # name -> version, of all that may change a record's bytes
+
+# OMPL has one stream of random numbers per process: two tasks at once would share it.
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def software() -> Software:
+    """What this process runs."""
+    return {"apc's code": job.code_digest()[:12], **_libraries()}
+
+
+@cache
+def _libraries() -> Software:
+    libraries = ("ompl", "numpy", "distributed")
+    python = ".".join(platform.python_version_tuple()[:2])
+    return {"Python": python, **{name: importlib.metadata.version(name) for name in libraries}}
+
+
+def check_software(theirs: Software, ours: Software, where: str) -> None:
+    """Raise InputError unless a worker runs what the asking process does."""
+    differing = [name for name in ours if theirs.get(name) != ours[name]]
+    differences = [f"{name} {theirs.get(name, 'none')}, here {ours[name]}" for name in differing]
+    if differences:
+        raise InputError(
+            f"{where} runs another version: {'; '.join(differences)}; install the same there and restart it"
+        )
+
+
+def cluster_outcome(how: Recipe, key: Key, ours: Software) -> bytes | Exception:
+    """The record of a task, or what it raised: also where this worker came later, with another version."""
+    try:
+        check_software(software(), ours, f"a worker on {platform.node()}")
+    except InputError as error:
+        return error
+    with _ONE_AT_A_TIME:
+        return outcome(how, key)

@@ -1,0 +1,46 @@
+"""Tasks that can be done in any order, anywhere, more than once."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+import pickcli
+from pickcli.cell.fingerprint import digest
+from pickcli.jobs.job_result import Record
+from pickcli.kernel import _kernel
+
+Key: TypeAlias = tuple[str, ...]  # the name of a task, unique in its build
+
+
+class Recipe(Protocol):
+    """How the tasks of one build are done.
+
+    It travels to other processes by pickle, so it is small, and what it needs for its work it makes there
+    when it is first used. What ``make`` leaves depends on the key and the recipe alone: not on tasks before
+    it, nor on the process, nor on the clock. A task may be done twice; its records are the same bytes.
+    """
+
+    @property
+    def inputs(self) -> str:
+        """SHA-256 over all that records depend on besides the key; records of other inputs are not ours."""
+
+    def make(self, key: Key) -> Record:
+        """Do one task."""
+
+    def effort(self, key: Key) -> float:
+        """About how long one task takes compared with others, in any unit, always more than 0.
+
+        What takes long is begun first, so that no worker is left with it in the end; time left goes by it.
+        """
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over this package's sources and its kernel: other code may give other bytes."""
+    root = Path(pickcli.__file__).parent
+    parts = {str(path.relative_to(root)): path for path in root.rglob("*.py")}
+    parts["kernel"] = Path(_kernel.__file__)  # which may lie elsewhere while it is being developed
+    return digest([[name, hashlib.sha256(parts[name].read_bytes()).hexdigest()] for name in sorted(parts)])

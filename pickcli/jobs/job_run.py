@@ -1,0 +1,135 @@
+"""One build: tasks that are kept from before, tasks that are done now, and how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeAlias
+
+from pickcli.jobs.executors import Here, Runner
+from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.journal import Journal
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a build is.
+
+    n_kept: tasks among ``n_done`` that were not done now but found in a journal or file
+    n_failed: tasks among ``n_done`` that ended with a reason instead of a result
+    effort_done, effort_total: of the tasks that are to be done now, as the recipe estimates it
+    task: the one that was finished last, "" at the beginning
+    journal: where finished tasks are kept while the build lasts; None if they are not
+    """
+
+    n_done: int
+    n_total: int
+    n_kept: int = 0
+    n_failed: int = 0
+    effort_done: float = 0.0
+    effort_total: float = 0.0
+    task: str = ""
+    journal: Path | None = None
+
+    @property
+    def n_done_now(self) -> int:
+        """Tasks that were not kept from before."""
+        return self.n_done - self.n_kept
+
+    @property
+    def coverage(self) -> float:
+        """Share of all tasks that have their result."""
+        return (self.n_done - self.n_failed) / max(self.n_total, 1)
+
+
+Report: TypeAlias = Callable[[Progress], None]
+
+
+@dataclass(frozen=True)
+class Means:
+    """With what a build is done; none of it changes a byte of its result.
+
+    output: the file to be written; finished tasks are kept in a journal beside it while the build lasts
+    kept: records from elsewhere that are right, by key
+    """
+
+    runner: Runner = field(default_factory=Here)
+    output: Path | None = None
+    kept: Mapping[Key, Record] = field(default_factory=dict)
+    report: Report | None = None
+
+
+class Build:
+    """The tasks of one recipe, each done once.
+
+    Attributes:
+        progress: How far the build is; in the end, how many tasks were kept and how many done.
+    """
+
+    def __init__(self, recipe: Recipe, means: Means | None = None) -> None:
+        self.recipe, self.means = recipe, means or Means()
+        output = self.means.output
+        self.journal = None if output is None else Journal(output, recipe.inputs)
+        self._records = dict(self.means.kept) | self._from_journal()
+        self.progress = Progress(0, 0)
+        self._efforts: dict[Key, float] = {}
+
+    def records(self, keys: Sequence[Key]) -> list[Record]:
+        """The records of these tasks, in their order; those not kept are done now.
+
+        May be called again with what follows from the records: the next round's tasks count on top.
+        """
+        missing = self._longest_first([key for key in keys if key not in self._records])
+        self._begin_round(keys, missing)
+        with closing(self.means.runner.run(self.recipe, missing)) as finished:
+            for key, content in finished:
+                if self.journal is not None:
+                    self.journal.append(key, content)
+                self._records[key] = Record.of_bytes(content)
+                self._count(key)
+        return [self._records[key] for key in keys]
+
+    def _longest_first(self, keys: Sequence[Key]) -> list[Key]:
+        self._efforts = {key: self.recipe.effort(key) for key in keys}
+        return sorted(keys, key=lambda key: -self._efforts[key])
+
+    def finish(self) -> None:
+        """The output is written: the journal goes."""
+        if self.journal is not None:
+            self.journal.remove()
+
+    def _from_journal(self) -> dict[Key, Record]:
+        if self.journal is None:
+            return {}
+        return {key: Record.of_bytes(content) for key, content in self.journal.read().items()}
+
+    def _begin_round(self, keys: Sequence[Key], missing: Sequence[Key]) -> None:
+        so_far, kept = self.progress, [self._records[key] for key in keys if key in self._records]
+        self._tell(
+            Progress(
+                so_far.n_done + len(kept),
+                so_far.n_total + len(kept) + len(missing),
+                so_far.n_kept + len(kept),
+                so_far.n_failed + sum(record.reason is not None for record in kept),
+                so_far.effort_done,
+                so_far.effort_total + sum(self._efforts.values()),
+                journal=None if self.journal is None else self.journal.path,
+            )
+        )
+
+    def _count(self, key: Key) -> None:
+        p, failed = self.progress, self._records[key].reason is not None
+        effort = p.effort_done + self._efforts[key]
+        self._tell(
+            replace(
+                p, n_done=p.n_done + 1, n_failed=p.n_failed + failed, effort_done=effort, task=", ".join(key)
+            )
+        )
+
+    def _tell(self, progress: Progress) -> None:
+        self.progress = progress
+        if self.means.report is not None:
+            self.means.report(progress)

@@ -1,0 +1,101 @@
+"""Finished tasks, kept on disk while a build runs, so that a kill at any moment loses only those in hand.
+
+The journal is a file beside the output to which records are appended:
+
+    "APCTASK\\n" | length, 8 bytes | SHA-256 of the body, 32 bytes | body: key as JSON, newline, record
+
+A record is appended in one write under a lock and synced. One that a kill or a full disk cut short, or a
+flipped bit changed, is passed over and its task done again. As records of one key are the same bytes, two
+builds of the same file may write the same journal at once. The journal's name carries the digest of the
+build's inputs, so that a build with other inputs has another journal.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import glob
+import hashlib
+import json
+import os
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+from pickcli.errors import InputError
+from pickcli.jobs.job import Key
+
+_MAGIC = b"APCTASK\n"
+_HEAD = struct.Struct("<8sQ32s")
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a limit on the size of files
+
+
+class Journal:
+    """The finished tasks of one build.
+
+    path: of the journal itself; the file appears with the first record
+    """
+
+    def __init__(self, output: Path, inputs: str) -> None:
+        self.path = output.with_name(f"{output.name}.{inputs[:12]}.journal")
+
+    def read(self) -> dict[Key, bytes]:
+        """All whole records by key; none if there is no journal. Raises InputError if it cannot be read."""
+        try:
+            content = self.path.read_bytes() if self.path.exists() else b""
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be read: {error.strerror}; delete it") from None
+        return dict(_records(content))
+
+    def append(self, key: Key, record: bytes) -> None:
+        """Keep one record. Raises InputError if it cannot be written."""
+        body = json.dumps(key).encode() + b"\n" + record
+        head = _HEAD.pack(_MAGIC, len(body), hashlib.sha256(body).digest())
+        try:
+            self._write(head + body)
+        except OSError as error:
+            cure = "make room" if error.errno in _NO_ROOM else "mend that"
+            raise InputError(
+                f"{self.path}: cannot be written: {error.strerror}; {cure} and run the same command again"
+            ) from None
+
+    def remove(self) -> None:
+        """The output is written: nothing of this is needed any more."""
+        with contextlib.suppress(OSError):
+            self.path.unlink()
+
+    def _write(self, content: bytes) -> None:
+        handle = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            while content:
+                content = content[os.write(handle, content) :]
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def journals(output: Path) -> list[Path]:
+    """Journals of builds of this output, whatever their inputs."""
+    return sorted(output.parent.glob(f"{glob.escape(output.name)}.*.journal"))
+
+
+def _records(content: bytes) -> Iterator[tuple[Key, bytes]]:
+    """Every whole record of a journal, wherever it begins."""
+    at = content.find(_MAGIC)
+    while at >= 0:
+        body = _body(content, at)
+        if body is not None:
+            key, _, record = body.partition(b"\n")
+            yield tuple(json.loads(key)), record
+        at = content.find(_MAGIC, at + (_HEAD.size + len(body) if body is not None else 1))
+
+
+def _body(content: bytes, at: int) -> bytes | None:
+    """The body of the record that begins there, if it is whole."""
+    if at + _HEAD.size > len(content):
+        return None
+    _, length, digest = _HEAD.unpack_from(content, at)
+    body = content[at + _HEAD.size : at + _HEAD.size + length]
+    return body if len(body) == length and hashlib.sha256(body).digest() == digest else None

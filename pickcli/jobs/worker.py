@@ -1,0 +1,65 @@
+"""A process that does tasks for another one: ``python -m pickcli.jobs.worker FD PARENT``.
+
+FD is one end of a pipe. PARENT is the process id of who asks: the worker ends with it, however that ends.
+First comes ``sys.path`` of that process, then a recipe, then key after key; for each key goes back its
+record, or the exception that was raised. The end of the pipe is the end of the worker.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import pickle
+import signal
+import sys
+import traceback
+from multiprocessing.connection import Connection
+
+from pickcli.jobs.job import Key, Recipe
+
+_PR_SET_PDEATHSIG = 1  # of prctl(2)
+
+
+def serve(pipe: Connection) -> None:
+    """Do what comes until nothing comes any more."""
+    with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        sys.path[:] = pipe.recv()
+        recipe: Recipe = pipe.recv()
+        while True:
+            pipe.send(outcome(recipe, pipe.recv()))
+
+
+def outcome(recipe: Recipe, key: Key) -> bytes | Exception:
+    """The record of a task, or the exception it raised, with the place as a note."""
+    try:
+        return recipe.make(key).to_bytes()
+    except Exception as error:
+        told = f"in the task {', '.join(key)}:\n{''.join(traceback.format_exception(error))}"
+        return _portable(error, told)
+
+
+def _portable(error: Exception, told: str) -> Exception:
+    """The exception, or one that says the same if it cannot travel."""
+    try:
+        copy = pickle.loads(pickle.dumps(error))
+    except Exception:
+        copy = RuntimeError(str(error))
+    copy.add_note(told)
+    return copy if isinstance(copy, Exception) else RuntimeError(told)
+
+
+def end_with(parent: int) -> None:
+    """Let the system end this process when its parent ends, in the middle of a task too.
+
+    Where the system cannot (it is not Linux), the worker outlives a killed parent by one task at most.
+    """
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it was gone before
+        os._exit(0)
+
+
+if __name__ == "__main__":
+    end_with(int(sys.argv[2]))
+    serve(Connection(int(sys.argv[1])))

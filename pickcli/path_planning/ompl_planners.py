@@ -1,0 +1,126 @@
+"""OMPL's planners in joint space: the only file that imports it.
+
+Three rules make it repeatable. OMPL draws the seed of every new generator from one global generator of
+seeds, so this is set before each query and every planner is built anew (the library's warning that
+generators exist already concerns those of earlier planners, which are gone). Planners are limited by
+iterations, never by seconds. And nothing here runs in a thread: one query at a time per process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from ompl import base, geometric, util
+
+from pickcli.collision.motion_validator import MotionValidator
+from pickcli.geometry import Array
+from pickcli.path_planning.planner_names import PlannerName
+
+util.setLogLevel(util.LogLevel.LOG_NONE)
+
+# OMPL's classes, where they are not called what we call them.
+_CLASSES = {PlannerName.OMPL_RRT_CONNECT: "RRTConnect"}
+
+
+def solve(
+    checker: MotionValidator,
+    lower: Array,
+    upper: Array,
+    q_start: Array,
+    goals: Sequence[Array],
+    planner: PlannerName,
+    seed: int,
+    max_iterations: int,
+) -> Array | None:
+    """OMPL's own answer (N, n) between lower and upper (n,), unchecked; None if it has none."""
+    util.RNG.setSeed(1 + seed % (2**31 - 1))  # 0 would mean "from the clock"
+    state_space = _bounded(lower, upper)
+    information = base.SpaceInformation(state_space)
+    # OMPL keeps no reference that Python could see: these two names must outlive solve().
+    motions, states = _Motions(information, checker), _States(information, checker)
+    information.setMotionValidator(motions)
+    information.setStateValidityChecker(states)
+    information.setup()
+    problem = _problem(information, state_space, q_start, goals)
+    algorithm = getattr(geometric, _CLASSES.get(planner, planner.value))(information)
+    algorithm.setProblemDefinition(problem)
+    algorithm.setup()
+    algorithm.solve(base.PlannerTerminationCondition(_after(max_iterations)))
+    path = problem.getSolutionPath()
+    if path is None or not problem.hasExactSolution():
+        return None
+    return np.array([_read(state, len(q_start)) for state in path.getStates()])
+
+
+def _bounded(lower: Array, upper: Array) -> Any:
+    state_space = base.RealVectorStateSpace(len(lower))
+    bounds = base.RealVectorBounds(len(lower))
+    for j, (low, high) in enumerate(zip(lower, upper, strict=True)):
+        bounds.setLow(j, float(low))
+        bounds.setHigh(j, float(high))
+    state_space.setBounds(bounds)
+    return state_space
+
+
+def _problem(information: Any, state_space: Any, q_start: Array, goals: Sequence[Array]) -> Any:
+    problem = base.ProblemDefinition(information)
+    goal_states = base.GoalStates(information)
+    scratch = state_space.allocState()  # Python owns it; freeState would free it twice
+    _write(scratch, q_start)
+    problem.addStartState(scratch)
+    for goal in goals:
+        _write(scratch, goal)
+        goal_states.addState(scratch)
+    problem.setGoal(goal_states)
+    problem.setOptimizationObjective(base.PathLengthOptimizationObjective(information))
+    return problem
+
+
+def _after(n: int) -> Any:
+    """A condition that becomes true when it has been asked more than n times."""
+    left = n
+
+    def is_over() -> bool:
+        nonlocal left
+        left -= 1
+        return left < 0
+
+    return is_over
+
+
+def _read(state: Any, n: int) -> Array:
+    # By index: slices of OMPL's states are ten times slower.
+    return np.array([state[j] for j in range(n)])
+
+
+def _write(state: Any, q: Array) -> None:
+    for j, value in enumerate(q):
+        state[j] = float(value)
+
+
+class _Motions(base.MotionValidator):  # type: ignore[misc]
+    """OMPL's question "is this motion free", answered by proof."""
+
+    def __init__(self, information: Any, checker: MotionValidator) -> None:
+        super().__init__(information)
+        self._is_valid_edge = checker.is_valid_edge
+        self._n = information.getStateDimension()
+
+    def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:
+        """Whether the straight edge between two states is proven free."""
+        return self._is_valid_edge(_read(a, self._n), _read(b, self._n))
+
+
+class _States(base.StateValidityChecker):  # type: ignore[misc]
+    """OMPL's question "is this state free"."""
+
+    def __init__(self, information: Any, checker: MotionValidator) -> None:
+        super().__init__(information)
+        self._is_valid = checker.is_valid
+        self._n = information.getStateDimension()
+
+    def isValid(self, state: Any) -> bool:
+        """Whether a state keeps the margin."""
+        return self._is_valid(_read(state, self._n))

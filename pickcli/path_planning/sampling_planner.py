@@ -1,0 +1,92 @@
+"""Paths in joint space by sampling: what is asked of every planner, whoever it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.collision.motion_validator import MotionValidator
+from pickcli.geometry import Array
+from pickcli.kernel import rrt_connect
+from pickcli.motion.path import JointPath
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.state_space import JointSpace
+
+# Longest edge of RRT-Connect's trees, as a share of the diagonal of the joint space. Of 0.03 to 0.4 this
+# found first paths soonest in front of the shelf; longer edges fail more often and lead farther around.
+_STEP = 0.1
+
+# How far an end of a returned path may be from what was asked for: a copy of doubles is exact.
+_END_TOLERANCE = 1e-12
+
+
+def plan(
+    checker: MotionValidator,
+    space: JointSpace,
+    q_start: Array,
+    goals: Array,
+    *,
+    seed: int,
+    planner: PlannerName | str = PlannerName.RRT_CONNECT,
+    max_iterations: int = 5000,
+    step: float = _STEP,
+) -> JointPath | None:
+    """A proven polyline from q_start (n,) to one of the goals (G, n), or None.
+
+    A straight edge to the nearest goal that has one comes first: no sampling can beat it. Otherwise the
+    planner runs, at most ``max_iterations`` times round its loop (RRT* uses them all). The same arguments
+    give the same bytes, in one process as in another.
+
+    step: longest edge of RRT-Connect's trees, as a share of the diagonal of the space
+    """
+    q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
+    if not (space.holds(q_start) and checker.is_valid(q_start)):
+        return None
+    reachable = [goal for goal in goals if space.holds(goal) and checker.is_valid(goal)]
+    reachable.sort(key=lambda goal: float(np.linalg.norm(goal - q_start)))
+    for goal in reachable:
+        if checker.is_valid_edge(q_start, goal):
+            return JointPath(space.joint_names, np.stack([q_start, goal]))
+    if not reachable:
+        return None
+    waypoints = _solve(checker, space, q_start, reachable, PlannerName(planner), seed, max_iterations, step)
+    if waypoints is None or not _is_answer(checker, q_start, reachable, waypoints):
+        return None
+    return JointPath(space.joint_names, waypoints)
+
+
+def _solve(
+    checker: MotionValidator,
+    space: JointSpace,
+    q_start: Array,
+    goals: Sequence[Array],
+    planner: PlannerName,
+    seed: int,
+    max_iterations: int,
+    step: float,
+) -> Array | None:
+    """The planner's own answer (N, n), unchecked."""
+    ends = np.array([q_start, *goals])
+    # An end may lie a hair outside of the limits, and trees must be able to get there.
+    lower, upper = np.minimum(space.lower, ends.min(axis=0)), np.maximum(space.upper, ends.max(axis=0))
+    if planner is PlannerName.RRT_CONNECT:
+        longest = step * float(np.linalg.norm(upper - lower))
+        waypoints = rrt_connect(
+            checker.kernel, q_start, ends[1:], lower, upper, seed, max_iterations, longest, checker.margin
+        )
+        return waypoints if len(waypoints) else None
+    from pickcli.path_planning import ompl_planners  # only who asks for OMPL waits for its import
+
+    return ompl_planners.solve(checker, lower, upper, q_start, goals, planner, seed, max_iterations)
+
+
+def _is_answer(checker: MotionValidator, q_start: Array, goals: Sequence[Array], waypoints: Array) -> bool:
+    """Whether a path starts and ends where it should and is proven: no planner is believed."""
+    gap = min(float(np.abs(goal - waypoints[-1]).max()) for goal in goals)
+    return bool(
+        len(waypoints) >= 2
+        and np.abs(waypoints[0] - q_start).max() <= _END_TOLERANCE
+        and gap <= _END_TOLERANCE
+        and checker.is_valid_path(waypoints)
+    )

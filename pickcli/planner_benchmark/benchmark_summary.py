@@ -1,0 +1,124 @@
+"""What a contest of planners came to: all tries, and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.planner_benchmark.benchmark_entries import Answer
+
+Names = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One try of one planner at one pair; answer: None where it found nothing."""
+
+    planner: str
+    pair: Names
+    attempt: int
+    bound: float  # s, no motion of this pair is shorter
+    answer: Answer | None
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One planner's figures. Lengths and durations are those of the pairs that all planners solved.
+
+    solved: share of all tries
+    planning, whole: s, median and 95th percentile over all solved tries (see ``Answer``)
+    found, length, duration: mean over the common pairs of each pair's median try
+    ratio: durations over lower bounds, both summed; best_ratio: the same with each pair's best try
+    """
+
+    planner: str
+    solved: float
+    planning: tuple[float, float]
+    whole: tuple[float, float]
+    found: float
+    length: float
+    duration: float
+    ratio: float
+    best_ratio: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All tries, and the table that follows from them."""
+
+    attempts: tuple[Attempt, ...]
+
+    @property
+    def planners(self) -> list[str]:
+        """Names, in the order in which they started."""
+        return list(dict.fromkeys(a.planner for a in self.attempts))
+
+    @property
+    def common(self) -> set[Names]:
+        """Pairs that every planner solved at least once."""
+        solved = {(a.planner, a.pair) for a in self.attempts if a.answer is not None}
+        pairs = {a.pair for a in self.attempts}
+        return {pair for pair in pairs if all((planner, pair) in solved for planner in self.planners)}
+
+    @property
+    def standings(self) -> list[Standing]:
+        """The table: a row per planner."""
+        tries = {name: [a for a in self.attempts if a.planner == name] for name in self.planners}
+        return [_standing(name, tries[name], self.common) for name in self.planners]
+
+    def values(self) -> dict[str, Any]:
+        """Table and tries as JSON values; null where nothing was solved."""
+        return {
+            "pairs": len({a.pair for a in self.attempts}),
+            "pairs_solved_by_all": len(self.common),
+            "planners": [_without_nan(asdict(row)) for row in self.standings],
+            "attempts": [asdict(attempt) for attempt in self.attempts],
+        }
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(entry) for key, entry in value.items()}
+    if isinstance(value, tuple):
+        return [_without_nan(entry) for entry in value]
+    return None if isinstance(value, float) and np.isnan(value) else value
+
+
+def _standing(planner: str, attempts: Sequence[Attempt], common: set[Names]) -> Standing:
+    answers = [a.answer for a in attempts if a.answer is not None]
+    by_pair = [[a for a in attempts if a.pair == pair and a.answer is not None] for pair in sorted(common)]
+    bounds = np.array([tries[0].bound for tries in by_pair])
+
+    def medians(field: str) -> Array:
+        return np.array([np.median([getattr(a.answer, field) for a in tries]) for tries in by_pair])
+
+    best = np.array([min(a.answer.duration for a in tries if a.answer is not None) for tries in by_pair])
+    return Standing(
+        planner,
+        len(answers) / max(len(attempts), 1),
+        _median_and_p95([answer.planning for answer in answers]),
+        _median_and_p95([answer.whole for answer in answers]),
+        _mean(medians("found")),
+        _mean(medians("length")),
+        _mean(medians("duration")),
+        _ratio(medians("duration"), bounds),
+        _ratio(best, bounds),
+    )
+
+
+def _median_and_p95(seconds: Sequence[float]) -> tuple[float, float]:
+    if not seconds:
+        return float("nan"), float("nan")
+    return float(np.median(seconds)), float(np.percentile(seconds, 95))
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def _ratio(durations: Array, bounds: Array) -> float:
+    return float(durations.sum() / bounds.sum()) if len(bounds) else float("nan")

@@ -1,0 +1,72 @@
+"""A contest of planners over the same pairs: who solves them, how fast, and what the motions are worth.
+
+Delft found no benefit in RRT* over RRT-Connect; this measures it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from pickcli.cell.model import Cell
+from pickcli.collision.model import CollisionModel
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.planner_benchmark.benchmark_entries import Contestant, Query
+from pickcli.planner_benchmark.benchmark_summary import Attempt, Comparison, Names
+from pickcli.precompute.pairs import delft_pairs
+from pickcli.roadmap.database import PayloadClass
+from pickcli.seeds import derived_seed
+
+
+def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[Names]:
+    """Delft's pairs whose ends are free and whose straight line is not: elsewhere no planner is needed."""
+    model = CollisionModel(cell)
+    pairs = [(key.start, key.goal) for key in delft_pairs(cell, payload)]
+    return [pair for pair in pairs if _is_blocked(Query.of(cell, model, pair, payload))]
+
+
+def compare(
+    cell: Cell,
+    pairs: Sequence[Names],
+    contestants: Sequence[Contestant],
+    *,
+    payload: PayloadClass = PayloadClass.EMPTY,
+    n_tries: int = 3,
+    seed: int = 0,
+    report: Callable[[int, int, str], None] | None = None,
+) -> Comparison:
+    """Every planner's tries at every pair; all but the wall-clock times follows from the seed.
+
+    report: called with (done, total, what comes next)
+    Raises UnknownNameError for a name that is no configuration, InputError for a pair whose ends are the same
+    or not free.
+    """
+    model, attempts = CollisionModel(cell), list[Attempt]()
+    queries = {pair: _checked(cell, model, pair, payload) for pair in pairs}
+    total = len(queries) * len(contestants) * n_tries
+    for pair, query in queries.items():
+        for contestant in contestants:
+            for attempt in range(n_tries):
+                if report is not None:
+                    report(len(attempts), total, f"{contestant.name}, {' to '.join(pair)}")
+                own = derived_seed(seed, "contest", *pair, payload, attempt)
+                answer = contestant.answer(query, own)
+                attempts.append(Attempt(contestant.name, pair, attempt, query.bound, answer))
+    return Comparison(tuple(attempts))
+
+
+def _is_blocked(query: Query) -> bool:
+    tests, (q0, q1) = query.planning, query.ends
+    return tests.is_valid(q0) and tests.is_valid(q1) and not tests.is_valid_edge(q0, q1)
+
+
+def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> Query:
+    for name in pair:
+        if name not in cell.configurations:
+            raise UnknownNameError("configuration", name, list(cell.configurations), str(cell.path))
+    if pair[0] == pair[1]:
+        raise InputError(f"{':'.join(pair)} is no motion; name two different configurations")
+    query = Query.of(cell, model, pair, payload)
+    for name, q in zip(pair, query.ends, strict=True):
+        if not query.planning.is_valid(q):
+            raise InputError(f"{name} is not free: {query.planning.explain(q)}; leave this pair out")
+    return query

@@ -1,0 +1,25 @@
+"""What stored files depend on: cell, configurations, settings and code, as digests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.fingerprint import digest
+from pickcli.cell.model import Cell
+from pickcli.jobs.job import code_digest
+
+
+def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
+    """The ``inputs`` of a recipe of this kind: cell, settings (a dataclass of JSON values) and our code."""
+    return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), code_digest()])
+
+
+def configurations_digest(cell: Cell) -> str:
+    """SHA-256 over the named configurations: bits, pivot states and kinds. No fingerprint covers them."""
+    named = [
+        [c.name, np.asarray(c.q, "<f8").tobytes().hex(), c.pivot.value, c.kind]
+        for c in cell.configurations.values()
+    ]
+    return digest(named)

@@ -1,0 +1,1 @@
+"""Named configurations ranked by how much of a bin each reaches."""

@@ -1,0 +1,145 @@
+"""Configurations in front of a bin, ranked by what can be reached from them.
+
+KTH (section IV-A.1) chose theirs by hand, for high manipulability, "to reach a large variety of desired
+end-effector poses inside or close to the bin without moving the arm into significantly different
+configurations". Here that variety is counted: the share of poses in the bin that the tool reaches from the
+configuration along one straight line, followed without a jump of a joint and proven free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.cartesian.follow import Line, follow_line
+from pickcli.cell.configuration_text import DECIMALS
+from pickcli.cell.model import Cell, NamedConfiguration
+from pickcli.cell.robot import PivotState
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.model import CollisionModel
+from pickcli.errors import NoPlanError, Reason, UnknownNameError
+from pickcli.geometry import Array, rotation_rpy
+from pickcli.kinematics.arm import Arm
+from pickcli.precompute.empty_scene import checker
+from pickcli.reachability.bin_pose_sampling import BinPoses
+from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings, distinct
+from pickcli.roadmap.database import PayloadClass
+from pickcli.seeds import derived_rng
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+
+Report = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Suggester:
+    """Ranks configurations in front of one bin of a cell.
+
+    Raises UnknownNameError for a bin that the cell has not.
+    """
+
+    cell: Cell
+    bin_name: str
+    pivot: PivotState
+    settings: SuggestSettings
+
+    def __post_init__(self) -> None:
+        if self.bin_name not in self.cell.pod.bins:
+            raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins), str(self.cell.path))
+
+    def suggest(self, n: int, report: Report | None = None) -> list[Suggestion]:
+        """The best n that differ, the farthest reaching first, then by manipulability. Repeatable by seed.
+
+        Raises NoPlanError, with the reasons, if there is none.
+        """
+        kept = self.candidates()
+        judged = []
+        for i, q in enumerate(kept):
+            if report is not None:
+                report(i, len(kept), f"{self.bin_name}, candidate {i + 1}")
+            judged.append(self.judged(q))
+        judged.sort(key=lambda each: (-each.reach, -each.manipulability))
+        return distinct(judged, n, self.settings.apart)
+
+    def candidates(self) -> Array:
+        """(M, n) configurations before the bin, rounded as in a cell file; the most manipulable first."""
+        rng, settings = self._rng("front"), self.settings
+        solved = [
+            self._arm.solve_spread(T, self.pivot, rng) for T in self._poses.in_front(rng, settings.n_places)
+        ]
+        Q: Array = np.concatenate(solved).round(DECIMALS)
+        usable = [q for q in Q if self._has_room(q) and self._waiting.is_valid(q)]
+        if not usable:
+            raise NoPlanError(f"a configuration in front of {self.bin_name}", self._why_none(Q))
+        usable.sort(key=lambda q: -self._arm.manipulability(q, self.pivot))
+        return np.stack(usable[: settings.n_kept])
+
+    def judged(self, q: Array) -> Suggestion:
+        """What a configuration (n,) is worth."""
+        T_world_tip = self._arm.tip(q, self.pivot)
+        return Suggestion(
+            NamedConfiguration(self.bin_name, q, self.pivot, "bin"),
+            np.linalg.inv(self._poses.T_world_bin) @ T_world_tip,
+            self._arm.manipulability(q, self.pivot),
+            float(np.mean([self._reaches(q, T_world_tip, T) for T in self._inside])),
+            self._margin(q),
+            self._waiting.clearance(q).distance,
+            self._travel(q),
+        )
+
+    def _reaches(self, q: Array, T_world_tip: Array, T_world_goal: Array) -> bool:
+        """Whether one line leads there. The round cup may arrive turned as it leaves."""
+        goal = T_world_goal.copy()
+        goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, self._poses.roll(T_world_tip))
+        line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.pivot, q, self.bin_name)
+        return isinstance(line, Line)
+
+    def _margin(self, q: Array) -> float:
+        limits = self.cell.robot.limits
+        return float((np.minimum(q - limits.lower, limits.upper - q) / (limits.upper - limits.lower)).min())
+
+    def _travel(self, q: Array) -> float | None:
+        limits = scaled(self.cell.robot.limits, self.cell.speed_scale)
+        homes = [each.q for each in self.cell.configurations.values() if each.kind == "home"]
+        return min((lower_bound(limits, home, q) for home in homes), default=None)
+
+    def _why_none(self, Q: Array) -> list[Reason]:
+        """Why not one of these (N, n) will do."""
+        if not len(Q):
+            return [Reason("no IK solution", self.bin_name, "no place in front of it is within reach")]
+        tight = Reason("joint limit", self.bin_name, f"nearer than {self.settings.margin:.0%} of a range")
+        return [self._waiting.explain(q) if self._has_room(q) else tight for q in Q]
+
+    def _has_room(self, q: Array) -> bool:
+        return self._margin(q) >= self.settings.margin
+
+    def _rng(self, what: str) -> np.random.Generator:
+        return derived_rng(self.settings.seed, "suggest", self.bin_name, self.pivot, what)
+
+    @cached_property
+    def _model(self) -> CollisionModel:
+        return CollisionModel(self.cell)
+
+    @cached_property
+    def _arm(self) -> Arm:
+        return Arm(self.cell.robot)
+
+    @cached_property
+    def _poses(self) -> BinPoses:
+        return BinPoses(self._model, self.cell.pod.bins[self.bin_name], self.pivot)
+
+    @cached_property
+    def _inside(self) -> Array:
+        return self._poses.inside(self._rng("inside"), self.settings.n_poses)
+
+    @cached_property
+    def _waiting(self) -> SceneChecker:
+        """Where the arm waits the cup may pivot: roadmap and database pass through."""
+        reserve = self.settings.clearance - self.cell.clearance
+        return checker(self._model, PivotState.MOVING, PayloadClass.EMPTY, reserve)
+
+    @cached_property
+    def _moving_in(self) -> SceneChecker:
+        return checker(self._model, self.pivot, PayloadClass.EMPTY)

@@ -1,0 +1,143 @@
+"""What a scene must agree with: the cell's names, its bins, and that no two solids stand in one place."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+
+import numpy as np
+
+from pickcli.cell.model import Cell
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.files.yaml_reader import Source
+from pickcli.geometry import inverse, pose
+from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
+from pickcli.scene.solid_overlap import TOUCH, Solid, overlap_depth
+from pickcli.scene.touching import Solids
+
+SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
+_POINT = 1e-4  # m, radius of a ball that stands for a point
+MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
+
+
+def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
+    """Ids of their own, known items and known places; raises at once, for the rest needs them."""
+    locations = [*cell.pod.bins, TOTE]
+    seen: dict[str, PlacedItemModel] = {}
+    for i, item in enumerate(model.items):
+        if item.id in seen:
+            source.add(("items", i, "id"), f"{item.id!r} stands twice; give each instance an id of its own")
+        seen[item.id] = item
+        _check_item(source, ("items", i, "name"), item, cell)
+        if item.location not in locations:
+            source.add(
+                ("items", i, "location"), f"unknown place {item.location!r}; known: {', '.join(locations)}"
+            )
+    if model.held is not None:
+        _check_item(source, ("held", "name"), model.held, cell)
+        same = seen.get(model.held.id)
+        if same is not None and (same.name, same.year) != (model.held.name, model.held.year):
+            source.add(
+                ("held", "id"), f"{same.id!r} is a {same.name} of {same.year} among the items; correct one"
+            )
+    source.check()
+
+
+def _check_item(
+    source: Source, key: tuple[str | int, ...], item: PlacedItemModel | HeldModel, cell: Cell
+) -> None:
+    """The cell knows the item."""
+    if (item.name, item.year) not in cell.items:
+        known = [name for name, year in cell.items if year == item.year]
+        close = [] if source.is_full else get_close_matches(item.name, known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
+        source.add(key, f"unknown item {item.name!r} of {item.year}; {hint}")
+
+
+def check_places(source: Source, scene: Scene) -> None:
+    """Every item lies about where its location says: catches poses in another frame."""
+    for i, placed in enumerate(scene.items):
+        if placed.location == TOTE:
+            continue
+        bin_ = scene.cell.pod.bins[placed.location]
+        T_bin_item = inverse(scene.T_world_pod @ bin_.T_pod_bin) @ placed.T_world_item
+        p, R = T_bin_item[:3, 3], T_bin_item[:3, :3]
+        low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
+        high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
+        astray = float(np.linalg.norm(p - np.clip(p, low, high)))
+        if astray > MAX_ASTRAY:
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} is {astray:.2f} m away from {placed.location}; poses are those of the item's "
+                "middle in the world frame (docs/formats/scene.md)",
+            )
+            continue
+        under = bin_.floor_back - (p[2] - placed.item.shape.reach(R)[2])
+        if under > SUNK + scene.noise.bound(placed.item):
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}; correct "
+                "its pose",
+            )
+
+
+def check_held(source: Source, scene: Scene) -> None:
+    """What the cup holds begins at the tip, as far as its pose is uncertain and the bellows give way."""
+    if scene.held is None:
+        return
+    item, tool = Solid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
+    slack = SUNK + tool.cup_stroke + scene.noise.bound(scene.held.item)
+    advice = (
+        "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the cup, "
+        "+z out of it"
+    )
+    if overlap_depth(item, _ball(tool.cup_radius + slack, 0.0), 0.0) == 0.0:
+        away = float(np.linalg.norm(item.center))
+        where = f"{away:.3g} m from the tip of the cup, which its surface is to be at"
+        source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")
+    elif overlap_depth(item, _ball(_POINT, -slack - _POINT), 0.0) > 0.0:
+        where = f"reaches more than {1000 * slack:.0f} mm behind the tip of the cup, into the tool"
+        source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
+
+
+def _ball(radius: float, z: float) -> Solid:
+    """A ball in the tool frame, its middle at z on the axis of the cup."""
+    return Solid(Shape(ShapeKind.SPHERE, (radius,)), pose((0.0, 0.0, z)))
+
+
+def check_standing(source: Source, scene: Scene) -> None:
+    """No item stands in shelf, tote or obstacles deeper than its pose, and the pod's, is uncertain."""
+    corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
+    pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
+    every = Solids.of(scene, scene.items, scene.standing)
+    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    a, b = every.near(len(scene.items), 0.0)
+    for i, placed in enumerate(scene.items):
+        tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
+        near = b[(a == i) & (b >= len(scene.items))].tolist()
+        depths = [(overlap_depth(solids[i], solids[k], tolerance), every.names[k]) for k in near]
+        depth, name = max(depths, default=(0.0, ""))
+        if depth > 0.0:
+            source.add(
+                ("items", i, "position"),
+                f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}; correct its pose",
+            )
+        if source.is_full:
+            return
+
+
+def check_overlaps(source: Source, scene: Scene) -> None:
+    """No two items stand in each other deeper than their poses are uncertain."""
+    every = Solids.of(scene, scene.items, ())
+    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    a, b = every.near(len(solids), 0.0)
+    for i, j in zip(a.tolist(), b.tolist(), strict=True):
+        depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))
+        if depth > 0.0:
+            source.add(
+                ("items", j),
+                f"{scene.items[i].id} and {scene.items[j].id} overlap by {1000 * depth:.1f} mm; "
+                "correct one of the poses",
+            )
+        if source.is_full:
+            return

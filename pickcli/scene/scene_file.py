@@ -1,0 +1,177 @@
+"""Scene files: which items lie where, as JSON. See docs/formats/scene.md.
+
+The interface for anyone who has poses from elsewhere, so everything in it is checked and every mistake is
+told with line and column.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import astuple
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.displacement import Displacement
+from pickcli.cell.fingerprint import digest, numbers
+from pickcli.cell.item import Item
+from pickcli.cell.load import load_cell
+from pickcli.cell.model import Cell
+from pickcli.errors import StaleError
+from pickcli.files.atomic_write import write_text
+from pickcli.files.file_kind import SCENE
+from pickcli.files.schema import validate
+from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
+from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
+from pickcli.scene.scene_checks import check_held, check_names, check_overlaps, check_places, check_standing
+from pickcli.scene.scene_schema import HeldModel, PoseModel, SceneModel
+
+_UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
+
+
+def read_scene(path: Path, cell: Cell | None = None) -> Scene:
+    """The scene in a file; its cell is loaded by name unless given.
+
+    Raises InputError with every mistake and its place, StaleError if the file was made for another cell.
+    """
+    source = read_yaml(Path(path), SCENE)  # JSON is YAML, and so every value has a line and a column
+    model = validate(source, SceneModel)
+    cell = cell or load_cell(model.cell.name)
+    if model.cell.fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
+            f"{cell.name} {cell.fingerprint}; make the scene again"
+        )
+    check_names(source, model, cell)
+    scene = Scene(
+        cell=cell,
+        T_world_pod=_pose(source, ("T_world_pod",), model.T_world_pod),
+        items=tuple(
+            PlacedItem(m.id, cell.items[m.name, m.year], m.location, _pose(source, ("items", i), m))
+            for i, m in enumerate(model.items)
+        ),
+        noise=PoseNoise(model.noise.position, model.noise.angle),
+        seed=model.seed,
+        pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
+        held=_held(source, model.held, cell),
+    )
+    check_places(source, scene)
+    check_standing(source, scene)
+    check_overlaps(source, scene)
+    check_held(source, scene)
+    source.check()
+    return scene
+
+
+def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
+    """Write a scene file: the old one or the new one, whole. Raises InputError if it cannot be written.
+
+    replace: whether a file that is there may be replaced
+    """
+    write_text(Path(path), _to_text(scene), replace)
+
+
+def scene_hash(scene: Scene) -> str:
+    """SHA-256 (hex) of what the validity of a motion in this scene depends on.
+
+    The cell, what its cup bears, where the pod stands, the bounds of both errors, every item's figures and
+    pose, and what the cup holds; not the seed and not the order of the items. Survives writing and reading.
+    """
+    return digest(
+        {
+            **({} if scene.held is None else {"held": _held_content(scene.held)}),
+            "cell": scene.cell.fingerprint,
+            "T_world_pod": _coarse(scene.T_world_pod),
+            "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
+            "cup limits": numbers(astuple(scene.cell.robot.tool.cup_limits)),
+            "noise": numbers([scene.noise.position, scene.noise.angle]),
+            "items": sorted(_item_content(placed) for placed in scene.items),
+        }
+    )
+
+
+def _item_content(placed: PlacedItem) -> list[Any]:
+    return [placed.id, placed.location, *_figures(placed.item), _coarse(placed.T_world_item)]
+
+
+def _held_content(held: HeldItem) -> list[Any]:
+    return [held.id, *_figures(held.item), _coarse(held.T_tip_item)]
+
+
+@lru_cache(maxsize=256)
+def _figures(item: Item) -> tuple[Any, ...]:
+    """What an item is, wherever it lies."""
+    return (
+        item.name,
+        item.year,
+        item.shape.kind.value,
+        numbers(item.shape.size),
+        numbers([item.mass, item.mass_error, item.seal_inset, item.speed_scale]),
+        [[face, *numbers([share]), numbers(item.area(face))] for face, share in sorted(item.seals.items())],
+    )
+
+
+def _coarse(T: Array) -> list[float]:
+    """A pose rounded to 1e-7: far over the noise of turning it into a quaternion and back."""
+    return [round(v, 7) + 0.0 for v in T[:3].ravel().tolist()]
+
+
+def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | None:
+    if model is None:
+        return None
+    return HeldItem(model.id, cell.items[model.name, model.year], _pose(source, ("held",), model))
+
+
+def _pose(source: Source, key: tuple[str | int, ...], model: PoseModel) -> Array:
+    length = float(np.linalg.norm(model.quaternion))
+    if abs(length - 1.0) > _UNIT_TOLERANCE:
+        source.add(
+            (*key, "quaternion"), f"expected a length of 1, got {length:.4g}; write x, y, z, w normalised"
+        )
+        return np.eye(4)
+    x, y, z = model.position
+    return pose((x, y, z), R=from_quaternion(model.quaternion))
+
+
+def _to_text(scene: Scene) -> str:
+    """One line per item, so that scenes can be read and compared."""
+    head: dict[str, Any] = {
+        "format": "apc scene",
+        "version": 1,
+        "cell": {"name": scene.cell.name, "fingerprint": scene.cell.fingerprint},
+        "T_world_pod": _pose_values(scene.T_world_pod),
+        "pod_error": dataclasses.asdict(scene.pod_error),
+        "noise": {"position": scene.noise.position, "angle": scene.noise.angle},
+        "seed": scene.seed,
+    }
+    if scene.held is not None:
+        head["held"] = held_values(scene.held)
+    lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
+    items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
+    return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"
+
+
+def held_values(held: HeldItem) -> dict[str, Any]:
+    """What the cup holds as it stands in the file: id, name, year, position and quaternion."""
+    return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
+
+
+def _item_values(placed: PlacedItem) -> dict[str, Any]:
+    return {
+        "id": placed.id,
+        "name": placed.item.name,
+        "year": placed.item.year,
+        "location": placed.location,
+        **_pose_values(placed.T_world_item),
+    }
+
+
+def _pose_values(T: Array) -> dict[str, list[float]]:
+    return {
+        "position": [float(v) for v in T[:3, 3]],
+        "quaternion": [float(v) for v in to_quaternion(T[:3, :3])],
+    }

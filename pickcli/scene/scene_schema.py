@@ -1,0 +1,81 @@
+"""What may stand in a scene file: names, types and ranges. See docs/formats/scene.md."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Len
+from pydantic import Field
+
+from pickcli.files.schema import FileModel, Text, Vector
+
+Quaternion = Annotated[tuple[Annotated[float, Field(ge=-2, le=2)], ...], Len(4, 4)]
+MAX_ITEMS = 300
+# Most that the yaw of a pod may be uncertain by. Every wall counts for wherever that may put it: of twelve
+# targets seven were planned with up to 0.05 rad as with none, five with 0.08, and none with 0.2.
+MAX_POD_YAW = 0.05  # rad
+POD_YAW = f"rad, 0 to {MAX_POD_YAW}: with more, its walls take the room that picks need"
+
+
+class PoseModel(FileModel):
+    """A pose in the world."""
+
+    position: Vector = Field(description="a position [x, y, z] in m")
+    quaternion: Quaternion = Field(description="a unit quaternion [x, y, z, w]")
+
+
+class CellReference(FileModel):
+    """The cell that the scene belongs to."""
+
+    name: Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_]*$")] = Field(
+        description="the cell's name (one under data/cells; of another cell say where it is with --cell)"
+    )
+    fingerprint: str = Field(pattern=r"^[0-9a-f]{64}$", description="the cell's fingerprint, 64 hex digits")
+
+
+class NoiseModel(FileModel):
+    """Bounds of the error of the item poses."""
+
+    position: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
+    angle: Annotated[float, Field(ge=0, le=3.2, allow_inf_nan=False)] = Field(description="rad")
+
+
+class PodErrorModel(FileModel):
+    """Bounds of the error of the pod's pose on the floor, each either way."""
+
+    x: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
+    y: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m")
+    yaw: Annotated[float, Field(ge=0, le=MAX_POD_YAW)] = Field(default=0.0, description=POD_YAW)
+
+
+class PlacedItemModel(PoseModel):
+    """One instance of an item."""
+
+    id: Text = Field(description="a name of its own in this scene")
+    name: Text = Field(description="an item's name")
+    year: int = Field(description="2015 or 2016")
+    location: Text = Field(description="a bin's name, or 'tote'")
+
+
+class HeldModel(PoseModel):
+    """What is in the cup; the pose is that of the item's middle in the tool frame."""
+
+    id: Text = Field(description="a name of its own in this scene, or that of the item where it was seen")
+    name: Text = Field(description="an item's name")
+    year: int = Field(description="2015 or 2016")
+
+
+class SceneModel(FileModel):
+    """A whole scene file."""
+
+    format: Literal["apc scene"] = Field(description="'apc scene'")
+    version: Literal[1] = Field(description="1, the only version there is")
+    cell: CellReference = Field(description="the cell's name and fingerprint")
+    T_world_pod: PoseModel = Field(description="where the pod stands now")
+    pod_error: PodErrorModel = Field(
+        default=PodErrorModel(), description="bounds of the error of the pod's pose"
+    )
+    noise: NoiseModel = Field(description="bounds of the error of the item poses")
+    seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
+    held: HeldModel | None = Field(default=None, description="what is in the cup")
+    items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")

@@ -1,0 +1,314 @@
+"""Which item rests on which, and what falls or rolls when one is taken away.
+
+Statics of single bodies. An item stays where it lies if the contacts that are left can balance its weight,
+within cones of friction (Mason, Mechanics of Robotic Manipulation, 2001, ch. 7), and still can when the world
+is tilted by a little to any side, and when what lies on it presses on any corner of where it touches: poses
+are uncertain. What stays by that rule stays; what does not may stay all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from pickcli.geometry import Array, perpendiculars
+from pickcli.scene.patches import feature, patch
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.touching import Gaps, Solids, gaps
+
+CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
+FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
+LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
+CHOCKED = np.radians(10.0)  # the same for what can roll: what keeps it must be more than a bend of the floor
+LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll
+SETTLED = np.radians(1.5)  # rad by which a face that lies on another may be askew, on top of that
+N_TILTS = 8  # directions in which the world is tilted
+MOST_FORCE = 4.0  # weights: what needs more is wedged, and wedges slip
+UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
+
+
+@dataclass(frozen=True, eq=False)
+class Touching:
+    """Two solids that touch, or may: their poses are uncertain.
+
+    a: id of the item
+    b: id of the other item, or name of the pod's body
+    gap: m, negative where they overlap
+    normal: (3,) unit vector in the world from a to b
+    """
+
+    a: str
+    b: str
+    gap: float
+    normal: Array
+
+    @property
+    def flipped(self) -> Touching:
+        """The same contact seen from the other of the two."""
+        return Touching(self.b, self.a, self.gap, -self.normal)
+
+
+@dataclass(frozen=True, eq=False)
+class Supports:
+    """The support relation of one scene. Make it with ``supports_of``.
+
+    solids: the scene's items in their order, then everything that stands
+    gaps: all pairs of an item and a solid that may touch
+    """
+
+    scene: Scene
+    solids: Solids
+    gaps: Gaps
+
+    @cached_property
+    def touching(self) -> Mapping[str, tuple[Touching, ...]]:
+        """By item id: all that it touches or may touch, seen from it."""
+        found: dict[str, list[Touching]] = {placed.id: [] for placed in self.scene.items}
+        names = self.solids.names
+        for a, b, gap, normal in zip(
+            self.gaps.a, self.gaps.b, self.gaps.width, self.gaps.normal, strict=True
+        ):
+            one = Touching(names[a], names[b], float(gap), normal)
+            found[one.a].append(one)
+            if one.b in found:
+                found[one.b].append(one.flipped)
+        for name in [name for name, contacts in found.items() if not any(_carries(c) for c in contacts)]:
+            for below in self._below(name):
+                found[name].append(below)
+                if below.b in found:
+                    found[below.b].append(below.flipped)
+        return {name: tuple(contacts) for name, contacts in found.items()}
+
+    def carriers(self, item_id: str) -> tuple[str, ...]:
+        """Ids of items and names of bodies that an item rests on: wholly where there is but one."""
+        return tuple(c.b for c in self.touching[item_id] if _carries(c))
+
+    def lying_on(self, item_id: str) -> tuple[str, ...]:
+        """Ids of the items that rest on an item, wholly or partly."""
+        contacts = self.touching[item_id]
+        return tuple(c.b for c in contacts if c.b in self._items and _carries(c.flipped))
+
+    def near(self, item_id: str, reach: float, also: frozenset[str] = frozenset()) -> tuple[Touching, ...]:
+        """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
+
+        The pod's bodies count as grown to wherever the error of its pose may put them. also: names of solids
+        that are told of wherever they stand
+        """
+        solids, k = self._grown, self._index[item_id]
+        where = self._items[item_id].location
+        is_here = [name not in self._items or self._items[name].location == where for name in solids.names]
+        apart = np.linalg.norm(solids.T[:, :3, 3] - solids.T[k, :3, 3], axis=1)
+        balls = np.linalg.norm(solids.half, axis=1) + solids.bound
+        asked = np.array([name in also for name in solids.names])
+        b = np.flatnonzero(asked | (np.array(is_here) & (apart <= balls + balls[k] + reach)))
+        b = b[b != k]
+        found = gaps(solids, np.full(len(b), k), b)
+        close = np.flatnonzero(asked[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
+        return tuple(
+            Touching(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
+        )
+
+    def stays(self, item_id: str, without: Iterable[str] = ()) -> bool:
+        """Whether an item keeps its balance on what it touches when the items ``without`` are gone."""
+        gone = frozenset(without)
+        if (item_id, gone) not in self._known:
+            self._known[item_id, gone] = self._is_balanced(item_id, gone)
+        return self._known[item_id, gone]
+
+    def lies_level(self, item_id: str) -> bool:
+        """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed."""
+        return self._lies_level(item_id, frozenset())
+
+    def falling(self, item_id: str) -> tuple[str, ...]:
+        """Ids of the items that would fall or roll away if an item were gone, what must go first at the head.
+
+        Those that lie on it or lean on it, and those that lie or lean on such. What can roll on a level floor
+        and is not pushed stays: see ``rolling``.
+        """
+        below = self._chain(self.carriers, item_id)
+        gone, todo = frozenset({item_id}), [item_id]
+        while todo:
+            for contact in self.touching[todo.pop()]:
+                name = contact.b
+                if name in self._items and name not in gone and self._falls(name, contact, gone, below):
+                    gone |= {name}
+                    todo.append(name)
+        return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
+
+    def rolling(self, item_id: str) -> tuple[str, ...]:
+        """Ids of the items that stay if an item that they touch goes, but roll as soon as they are pushed."""
+        gone = frozenset({item_id, *self.falling(item_id)})
+        left = [c.b for c in self.touching[item_id] if c.b in self.touching and c.b not in gone]
+        return tuple(name for name in left if self._lies_level(name, gone) and not self.stays(name, gone))
+
+    def _falls(self, name: str, contact: Touching, gone: frozenset[str], below: frozenset[str]) -> bool:
+        """Whether an item goes with one that it touches.
+
+        contact: of the one that goes, seen from that. below: all that the target rests on
+        """
+        if _carries(contact.flipped):
+            return True  # it lies on what goes, be it only in part
+        if self.stays(name, gone):
+            return False
+        if name in below:  # what is lifted off it may be its counterweight, and no more
+            return self.stays(name)
+        return not self._lies_level(name, gone)
+
+    def _lies_level(self, name: str, gone: frozenset[str]) -> bool:
+        """Whether something that can roll lies on nothing but level ground, with nothing on it."""
+        placed = self._items[name]
+        if not placed.can_roll:
+            return False
+        left = [c for c in self.touching[name] if c.b not in gone]
+        slopes = [np.hypot(c.normal[0], c.normal[1]) for c in left if _carries(c)]
+        if not slopes or any(_carries(c.flipped) for c in left if c.b in self._items):
+            return False
+        return bool(max(slopes) <= np.sin(LEVEL))
+
+    @cached_property
+    def _items(self) -> Mapping[str, PlacedItem]:
+        return {placed.id: placed for placed in self.scene.items}
+
+    @cached_property
+    def _index(self) -> Mapping[str, int]:
+        return {name: k for k, name in enumerate(self.solids.names)}
+
+    @cached_property
+    def _grown(self) -> Solids:
+        """The same solids, those of the pod with the error of its pose."""
+        scene = self.scene
+        pod = [(body, scene.T_world_pod) for body in scene.pod_bodies]
+        return Solids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])
+
+    @cached_property
+    def _bottom(self) -> Mapping[str, float]:
+        """Lowest point of every item, m."""
+        bottoms = self.solids.T[:, 2, 3] - self.solids.upright[:, 2]
+        return dict(zip(self.solids.names, bottoms.tolist(), strict=True))
+
+    def _weights(self, placed: PlacedItem) -> Array:
+        """(K, 3) unit vectors against which an item's weight may act: straight down, and tilted."""
+        tilt = self.scene.noise.angle + (CHOCKED if placed.can_roll else LEAST_TILT)
+        turns = 2 * np.pi * np.arange(N_TILTS) / N_TILTS
+        aside = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(N_TILTS)])
+        return np.vstack([_UP, np.cos(tilt) * _UP + np.sin(tilt) * aside])
+
+    @cached_property
+    def _known(self) -> dict[tuple[str, frozenset[str]], bool]:
+        """Who stays without whom, as far as it was asked."""
+        return {}
+
+    def _patch(self, contact: Touching) -> Array:
+        """(N, 3) corners of where a presses on b."""
+        a, b = self._index[contact.a], self._index[contact.b]
+        solids, askew = self.solids, SETTLED + 2 * self.scene.noise.angle
+        mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)
+        theirs = feature(solids.shapes[b], solids.T[b], -contact.normal, askew)
+        # What is carried by a body of the pod is carried wherever it lies on it.
+        inset = 0.0 if contact.b not in self._items else float(solids.bound[a] + solids.bound[b])
+        return patch(mine, theirs, contact.normal, inset)
+
+    def _is_balanced(self, name: str, gone: frozenset[str]) -> bool:
+        """Whether contacts with what is left can balance an item, however the world is tilted."""
+        left = [c for c in self.touching[name] if c.b not in gone]
+        centre = self._items[name].T_world_item[:3, 3]
+        columns = [_cones(self._patch(c) - centre, -c.normal) for c in left if not _carries(c.flipped)]
+        cones = np.concatenate([_NO_PUSH, *columns], axis=1)
+        size = self._items[name].item.shape.extents.max() / 2
+        wrenches = [np.concatenate([w, np.zeros(3)]) for w in self._weights(self._items[name])]
+        on_it = [c for c in left if c.b in self._items and _carries(c.flipped)]
+        wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
+        return all(_can_balance(cones, wrench, float(size)) for wrench in wrenches)
+
+    def _pressed(self, contact: Touching, centre: Array) -> Iterator[Array]:
+        """Wrenches (6,) that hold an item up on which another lies, for each place where the other may press.
+
+        contact: between the two, seen from the one below
+        """
+        pile = [self._items[name] for name in (contact.b, *sorted(self._chain(self.lying_on, contact.b)))]
+        masses = np.array([placed.item.mass for placed in pile])
+        share = masses.sum() / (masses.sum() + self._items[contact.a].item.mass)
+        places = self._patch(contact.flipped)
+        if len(self.carriers(contact.b)) == 1:  # all of the weight goes straight down
+            middles = np.array([placed.T_world_item[:3, 3] for placed in pile])
+            places = (masses @ middles / masses.sum())[None]
+        for place in places:
+            yield np.concatenate([_UP, np.cross(place - centre, share * _UP)])
+
+    def _chain(self, following: Callable[[str], Iterable[str]], name: str) -> frozenset[str]:
+        """Ids of the items that follow an item, and of what follows those: all on it, or all under it."""
+        found: set[str] = set()
+        todo = [name]
+        while todo:
+            more = (set(following(todo.pop())) & self._items.keys()) - found - {name}
+            found |= more
+            todo += more
+        return frozenset(found)
+
+    def _below(self, name: str) -> Iterator[Touching]:
+        """What an item that seems to hang in the air would fall onto: its support was seen elsewhere."""
+        solids, k = self.solids, self._index[name]
+        half = solids.upright
+        apart = np.abs(solids.T[:, :2, 3] - solids.T[k, :2, 3]) < half[:, :2] + half[k, :2]
+        tops = solids.T[:, 2, 3] + half[:, 2]
+        fall = solids.T[k, 2, 3] - half[k, 2] - tops
+        under = apart.all(axis=1) & (solids.T[:, 2, 3] < solids.T[k, 2, 3]) & (np.arange(len(half)) != k)
+        for other in self.scene.items:
+            under[self._index[other.id]] &= other.location == self._items[name].location
+        if under.any():
+            nearest = int(np.argmin(np.where(under, fall, np.inf)))
+            yield Touching(name, solids.names[nearest], float(fall[nearest]), -_UP)
+
+
+_UP = np.array([0.0, 0.0, 1.0])
+_NO_PUSH = np.zeros((6, 1))  # of what touches nothing
+
+
+@lru_cache(maxsize=32)
+def supports_of(scene: Scene) -> Supports:
+    """The support relation of a scene, from the poses and how well they are known. Cached by identity.
+
+    Args:
+        scene: Items, the pod where it really stands, and the bounds of the error of the items' poses.
+
+    Returns:
+        All pairs that are no farther apart than those bounds allow for solids that touch.
+    """
+    solids = Solids.of(scene, scene.items, scene.standing)
+    places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
+    a, b = solids.near(len(scene.items), TOUCH)
+    is_possible = (places[a] == places[b]) | (places[b] == "")  # a board is between items of two bins
+    found = gaps(solids, a[is_possible], b[is_possible])
+    close = found.width <= TOUCH + solids.bound[found.a] + solids.bound[found.b]
+    return Supports(
+        scene, solids, Gaps(found.a[close], found.b[close], found.width[close], found.normal[close])
+    )
+
+
+def _carries(contact: Touching) -> bool:
+    """Whether b bears weight of a."""
+    return bool(contact.normal[2] <= -CARRIES)
+
+
+def _cones(arms: Array, normal: Array) -> Array:
+    """(6, 4 N) wrenches about the centre of unit forces on the edges of friction cones.
+
+    arms: (N, 3) from the centre to the points; normal: (3,) along which they push
+    """
+    u, v = perpendiculars(normal)
+    forces = normal + FRICTION * np.array([u, -u, v, -v])
+    all_forces = np.tile(forces, (len(arms), 1))
+    return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
+
+
+def _can_balance(cones: Array, wrench: Array, size: float) -> bool:
+    """Whether contact forces, not too large, make up a wrench (6,) in weights and weights times m."""
+    from scipy.optimize import nnls
+
+    scale = np.array([1.0, 1.0, 1.0, *3 * [1.0 / size]])
+    forces, rest = nnls(cones * scale[:, None], wrench * scale)
+    return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)

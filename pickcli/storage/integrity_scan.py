@@ -1,0 +1,177 @@
+"""Looking at every byte of a file: what is damaged, and what of it is still as it was written."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from pickcli.errors import DamagedError, InputError, StaleError
+from pickcli.geometry import Array
+from pickcli.storage.header_backup import Restored, restored
+from pickcli.storage.safe_open import (
+    SYMPTOMS,
+    Dataset,
+    cause_of,
+    check_readable,
+    open_datasets,
+    read_attributes,
+)
+from pickcli.storage.table_format import (
+    SEAL,
+    AnyArray,
+    Format,
+    content_digest,
+    joints_of,
+    made_of,
+    piece_digest,
+    row_digests,
+    table_digest,
+)
+
+
+@dataclass(frozen=True)
+class Damage:
+    """A block that is not what was written.
+
+    where: which part of the file
+    lost: what cannot be had from the file any more, "" if nothing
+    """
+
+    where: str
+    lost: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class IntactRow:
+    """A row as it was written, and the pieces (r, c) that it owns."""
+
+    row: Any
+    pieces: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What a file holds in spite of its damage.
+
+    attributes: proven; without the seal itself
+    seal: ``content_sha256`` of the file as it was written
+    """
+
+    kind: Format
+    attributes: Mapping[str, str]
+    seal: str
+    damage: tuple[Damage, ...]
+    intact: Mapping[str, Sequence[IntactRow]]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing is lost."""
+        return not any(damage.lost for damage in self.damage)
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the cell that the file is valid for."""
+        return self.attributes["cell_fingerprint"]
+
+    @property
+    def made(self) -> dict[str, Any]:
+        """How the file was made. Raises ValueError if it does not say so."""
+        return made_of(self.attributes)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        return joints_of(self.attributes)
+
+
+def survey(path: Path, kinds: Sequence[Format]) -> Survey:
+    """Look at every byte of a file of one of these kinds.
+
+    Raises InputError for a missing file or one of another kind, StaleError for another version, and
+    DamagedError if both the file's directory and its spare copy are damaged: then nothing can be told.
+    """
+    check_readable(path)
+    found = restored(path.read_bytes())
+    try:
+        with h5py.File(io.BytesIO(found.image), "r") as file:
+            attributes = read_attributes(file)
+            seal = attributes.pop("content_sha256", "")
+            kind = _kind(path, attributes, kinds)
+            if seal != content_digest(attributes):
+                raise ValueError("its description is not what its SHA-256 says")
+            datasets = open_datasets(file, kind, len(found.image))
+            return _survey(found, kind, attributes, seal, datasets)
+    except SYMPTOMS as error:
+        raise DamagedError(
+            f"{path}: damaged beyond repair ({cause_of(error)}): neither its directory nor the spare copy "
+            "can be used; build it again"
+        ) from None
+
+
+def _kind(path: Path, attributes: Mapping[str, str], kinds: Sequence[Format]) -> Format:
+    name, version = attributes.get("format"), attributes.get("version")
+    kind = next((kind for kind in kinds if kind.name == name), None)
+    if kind is None:
+        wanted = " or ".join(kind.name for kind in kinds)
+        raise InputError(f"{path}: expected a {wanted}, found {name or 'a foreign HDF5 file'}; name another")
+    if version != str(kind.version):
+        raise StaleError(
+            f"{path}: {kind.name} of version {version}, this is version {kind.version}; build it again"
+        )
+    return kind
+
+
+def _survey(
+    found: Restored, kind: Format, attributes: Mapping[str, str], seal: str, datasets: Mapping[str, Dataset]
+) -> Survey:
+    damage = [] if found.has_directory else [Damage("directory")]
+    damage += [] if found.has_spare else [Damage("spare copy of the directory")]
+    digests = json.loads(attributes["tables_sha256"])
+    intact: dict[str, list[IntactRow]] = {}
+    for name in kind.tables:
+        table = datasets[name].read()
+        intact[name] = []
+        n_before = len(damage)
+        for row in _rows(kind, name, table, datasets):
+            (damage if isinstance(row, Damage) else intact[name]).append(row)  # type: ignore[arg-type]
+        if len(damage) == n_before and table_digest(table) != digests[name]:
+            damage.append(Damage(f"order of the rows of {name}", name))
+    return Survey(kind, attributes, seal, tuple(damage), intact)
+
+
+def _rows(
+    kind: Format, name: str, table: AnyArray, datasets: Mapping[str, Dataset]
+) -> Iterator[IntactRow | Damage]:
+    """Every row of a table, or what is wrong with it."""
+    for k, (row, digest) in enumerate(zip(table, row_digests(table), strict=True)):
+        if row[SEAL] != digest:
+            yield Damage(f"row {k} of {name}", _told(kind, name, row) + " (if its name is right)")
+            continue
+        pieces = {piece: _piece(row, piece, datasets[piece]) for piece in kind.tables[name].pieces}
+        broken = [piece for piece, rows in pieces.items() if rows is None]
+        if broken:
+            yield Damage(f"{' and '.join(broken)} of row {k} of {name}", _told(kind, name, row))
+        else:
+            yield IntactRow(row, {piece: rows for piece, rows in pieces.items() if rows is not None})
+
+
+def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
+    first, count = int(row[f"{name}_first"]), int(row[f"{name}_count"])
+    if not 0 <= first <= first + count <= len(dataset):
+        return None
+    rows: Array = dataset.rows(first, count)
+    return rows if piece_digest(rows) == bytes(row[f"{name}_sha256"]).decode() else None
+
+
+def _told(kind: Format, name: str, row: Any) -> str:
+    """A row by its texts and indices, as far as they can be read."""
+    fields = [field for field, type_ in kind.tables[name].fields.items() if type_ != "<f8"]
+    values = (row[field] for field in fields)
+    texts = (v.decode(errors="replace") if isinstance(v, bytes) else str(v) for v in values)
+    return f"{name}: {', '.join(text for text in texts if text)}"

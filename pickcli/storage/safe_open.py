@@ -1,0 +1,188 @@
+"""Opening HDF5 files that may be damaged or hostile.
+
+A file can point elsewhere (links, virtual and external data) and declare terabytes in a few kB. Everything
+that a file of ours never has is refused before any data is read: groups, links to elsewhere, virtual or
+external data, filters, unknown names, types, and sizes that the file itself has no room for.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pickcli.errors import DamagedError, InputError
+from pickcli.files.bounded_reading import refuse_special_file
+from pickcli.files.file_kind import STORE, refuse_other_kind
+from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
+
+MAX_FILE = 512 * 2**20  # bytes
+MAX_NAMES = 64
+HEAD = 64  # bytes that tell a text from anything else
+MAX_TEXT_READ = 2**20  # bytes of a text, to tell what it is
+
+# What h5py and our own checks raise on bytes that are not what was written.
+SYMPTOMS = (
+    OSError,
+    RuntimeError,
+    LookupError,
+    ValueError,
+    TypeError,
+    ArithmeticError,
+    MemoryError,
+    SystemError,
+)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The file open for reading; whatever goes wrong while it is read becomes a DamagedError."""
+    check_readable(path)
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except SYMPTOMS as error:
+        raise damaged(path, cause_of(error)) from None
+
+
+def cause_of(error: Exception) -> str:
+    """What was raised, in one line that is not too long."""
+    return str(error).split("\n")[0][:200] or type(error).__name__
+
+
+def damaged(path: Path, cause: str) -> DamagedError:
+    """The error for a file whose bytes are not those written."""
+    return DamagedError(
+        f"{path}: damaged ({cause}); apc check {path} --repair mends it where its directory can still be "
+        "read, else build it again"
+    )
+
+
+def read_attributes(file: Any) -> dict[str, str]:
+    """The file's attributes: short fixed-length strings, nothing else. Raises ValueError."""
+    # h5py's own h5a, here and below: its wrappers take twice the time, and a query waits for this.
+    n_attributes = h5py.h5a.get_num_attrs(file.id)
+    if n_attributes > MAX_NAMES:
+        raise ValueError("too many attributes")
+    found = {}
+    for i in range(n_attributes):
+        attribute = h5py.h5a.open(file.id, index=i)
+        dtype = attribute.dtype
+        if dtype.kind != "S" or attribute.shape != () or dtype.itemsize > MAX_ATTRIBUTE:
+            raise ValueError(f"attribute {i} is no short string")
+        text = np.empty((), dtype)
+        attribute.read(text)
+        found[attribute.name.decode()] = bytes(text[()]).decode()
+    return found
+
+
+def check_readable(path: Path) -> None:
+    """Raise InputError for what is not there, no file, larger than any of ours, or closed to us."""
+    try:
+        refuse_special_file(path, "build it first, or name another")
+        with open(path, "rb") as file:
+            if os.fstat(file.fileno()).st_size > MAX_FILE:
+                raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
+            head = file.read(HEAD)
+            text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
+        if text is not None:
+            refuse_other_kind(path, text, STORE)
+            raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; build it first, or name another") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _is_text(head: bytes) -> bool:
+    """Whether a file begins like a JSON or YAML file: then it is not a damaged one of ours."""
+    return len(head) > 0 and head.isascii() and b" ".join(head.split()).decode("ascii").isprintable()
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A dataset of ours that may be read."""
+
+    id: Any
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def read(self) -> AnyArray:
+        """All rows."""
+        return self.rows(0, len(self))
+
+    def rows(self, first: int, count: int) -> AnyArray:
+        """``count`` rows from ``first`` on. They must be there."""
+        rows = np.empty((count, *self.shape[1:]), self.dtype)
+        if rows.size:
+            space = self.id.get_space()
+            space.select_hyperslab((first, *(0 for _ in self.shape[1:])), rows.shape)
+            # The bytes as they lie there: rows of this type have the same size and layout, see _dataset.
+            self.id.read(h5py.h5s.create_simple(rows.shape), space, rows, self.id.get_type())
+        return rows
+
+
+def open_datasets(file: Any, kind: Format, n_bytes: int) -> dict[str, Dataset]:
+    """The datasets of a file of this kind and size, all that it must not hold refused before any is read.
+
+    Raises ValueError.
+    """
+    names = sorted(file.keys()) if len(file) <= MAX_NAMES else []
+    if names != sorted([*kind.tables, *kind.owners]):
+        raise ValueError(f"it holds {', '.join(names) or 'nothing'}, not what a {kind.name} does")
+    return {name: _dataset(file, name, kind.tables.get(name), n_bytes) for name in names}
+
+
+def _dataset(file: Any, name: str, table: Table | None, n_bytes: int) -> Dataset:
+    """A table, or a dataset of pieces, whose data lie in the file itself. Raises ValueError for all else."""
+    if file.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+        raise ValueError(f"{name} is a link to elsewhere")
+    opened_id = h5py.h5o.open(file.id, name.encode())
+    if not isinstance(opened_id, h5py.h5d.DatasetID):
+        raise ValueError(f"{name} is no dataset")
+    properties = opened_id.get_create_plist()
+    contiguous = properties.get_layout() == h5py.h5d.CONTIGUOUS
+    if not contiguous or properties.get_external_count() or properties.get_nfilters():
+        raise ValueError(f"{name} has data elsewhere, chunks or filters")
+    stored_type = opened_id.get_type()
+    dataset = Dataset(opened_id, _numpy_type(stored_type.encode()), opened_id.shape)
+    if stored_type.get_size() != dataset.dtype.itemsize:
+        raise ValueError(f"{name} holds a type that numpy does not have")
+    if math.prod(dataset.shape) * dataset.dtype.itemsize > n_bytes:
+        raise ValueError(f"{name} declares more than the file holds")
+    n_dimensions = 2 if table is None else 1
+    if len(dataset.shape) != n_dimensions or not _is_type(dataset.dtype, table):
+        raise ValueError(f"{name} holds {dataset.dtype} of shape {dataset.shape}")
+    return dataset
+
+
+@lru_cache(maxsize=64)
+def _numpy_type(encoded: bytes) -> np.dtype[Any]:
+    """The type of rows from its serialized form in HDF5: working it out takes ten times as long."""
+    found: np.dtype[Any] = h5py.h5t.decode(encoded).dtype
+    return found
+
+
+def _is_type(found: np.dtype[Any], table: Table | None) -> bool:
+    """Whether this is the type of a table's rows, with texts of any reasonable width, or of pieces."""
+    return found.str == NUMBER if table is None else _is_row_type(found, table)
+
+
+def _is_row_type(found: np.dtype[Any], table: Table) -> bool:
+    """Whether rows of this type are the table's own, with texts of any reasonable width."""
+    if found.names is None:
+        return False
+    texts = [field for field, kind in table.fields.items() if kind == TEXT and field in found.names]
+    widths = dict.fromkeys(table.fields, 1) | {field: found[field].itemsize for field in texts}
+    return all(0 < width <= MAX_TEXT for width in widths.values()) and found == table.row_type(widths)

@@ -1,0 +1,127 @@
+"""Reading a file of ours: the tables at once, the pieces when they are wanted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pickcli.errors import InputError, StaleError
+from pickcli.geometry import Array
+from pickcli.storage.safe_open import Dataset, open_datasets, opened, read_attributes
+from pickcli.storage.table_format import (
+    AnyArray,
+    Format,
+    content_digest,
+    joints_of,
+    made_of,
+    piece_digest,
+    table_digest,
+)
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """An open file of ours whose tables are proven to be those written. Its pieces are proven when read."""
+
+    kind: Format
+    attributes: Mapping[str, str]
+    tables: Mapping[str, AnyArray]
+    datasets: Mapping[str, Dataset]  # that pieces are read from
+    seal: str  # SHA-256 over everything
+
+    @property
+    def fingerprint(self) -> str:
+        """Of the cell that the file is valid for."""
+        return self.attributes["cell_fingerprint"]
+
+    @cached_property
+    def made(self) -> dict[str, Any]:
+        """How it was made. Raises ValueError if it does not say so."""
+        return made_of(self.attributes)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        return joints_of(self.attributes)
+
+    def texts(self, table: str, field: str) -> tuple[str, ...]:
+        """A TEXT column."""
+        return tuple(bytes(text).decode() for text in self.tables[table][field])
+
+    def piece(self, name: str, row: int) -> Array:
+        """The piece (r, c) that a row owns. Raises ValueError if it is not what was written."""
+        owner = self.tables[self.kind.owners[name]][row]
+        first, count = int(owner[f"{name}_first"]), int(owner[f"{name}_count"])
+        dataset = self.datasets[name]
+        if not 0 <= first <= first + count <= len(dataset):
+            raise ValueError(f"{name} of row {row} lie outside of the data")
+        rows: Array = dataset.rows(first, count)
+        if piece_digest(rows) != bytes(owner[f"{name}_sha256"]).decode():
+            raise ValueError(f"{name} {first} to {first + count} are not what their SHA-256 says")
+        return rows
+
+    def pieces(self, name: str) -> tuple[Array, AnyArray]:
+        """All pieces of a dataset one after the other (R, c), and where each begins (K + 1,).
+
+        Raises ValueError if one of them is not what was written, or if they leave gaps.
+        """
+        owner = self.tables[self.kind.owners[name]]
+        rows: Array = self.datasets[name].read()
+        offsets = np.append(owner[f"{name}_first"], len(rows)).astype(np.int64)
+        if offsets[0] != 0 or not np.array_equal(offsets[:-1] + owner[f"{name}_count"], offsets[1:]):
+            raise ValueError(f"{name} are not divided among their owners")
+        digests = owner[f"{name}_sha256"].tolist()
+        for k, digest in enumerate(digests):
+            if piece_digest(rows[offsets[k] : offsets[k + 1]]).encode() != digest:
+                raise ValueError(f"{name} {offsets[k]} to {offsets[k + 1]} are not what their SHA-256 says")
+        return rows, offsets
+
+
+@contextmanager
+def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Iterator[StoredFile]:
+    """A file open for reading, its tables checked; with ``fingerprint``, only if made for that cell.
+
+    Raises InputError for a missing file or one of another kind, DamagedError for bytes that are not those
+    written (also while it is read), StaleError for another version or cell.
+    """
+    with opened(path) as file:
+        attributes = read_attributes(file)
+        _check_kind(path, kind, attributes)
+        _check_fingerprint(path, kind, attributes.get("cell_fingerprint", ""), fingerprint)
+        seal = attributes.pop("content_sha256", "")
+        if seal != content_digest(attributes):
+            raise ValueError("its description is not what its SHA-256 says")
+        datasets = open_datasets(file, kind, path.stat().st_size)
+        tables = {name: datasets[name].read() for name in kind.tables}
+        digests = json.loads(attributes["tables_sha256"])
+        for name, table in tables.items():
+            if table_digest(table) != digests[name]:
+                raise ValueError(f"the table {name} is not what its SHA-256 says")
+        yield StoredFile(kind, attributes, tables, {name: datasets[name] for name in kind.owners}, seal)
+
+
+def _check_kind(path: Path, kind: Format, attributes: Mapping[str, str]) -> None:
+    found, version = attributes.get("format"), attributes.get("version")
+    if found != kind.name:
+        raise InputError(
+            f"{path}: expected a {kind.name}, found {found or 'a foreign HDF5 file'}; name another"
+        )
+    if version != str(kind.version):
+        raise StaleError(
+            f"{path}: {kind.name} of version {version}, this is version {kind.version}; build it again"
+        )
+
+
+def _check_fingerprint(path: Path, kind: Format, found: str, expected: str | None) -> None:
+    if expected is not None and found != expected:
+        raise StaleError(
+            f"{path}: this {kind.name} was made for a cell with fingerprint {found[:16]}, "
+            f"the cell in use has {expected[:16]}; build it again or use the cell that it belongs to"
+        )

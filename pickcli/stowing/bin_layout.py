@@ -1,0 +1,51 @@
+"""Where the items of one bin go, before physics lets them come to rest.
+
+Whoever stocks a pod lays things side by side so that all can be seen, stacks only what is left over, and puts
+right what turned out badly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.stowing.packing_search import fill
+
+N_LAYOUTS = 3  # of the best fillings; the search copies the best, so they may be the same
+
+
+@dataclass(frozen=True)
+class Contents:
+    """One instance to be placed."""
+
+    id: str
+    item: Item
+
+
+def lay_out(
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, may_raise: bool = False
+) -> list[tuple[PlacedItem, ...]]:
+    """The contents of a bin a little above where they will lie, best first; none if they found no room.
+
+    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    """
+    cell_bin = scene.cell.pod.bins[bin_name]
+    items = [entry.item for entry in contents]
+    fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise)
+    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    full = np.flatnonzero(fillings.is_full())
+    best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]
+    poses = [fillings.poses(k) for k in best.tolist()]
+    return [
+        tuple(
+            PlacedItem(entry.id, entry.item, bin_name, T_world_bin @ T_bin_item)
+            for entry, T_bin_item in zip(contents, T_bin_items, strict=True)
+        )
+        for n, T_bin_items in enumerate(poses)
+        # Physics says the same of the same layout.
+        if not any(np.array_equal(T_bin_items, earlier) for earlier in poses[:n])
+    ]

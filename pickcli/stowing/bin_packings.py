@@ -1,0 +1,119 @@
+"""Many alternative fillings of one bin, side by side in arrays, changed by moving one thing at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.item import Item
+from pickcli.cell.station import Bin
+from pickcli.geometry import Array
+from pickcli.stowing.box_arrays import Bools, Boxes, lies_on
+from pickcli.stowing.crowding_cost import crowding
+from pickcli.stowing.extraction_access import have_way_out
+from pickcli.stowing.placement_sampling import Lying, from_corner, random_spots
+
+Indices: TypeAlias = NDArray[np.intp]
+
+N_SPOTS = 6  # drawn per move in each filling
+BLOCKED = 8.0  # cost of an item without a way out
+OUTSIDE = 1000.0  # cost of an item that is not in the bin yet
+WAITING = np.array([[10.0, 0.0, 0.0], [10.01, 0.01, 0.01]])  # m, box around it, far behind the bin
+WASTE = 20.0  # cost per m from the corner while room must be saved
+
+
+@dataclass(eq=False)
+class Fillings:
+    """F alternative fillings of a bin with the same M items.
+
+    cost: (F,) of each, for how its items lie and for the order and access they leave
+    is_cramming: (F,) where instead only room is saved, until everything is in
+    may_raise: whether things may stand higher than the mouth
+    """
+
+    cell_bin: Bin
+    items: Sequence[Item]
+    lying: Lying
+    cost: Array
+    is_cramming: Bools
+    may_raise: bool
+
+    @classmethod
+    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> Fillings:
+        """With every item outside; every other filling is begun with care, the rest by cramming."""
+        shape = (n, len(items))
+        low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING)
+        lying = Lying(
+            np.zeros((*shape, 3, 3)), low.copy(), Boxes(low, high), np.zeros(shape),
+            np.zeros(shape, bool), np.full(shape, OUTSIDE),
+        )  # fmt: skip
+        return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
+
+    def holds(self, k: int) -> Bools:
+        """(F,) which hold item k."""
+        return np.asarray(self.lying.own[:, k] < OUTSIDE)
+
+    def is_full(self) -> Bools:
+        """(F,) which hold every item."""
+        return np.asarray((self.lying.own < OUTSIDE).all(axis=1))
+
+    def poses(self, filling: int) -> Array:
+        """``T_bin_item`` (M, 4, 4) of one filling."""
+        T = np.tile(np.eye(4), (len(self.items), 1, 1))
+        T[:, :3, :3], T[:, :3, 3] = self.lying.R[filling], self.lying.centre[filling]
+        return T
+
+    def move(self, k: int, rng: np.random.Generator, tolerance: float = 0.0) -> None:
+        """Put item k elsewhere in every filling that gets better so, or worse by about the tolerance."""
+        of = np.repeat(np.arange(len(self.cost)), N_SPOTS)
+        there = self._without(k, of)
+        spots = random_spots(self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng)
+        own = there.own.sum(axis=1) - there.own[:, k] + spots.own
+        own[self._carries(k)[of]] = np.inf
+        limit = self.cost + tolerance * rng.exponential(size=len(self.cost))
+        cost = self._costs(there.boxes.replaced(k, spots.boxes), own, self.is_cramming[of], limit[of])
+        best = cost.reshape(-1, N_SPOTS).argmin(axis=1) + N_SPOTS * np.arange(len(self.cost))
+        rows = np.flatnonzero(cost[best] < limit)
+        for mine, new in zip(_parts(self.lying), _parts(spots), strict=True):
+            mine[rows, k] = new[best[rows]]
+        self.cost[rows] = cost[best[rows]]
+
+    def tidy_up(self) -> None:
+        """Where everything is in, order counts from now on."""
+        rows = np.flatnonzero(self.is_cramming & self.is_full())
+        self.is_cramming[rows] = False
+        own, any_cost = self.lying.own[rows].sum(axis=1), np.full(len(rows), np.inf)
+        self.cost[rows] = self._costs(self.lying.boxes[rows], own, self.is_cramming[rows], any_cost)
+
+    def copy(self, of: Indices, to: Indices) -> None:
+        """Give up fillings ``to`` for copies of the fillings ``of``."""
+        for part in (*_parts(self.lying), self.cost, self.is_cramming):
+            part[to] = part[of]
+
+    def _without(self, k: int, of: Indices) -> Lying:
+        """What lies in fillings ``of`` while item k is in the hand."""
+        lying = self.lying
+        boxes = lying.boxes[of].replaced(k, Boxes(*WAITING))
+        return Lying(lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of])
+
+    def _carries(self, k: int) -> Bools:
+        """(F,) whether something lies on item k."""
+        boxes = self.lying.boxes
+        return np.asarray(lies_on(boxes, boxes[:, k : k + 1]).any(axis=1))
+
+    def _costs(self, boxes: Boxes, own: Array, is_cramming: Bools, limit: Array) -> Array:
+        """Cost of rows of boxes; ways out are only looked for in rows that are below their limit so far."""
+        wasted = WASTE * from_corner(self.cell_bin, boxes).sum(axis=-1)
+        cost = own + np.where(is_cramming, wasted, crowding(self.cell_bin, boxes))
+        rows = np.flatnonzero((cost < limit) & ~is_cramming)
+        cost[rows] += BLOCKED * (~have_way_out(self.cell_bin, boxes[rows])).sum(axis=-1)
+        return np.asarray(cost)
+
+
+def _parts(lying: Lying) -> tuple[NDArray[Any], ...]:
+    boxes = lying.boxes
+    return lying.R, lying.centre, boxes.low, boxes.high, lying.pitch, lying.is_level, lying.own

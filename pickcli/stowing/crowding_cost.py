@@ -1,0 +1,58 @@
+"""What it costs to put things in each other's way in a bin.
+
+People stow so that everything can be seen and reached: tall things behind low ones, a finger's width apart.
+Which items are targets is unknown here; every item counts the same.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.station import Bin
+from pickcli.geometry import Array
+from pickcli.stowing.box_arrays import Bools, Boxes, gap
+
+HIDDEN = 1.0  # cost of an item that disappears behind a higher one
+TIGHT = 2.0  # cost of touching something so high that it is in the way of fingers
+CLOSE = 0.5  # cost of touching something low
+FINGER = 0.022  # m of room beside a thing, beyond which more is no better
+SOME = 0.008  # m of room beside low things, beyond which more is no better
+LOW = 0.022  # m, how far what is low rises above the base of its neighbour
+TALL = 0.06  # m that something in front must be higher to hide what is behind it
+
+
+def crowding(cell_bin: Bin, boxes: Boxes) -> Array:
+    """Cost (...) of each row of N boxes (..., N, 3) among each other and in their bin."""
+    one, other = boxes.column, boxes.row
+    between = gap(one, other)
+    pairs = TIGHT * _shortfall(between, FINGER) * ~_is_low(other, one) + HIDDEN * _hidden(one, other)
+    pairs += CLOSE / 2 * _shortfall(between, SOME)
+    pairs *= ~np.eye(boxes.low.shape[-2], dtype=bool)
+    return np.asarray(pairs.sum(axis=(-1, -2)) + _at_walls(cell_bin, boxes).sum(axis=-1))
+
+
+def _hidden(behind: Boxes, front: Boxes) -> Array:
+    """How much of a box disappears behind another, 0 to 1."""
+    is_behind = behind.middle[..., 0] > front.middle[..., 0]
+    width = np.minimum(front.high[..., 1], behind.high[..., 1]) - np.maximum(
+        front.low[..., 1], behind.low[..., 1]
+    )
+    share = np.clip(width / (behind.high - behind.low)[..., 1], 0.0, 1.0)
+    higher = np.clip((front.high[..., 2] - behind.high[..., 2]) / TALL, 0.0, 1.0)
+    return np.asarray(is_behind * share * higher)
+
+
+def _is_low(other: Boxes, of: Boxes) -> Bools:
+    return np.asarray(other.high[..., 2] <= of.low[..., 2] + LOW)
+
+
+def _at_walls(cell_bin: Bin, boxes: Boxes) -> Array:
+    """Cost (..., N) of being close to the edges of the mouth and to the back."""
+    half = cell_bin.mouth_width / 2
+    gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.depth - boxes.high[..., 0])
+    return np.asarray(TIGHT * sum(_shortfall(room, FINGER) for room in gaps))
+
+
+def _shortfall(room: Array, enough: float) -> Array:
+    """What is missing to enough room, 0 to 1."""
+    return np.clip(1.0 - room / enough, 0.0, 1.0)

@@ -1,0 +1,116 @@
+"""From an order to a scene: every item with its real size, at rest in its bin.
+
+Bins are filled one by one, each from a seed of its own, so that a bin looks the same whatever the others
+hold. Targets of the order are not treated differently from the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from pickcli.cell.item import Item
+from pickcli.cell.model import Cell
+from pickcli.errors import InputError, Reason
+from pickcli.geometry import Array
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.seeds import derived_seed
+from pickcli.simulation.settle import settle
+from pickcli.stowing.bin_layout import Contents, lay_out
+
+Progress = Callable[[int, int, str], None]
+
+N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
+N_RAISING = 10  # more of them, with things raised inside
+
+
+def make_scene(
+    bin_contents: Mapping[str, Sequence[str]],
+    cell: Cell,
+    seed: int,
+    year: int = 2016,
+    on_progress: Progress | None = None,
+    T_world_pod: Array | None = None,
+) -> Scene:
+    """Place all bin items of an order in their bins, at rest and without overlap.
+
+    bin_contents: item names by bin
+    year: which figures an item of two years has
+    on_progress: called with (bins done, bins in all, name of the bin)
+    T_world_pod: (4, 4) where the pod stands, its place if None
+    Raises InputError naming the bin whose items do not fit, and why; UnknownNameError.
+    """
+    empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
+    ids: dict[str, int] = {}
+    items: list[PlacedItem] = []
+    for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
+        if on_progress is not None:
+            on_progress(done, len(bin_contents), bin_name)
+        contents = [Contents(_instance_id(name, ids), cell.item(name, year)) for name in names]
+        items.extend(fill_bin(empty, bin_name, contents, seed))
+    return replace(empty, items=tuple(items))
+
+
+def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> tuple[PlacedItem, ...]:
+    """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
+    if not contents:
+        return ()
+    if too_much := _too_much(scene.cell, bin_name, [entry.item for entry in contents]):
+        raise InputError(too_much)
+    reason = Reason("no room", bin_name, "for all of them at once")
+    for layout in _layouts(scene, bin_name, contents, seed):
+        rested = settle(scene, layout)
+        if not isinstance(rested, Reason):
+            return rested
+        reason = rested
+    raise InputError(
+        f"{bin_name}: its {len(contents)} items do not fit at rest (last: {reason}); "
+        "take another seed or put fewer items into this bin"
+    )
+
+
+def _layouts(
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
+) -> Iterator[tuple[PlacedItem, ...]]:
+    """Layouts of a bin to try; those in which everything enters the mouth as it stands come first."""
+    for attempt in range(N_ATTEMPTS):
+        layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
+        if not layouts:
+            break
+        yield from layouts
+    for attempt in range(N_RAISING):
+        key = derived_seed("raised layout", seed, bin_name, attempt)
+        yield from lay_out(scene, bin_name, contents, key, may_raise=True)
+
+
+def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year: int, where: str) -> None:
+    """Raise InputError for bins that their items would not fit into if all were liquid, before any search.
+
+    Args:
+        bin_contents: Item names by bin.
+        cell: Whose bins and items these are.
+        year: Which figures an item of two years has.
+        where: The order's file, for the message.
+    """
+    told = (
+        _too_much(cell, bin_name, [cell.item(name, year) for name in names])
+        for bin_name, names in bin_contents.items()
+    )
+    if too_much := [f"{where}: {text}" for text in told if text]:
+        raise InputError("\n".join(too_much))
+
+
+def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
+    """Why a bin can never hold so much, "" where it may."""
+    room = 1e3 * cell.pod.bins[bin_name].volume
+    volume = 1e3 * sum(item.shape.volume for item in items)
+    if volume <= room:
+        return ""
+    count = f"its {len(items)} items take {volume:.0f} litres, the bin has {room:.0f}"
+    return f"{bin_name}: {count}; put fewer items into this bin"
+
+
+def _instance_id(name: str, seen: dict[str, int]) -> str:
+    """``name`` for the first copy in the scene, ``name#2`` for the second."""
+    seen[name] = seen.get(name, 0) + 1
+    return name if seen[name] == 1 else f"{name}#{seen[name]}"

@@ -1,0 +1,81 @@
+"""Fill a bin as people do: the large things first, then tidied until it looks right.
+
+A bounded search, counted and never timed: fillings are begun at random and improved by moving one thing at a
+time, at first also for the worse; now and then the worst are given up for copies of the best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.station import Bin
+from pickcli.stowing.bin_packings import Fillings
+
+N_FILLINGS = 16
+N_ROUNDS = 4  # of putting everything in at most, until it fits once
+N_TRIES = 8  # moves with which an item is put in
+MOST_TRIES = 60  # the same while it fits nowhere
+VOLUME_SPREAD = 0.3  # how far the order differs from large to small, in the logarithm of the volume
+N_MOVES = 30  # per item at most, after everything is in
+SELECTION = 25  # moves between selections
+TOLERANCE = 3.0  # by which a move may make things worse at first
+STRICT_FROM = 2 / 3  # of the moves, from where on it may not
+GOOD = 0.3  # cost after which no better is sought
+
+
+def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator, may_raise: bool = False) -> Fillings:
+    """Fillings of a bin, in no order; those that are not full lack what found no room.
+
+    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    """
+    fillings = _all_in(cell_bin, items, may_raise, rng)
+    n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0
+    for k in range(n_moves):
+        fillings.tidy_up()
+        if fillings.cost[fillings.is_full()].min(initial=np.inf) <= GOOD:
+            break
+        tolerance = TOLERANCE * max(0.0, 1.0 - k / (STRICT_FROM * n_moves))
+        fillings.move(int(rng.integers(len(items))), rng, tolerance)
+        if k % SELECTION == SELECTION - 1:
+            _select(fillings)
+    return fillings
+
+
+def _all_in(cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator) -> Fillings:
+    """Begun again until everything is in, but not for ever."""
+    for _ in range(N_ROUNDS):
+        fillings = Fillings.empty(cell_bin, items, N_FILLINGS, may_raise)
+        order = _large_first(items, rng)
+        for done, k in enumerate(order):
+            _put_in(fillings, k, order[:done], rng)
+        if fillings.is_full().any():
+            break
+    return fillings
+
+
+def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
+    """Numbers of the items, about from the largest to the smallest."""
+    sizes = [float(np.log(item.shape.volume)) + rng.normal(0.0, VOLUME_SPREAD) for item in items]
+    return sorted(range(len(items)), key=lambda k: -sizes[k])
+
+
+def _put_in(fillings: Fillings, k: int, others: Sequence[int], rng: np.random.Generator) -> None:
+    """Put item k in; where it finds no room, a filling with room takes that one's place."""
+    for attempt in range(MOST_TRIES):
+        fillings.move(k, rng)
+        if attempt >= N_TRIES and fillings.holds(k).any():
+            break
+        if attempt >= N_TRIES and others:
+            fillings.move(int(rng.choice(others)), rng)  # it has to make room
+    holding, lacking = np.flatnonzero(fillings.holds(k)), np.flatnonzero(~fillings.holds(k))
+    if len(holding) and len(lacking):
+        fillings.copy(of=rng.choice(holding, len(lacking)), to=lacking)
+
+
+def _select(fillings: Fillings) -> None:
+    """The worst quarter is given up for copies of the best."""
+    order, n = np.argsort(fillings.cost, kind="stable"), len(fillings.cost) // 4
+    fillings.copy(of=order[:n], to=order[-n:])

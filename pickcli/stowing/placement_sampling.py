@@ -1,0 +1,195 @@
+"""Random places for one item in each of many alternative fillings of the same bin.
+
+Items stand nearly parallel to the walls, so each is represented by the upright box around it, in the bin
+frame; boxes that do not overlap hold items that do not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.station import Bin
+from pickcli.geometry import Array
+from pickcli.stowing.box_arrays import Bools, Boxes, gap
+from pickcli.stowing.stable_poses import stances
+
+FRONT = 0.020  # m kept behind the mouth: the lips are 20 mm deep at most
+GAPS = (0.003, 0.028)  # m between neighbours and to walls
+SNUG = 0.004  # m more than the least where room must be saved
+CEILING_GAP = 0.010  # m
+MOUTH_GAP = 0.026  # m that the mouth is higher than what was stowed through it
+RAISING_GAP = 0.002  # m that the bin is higher than the diagonal of what is raised in it
+DROP = 0.001  # m over what it will lie on
+LEVEL = 0.005  # m within which tops carry together
+LEAST_SUPPORT = 0.6  # share of a base that level tops carry, on all sides of its centre
+LEAN = 0.025  # m to the wall that keeps a thin thing on its edge
+SPREAD = np.radians(1.5)  # of the angle to the walls
+ANYWHERE = 0.3  # share of the places that are not beside a wall or a neighbour
+
+RAISED = 10.0  # cost of lying on other things
+HEIGHT = 40.0  # the same per metre above the floor
+TOSSED = 40.0  # cost of lying on them without enough support
+UPRIGHT = 0.2  # cost of standing higher than necessary
+ON_EDGE = 3.0  # cost of standing on an edge
+
+
+@dataclass(frozen=True, eq=False)
+class Lying:
+    """How items (...) lie, bin frame.
+
+    R: (..., 3, 3) and centre: (..., 3), the pose; boxes: (..., 3) around them
+    pitch: rad, of what they lie on; is_level: whether others can lie on them
+    own: cost of lying so, infinite where it cannot be
+    """
+
+    R: Array
+    centre: Array
+    boxes: Boxes
+    pitch: Array
+    is_level: Bools
+    own: Array
+
+
+def random_spots(
+    cell_bin: Bin, item: Item, there: Lying, is_snug: Bools, may_raise: bool, rng: np.random.Generator
+) -> Lying:
+    """A place (N,) for one item in each of N fillings.
+
+    there: M items in each, (N, M); is_snug: (N,) where no room is wasted: square and close together
+    may_raise: whether it may stand higher than the mouth, brought in lying and raised inside
+    """
+    n = len(there.own)
+    kinds, weights = zip(*stances(item), strict=True)
+    pick = rng.choice(len(kinds), n, p=weights)
+    height = np.array([kind.height for kind in kinds])[pick]
+    can_roll = np.array([kind.can_roll for kind in kinds])[pick]
+    on_edge = np.array([kind.is_on_edge for kind in kinds])[pick]
+    quarter = rng.integers(4, size=n)
+    askew = np.clip(rng.normal(0.0, SPREAD, n), -2 * SPREAD, 2 * SPREAD) * ~(can_roll | is_snug)
+    R = _about_z(quarter * np.pi / 2 + askew) @ np.array([kind.R_up_item for kind in kinds])[pick]
+    half = item.shape.reach(R)[:, :2]
+    middle = _middles(cell_bin, half, there.boxes, is_snug, rng)
+    base, pitch, own = _rest(cell_bin, middle, half, there)
+    R = _about_y(pitch) @ R
+    up = np.stack([np.sin(pitch), np.zeros(n), np.cos(pitch)], axis=1)
+    centre = np.column_stack([middle, base + DROP]) + height[:, None] / 2 * up
+    reach = item.shape.reach(R)
+    boxes = Boxes(centre - reach, centre + reach)
+    is_across = quarter % 2 == 1
+    possible = _is_inside(cell_bin, boxes) & (
+        _enters_upright(cell_bin, height) | (may_raise & _can_be_raised(cell_bin, item, height))
+    )
+    possible &= (own > 0.0) | (gap(boxes.column, there.boxes) >= GAPS[0]).all(axis=1)
+    # On the slope nothing rolls down and nothing stands thin across it.
+    is_flat = middle[:, 0] - half[:, 0] >= cell_bin.floor_flat_from
+    possible &= ~((can_roll | on_edge) & is_across) | is_flat
+    possible &= ~on_edge | ((own == 0.0) & _is_leaning(cell_bin, boxes, is_across))
+    own = own + UPRIGHT * (height > height.min()) + ON_EDGE * on_edge
+    is_level = np.array([kind.is_level for kind in kinds])[pick]
+    return Lying(R, centre, boxes, pitch, is_level, np.where(possible, own, np.inf))
+
+
+def from_corner(cell_bin: Bin, boxes: Boxes) -> Array:
+    """Distance (...) from the back plus that from the nearer side, m: what wastes room."""
+    lower, upper = _room(cell_bin)
+    to_side = np.minimum(boxes.low[..., 1] - lower[1], upper[1] - boxes.high[..., 1])
+    return np.asarray(upper[0] - boxes.high[..., 0] + to_side)
+
+
+def _room(cell_bin: Bin) -> tuple[Array, Array]:
+    """Lower and upper (x, y) of the part of a bin that things may fill, bin frame, m."""
+    low, high = cell_bin.y_range
+    return np.array([FRONT, low]), np.array([cell_bin.depth, high])
+
+
+def _middles(cell_bin: Bin, half: Array, there: Boxes, is_snug: Bools, rng: np.random.Generator) -> Array:
+    """Middles (N, 2) of bases: anywhere, or a gap away from a wall or from what lies there."""
+    n, m = there.low.shape[:2]
+    lower, upper = _room(cell_bin)
+    anywhere = lower + half + rng.random((n, 2)) * (upper - lower - 2 * half)
+    # Walls and neighbours alike: their near side plus the gap, and their far side minus it.
+    edges = np.concatenate(
+        [np.tile([lower, upper], (n, 1, 1)), there.high[..., :2], there.low[..., :2]], axis=1
+    )
+    sign = np.concatenate([[1.0, -1.0], np.ones(m), -np.ones(m)])
+    pick = rng.integers(len(sign), size=(n, 2))
+    edge = np.take_along_axis(edges, pick[:, None, :], axis=1)[:, 0]
+    gaps = GAPS[0] + rng.random((n, 2)) * np.where(is_snug, SNUG, GAPS[1] - GAPS[0])[:, None]
+    beside = edge + sign[pick] * (half + gaps)
+    is_free = (rng.random((n, 2)) < ANYWHERE * ~is_snug[:, None]) | (beside < lower) | (beside > upper)
+    return np.where(is_free, anywhere, beside)
+
+
+def _rest(cell_bin: Bin, middle: Array, half: Array, there: Lying) -> tuple[Array, Array, Array]:
+    """Height (N,) of what a base lies on, its pitch, and the cost of lying on it: 0 on the floor."""
+    low, high = (middle - half)[:, None] - GAPS[0], (middle + half)[:, None] + GAPS[0]
+    below = np.all((low < there.boxes.high[..., :2]) & (there.boxes.low[..., :2] < high), axis=2)
+    base, pitch = cell_bin.rest(middle[:, 0], half[:, 0])
+    raised = np.flatnonzero(below.any(axis=1))
+    own = np.zeros(len(middle))
+    if len(raised):
+        tops = np.where(below, there.boxes.high[..., 2], -np.inf)[raised]
+        highest, top = tops.argmax(axis=1), tops.max(axis=1)
+        carries = below[raised] & there.is_level[raised] & (tops >= top[:, None] - LEVEL)
+        carried = _carried(middle[raised], half[raised], there.boxes[raised], carries)
+        own[raised] = RAISED + HEIGHT * (top - cell_bin.floor_back) + TOSSED * (carried < LEAST_SUPPORT)
+        base[raised], pitch[raised] = top, there.pitch[raised, highest]
+    return base, pitch, own
+
+
+def _carried(middle: Array, half: Array, there: Boxes, carries: Bools) -> Array:
+    """Share (N,) of a base that lies on what carries it; 0 if its centre is not between those."""
+    low = np.maximum((middle - half)[:, None], there.low[..., :2])
+    high = np.minimum((middle + half)[:, None], there.high[..., :2])
+    area = np.where(carries, np.prod(np.maximum(high - low, 0.0), axis=2), 0.0).sum(axis=1)
+    first = np.where(carries[..., None], low, np.inf).min(axis=1)
+    last = np.where(carries[..., None], high, -np.inf).max(axis=1)
+    is_balanced = ((first < middle) & (middle < last)).all(axis=1)
+    return np.asarray(is_balanced * area / np.prod(2 * half, axis=1))
+
+
+def _is_inside(cell_bin: Bin, boxes: Boxes) -> Bools:
+    lower, upper = _room(cell_bin)
+    is_below = boxes.high[:, 2] <= cell_bin.ceiling_back - CEILING_GAP
+    is_short = (boxes.low[:, 0] >= lower[0]) & (boxes.high[:, 0] <= upper[0] - GAPS[0])
+    is_narrow = (boxes.low[:, 1] >= lower[1] + GAPS[0]) & (boxes.high[:, 1] <= upper[1] - GAPS[0])
+    return np.asarray(is_below & is_short & is_narrow)
+
+
+def _enters_upright(cell_bin: Bin, height: Array) -> Bools:
+    """Whether things of some heights (N,) in m pass the mouth as they stand."""
+    return np.asarray(height <= cell_bin.mouth_height - MOUTH_GAP)
+
+
+def _can_be_raised(cell_bin: Bin, item: Item, height: Array) -> Bools:
+    """Whether an item that came in lying can be tipped up to a height (N,), about its thinnest side."""
+    thin, middle, _ = np.sort(item.shape.extents)
+    enters_lying = _enters_upright(cell_bin, thin) & (middle <= cell_bin.mouth_width)
+    clear = cell_bin.ceiling_back - cell_bin.floor_back - RAISING_GAP
+    return np.asarray(enters_lying & (np.hypot(height, thin) <= clear))
+
+
+def _is_leaning(cell_bin: Bin, boxes: Boxes, is_across: Bools) -> Bools:
+    """Whether a wall stands beside the thin side, or behind it where that lies across."""
+    lower, upper = _room(cell_bin)
+    to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])
+    return np.asarray(np.where(is_across, upper[0] - boxes.high[:, 0], to_side) <= LEAN)
+
+
+def _about_z(angle: Array) -> Array:
+    """(N, 3, 3) turns about the vertical."""
+    R = np.zeros((len(angle), 3, 3))
+    R[:, 0, 0] = R[:, 1, 1] = np.cos(angle)
+    R[:, 1, 0], R[:, 0, 1], R[:, 2, 2] = np.sin(angle), -np.sin(angle), 1.0
+    return R
+
+
+def _about_y(angle: Array) -> Array:
+    """(N, 3, 3) pitches, positive down towards the back."""
+    R = np.zeros((len(angle), 3, 3))
+    R[:, 0, 0] = R[:, 2, 2] = np.cos(angle)
+    R[:, 0, 2], R[:, 2, 0], R[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
+    return R

@@ -1,0 +1,101 @@
+"""A free motion of a given duration, from one that is not free: out of what it hits, a bend at a time.
+
+The duration stands and depth is what falls. Where one joint needs all of the time, the other joints are bent
+around it, and nothing is lost: most lines that are blocked can be avoided like this in the time of the line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State
+from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.perturbations import bent_state, random_stretch
+from pickcli.trajopt.steering import bent, in_time
+from pickcli.trajopt.trajectory_validator import LegProof
+
+Clearances = Callable[[Array], Array]
+"""Configurations (N, n) -> m from the nearest thing, negative inside, (N,)."""
+
+_WIDEST, _NARROWEST = 0.4, 0.02  # standard deviations of a bend: shares of what a joint crosses in the motion
+_STEP = 0.03  # s between the configurations whose depth counts
+_WHOLE = 0.4  # share of the bends that replace the whole motion
+_NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
+_PATIENCE = 80  # bends in which the depth must fall by a tenth, or it will not fall to nothing either
+
+
+def press(
+    proof: LegProof,
+    clearances: Clearances,
+    margin: float,
+    pace: Pace,
+    ends: tuple[Array, Array],
+    duration: float,
+    *,
+    seed: int,
+    iterations: int,
+) -> Ramps | None:
+    """A proven motion between two configurations (n,) in ``duration`` s (whole ticks), or None.
+
+    margin: m of clearance that a configuration should have. Repeatable by seed.
+    """
+    leg = in_time(State.at_rest(ends[0]), State.at_rest(ends[1]), pace, duration)
+    if leg is None:
+        return None
+
+    rng = np.random.default_rng(seed)
+    motion = Ramps((leg,))
+    times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
+    depths = depths_of(motion.legs, times, clearances, margin, proof)
+    since, then = 0, np.inf
+    for i in range(iterations):
+        if i - since >= _PATIENCE:
+            if depths.sum() >= 0.9 * then:
+                return None
+            since, then = i, float(depths.sum())
+        start, end = (0.0, duration) if rng.random() < _WHOLE else random_stretch(motion, rng)
+        legs = _bent(proof, pace, motion, start, end, rng)
+        if legs is None:
+            continue
+        concerned = (times >= start) & (times < end)
+        deep = depths_of(legs, times[concerned] - start, clearances, margin, proof)
+        less = float(depths[concerned].sum() - deep.sum())
+        if less < 0.0:
+            continue
+        motion, depths[concerned] = motion.replaced(start, end, legs), deep
+        is_other = less > 0.0 or not depths.any()
+        if is_other and depths.mean() < _NEARLY and proof.is_valid(motion.legs):
+            return motion
+    return None
+
+
+def depths_of(
+    legs: tuple[Leg, ...], times: Array, clearances: Clearances, margin: float, proof: LegProof
+) -> Array:
+    """(K,) at times (K,) since the first leg began: m lacking to the margin, and beyond the limits."""
+    ends = np.cumsum([leg.duration for leg in legs])
+    of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)  # a time at the end is the last's
+    Q = np.concatenate(
+        [leg.evaluate(times[of == k] - (ends[k] - leg.duration))[0] for k, leg in enumerate(legs)]
+    )
+    outside = np.maximum(np.maximum(proof.space.lower - Q, Q - proof.space.upper), 0.0).sum(axis=1)
+    return np.asarray(np.maximum(margin - clearances(Q), 0.0) + outside) if len(Q) else np.zeros(0)
+
+
+def _bent(
+    proof: LegProof, pace: Pace, motion: Ramps, start: float, end: float, rng: np.random.Generator
+) -> tuple[Leg, ...] | None:
+    """Two legs in the time of a stretch, through a state near the motion; each joint bends if it can."""
+    at = start + round((end - start) * rng.uniform(0.1, 0.9) / TICK) * TICK
+    if at - start < TICK / 2 or end - at < TICK / 2:
+        return None
+    first, here, last = (motion.state(t) for t in (start, at, end))
+    share = _NARROWEST * (_WIDEST / _NARROWEST) ** rng.random()
+    middles = [bent_state(here, share, motion.duration, proof.space, pace, rng), here]
+    direct = in_time(first, last, pace, end - start)
+    if direct is not None:
+        middles.append(direct.state(at - start))
+    return bent(first, middles, last, pace, at - start, end - at)

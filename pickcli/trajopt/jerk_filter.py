@@ -1,0 +1,64 @@
+"""From legs, whose accelerations jump, to a trajectory that keeps its jerk limits.
+
+The average of a motion over w seconds has velocities and accelerations no larger than the motion itself,
+changes its acceleration at a bounded rate, and takes w s longer. For a trapezoid of speed with
+w = acceleration / jerk it is the fastest motion under a jerk limit, the one of seven phases.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.limits import check_limits, measure_limits
+from pickcli.trajopt.parabolic_segment import TICK, Pace
+from pickcli.trajopt.parabolic_trajectory import Ramps, accelerations, window
+
+_SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations on one line
+
+
+def averaged(names: tuple[str, ...], motion: Ramps, goal: Array, pace: Pace, limits: Limits) -> Trajectory:
+    """The motion averaged over its window, with points wherever the jerk of a joint changes.
+
+    goal: (n,) where it ends, to the last bit; the motion ends there but for rounding
+    Between two points it is a cubic, which the quintic of a Trajectory reproduces. Raises LimitError if the
+    result breaks a limit (a bug).
+    """
+    n = round(window(motion.legs, pace) / TICK)
+    q, v, a = _on_ticks(motion, n)
+    travelled = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(_travel(q, v, a), axis=0)])
+    rows = [(row[n:] - row[:-n]) / (n * TICK) for row in (travelled, q, v)]
+    slopes = np.diff(rows[2], axis=0)
+    bends = np.abs(np.diff(slopes, axis=0)) > _SAME * pace.jerk * TICK
+    kept = np.flatnonzero(np.concatenate([[True], bends.any(axis=1), [True]]))
+    rows = [row[kept] for row in rows]
+    rows[0][[0, -1]] = motion.legs[0].q0, goal
+    rows[1][[0, -1]] = rows[2][[0, -1]] = 0.0
+    made = Trajectory(names, TICK * kept.astype(float), *rows)
+    rounding = max(measure_limits(made, limits).stretch, 1.0)
+    made = Trajectory(
+        names,
+        made.times * rounding,
+        made.positions,
+        made.velocities / rounding,
+        made.accelerations / rounding**2,
+    )
+    check_limits(made, limits)
+    return made
+
+
+def _on_ticks(motion: Ramps, n_rest: int) -> tuple[Array, Array, Array]:
+    """Positions and velocities at each tick, acceleration during each; rest at both ends."""
+    rows = [leg.evaluate(TICK * np.arange(float(round(leg.duration / TICK)))) for leg in motion.legs]
+    last = motion.legs[-1].state(motion.legs[-1].duration)
+    q = np.concatenate([row[0] for row in rows] + [last.q[None]])
+    v = np.concatenate([row[1] for row in rows] + [np.zeros((1, q.shape[1]))])
+    pads = ((n_rest, n_rest), (0, 0))
+    return np.pad(q, pads, mode="edge"), np.pad(v, pads), np.pad(accelerations(motion.legs), pads)
+
+
+def _travel(q: Array, v: Array, a: Array) -> Array:
+    """(K, n): integral of the position over each tick."""
+    return np.asarray(TICK * (q[:-1] + TICK * (v[:-1] / 2 + TICK * a / 6)))

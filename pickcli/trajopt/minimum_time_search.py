@@ -1,0 +1,169 @@
+"""The search for the quickest free motion between two configurations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.geometry import Array
+from pickcli.path_planning.sampling_planner import plan
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.seeds import derived_seed
+from pickcli.trajopt.collision_descent import press
+from pickcli.trajopt.parabolic_segment import Leg, Pace, State, rest, straight, ticks_up
+from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.steering import fastest
+from pickcli.trajopt.time_shortcutting import quicken
+from pickcli.trajopt.trajectory_validator import LegProof
+
+_CALM = 1.002  # times the least duration: what the straight line, which is calmest, may take
+_LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations to press into, times the least
+_ROOM = 0.002  # m of clearance beyond the checker's margin that bending aims at
+_FAR = 0.05  # m, nothing farther is looked at
+
+
+class Timed(Protocol):
+    """Something that takes time."""
+
+    @property
+    def duration(self) -> float:
+        """s."""
+
+
+T = TypeVar("T", bound=Timed)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """One search: between two free configurations (n,), for one checker."""
+
+    proof: LegProof
+    checker: SceneChecker
+    pace: Pace
+    ends: tuple[Array, Array]
+    settings: TrajectorySettings
+
+    def quickest(
+        self,
+        seed: int,
+        finished: Callable[[Ramps], T | None],
+        good: float,
+        quicker_than: float = np.inf,
+        at_most: float = np.inf,
+    ) -> T | None:
+        """The quickest of the motions that pass a last test, or None. Repeatable by seed.
+
+        finished: the motion in earnest, or None if it fails; it takes a pause more than the legs, at least
+        good: s, a motion that takes no more ends the search
+        quicker_than: s, motions that take as long are not wanted; at_most: s, nor are legs that take longer
+        """
+        best: T | None = None
+
+        def is_wanted(duration: float) -> bool:
+            limit = quicker_than if best is None else best.duration
+            return duration + self.pace.pause < limit and duration <= at_most
+
+        for motion in self.motions(seed, is_wanted):
+            made = finished(motion) if is_wanted(motion.duration) else None
+            if made is not None and (best is None or made.duration < best.duration):
+                best = made
+            if best is not None and best.duration <= good:
+                break
+        return best
+
+    def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
+        """Proven motions, the most promising first: another is only worth asking for if one is slow, or fails
+        a later test. Repeatable by seed.
+
+        is_wanted: whether legs of that duration (s) are still worth a search
+        """
+        line = Ramps((straight(*self.ends, self.pace),))
+        is_line_free = self.proof.is_valid(line.legs)
+        if is_line_free and line.duration <= _CALM * self.least:
+            yield line
+        if self.proof.is_valid(self._direct.legs):
+            yield self._direct
+        found: list[Ramps] = []
+        for motion in self._searched(seed, is_line_free, is_wanted):
+            found.append(motion)
+            yield motion
+        for again in range(self.settings.n_agains):
+            if not found or not is_wanted(_LADDER[0] * self.least):
+                return
+            best = min(found, key=lambda motion: motion.total(self.pace))
+            found.append(self._quickened(best, derived_seed(seed, "again", again)))
+            yield found[-1]
+
+    def _searched(self, seed: int, is_line_free: bool, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
+        """What bending finds in the least time, what the planner finds, what bending finds in more time."""
+        yield from self._pressed(seed, 1.0)
+        if is_line_free:
+            yield self._quickened(Ramps((straight(*self.ends, self.pace),)), seed)
+        if is_wanted(_LADDER[-1] * self.least):
+            yield from self._planned(seed)
+        for factor in _LADDER:
+            if is_wanted(factor * self.least):
+                yield from self._pressed(seed, factor)
+
+    @cached_property
+    def _direct(self) -> Ramps:
+        """Every joint on its own from end to end, in the time of the slowest."""
+        leg = fastest(State.at_rest(self.ends[0]), State.at_rest(self.ends[1]), self.pace, np.inf)
+        assert leg is not None  # from rest to rest there always is one
+        return Ramps((leg,))
+
+    @property
+    def least(self) -> float:
+        """s of the leg on which every joint runs on its own: the time of the slowest, or up to 32 ticks more
+        where another joint has no leg of just that time (see ``between``).
+        """
+        return self._direct.duration
+
+    def _pressed(self, seed: int, factor: float) -> Iterator[Ramps]:
+        """At most one motion: bent until free in ``factor`` times the least duration, then quickened."""
+        for attempt in range(self.settings.n_presses):
+            own = derived_seed(seed, "press", factor, attempt)
+            motion = press(
+                self.proof, self._clearances, self.checker.margin + _ROOM, self.pace, self.ends,
+                float(ticks_up(factor * self.least)), seed=own, iterations=self.settings.n_press,
+            )  # fmt: skip
+            if motion is not None:
+                yield self._quickened(motion, own)
+                return
+
+    def _clearances(self, Q: Array) -> Array:
+        return np.asarray(self.checker.kernel.clearances(np.ascontiguousarray(Q), _FAR))
+
+    def _planned(self, seed: int) -> Iterator[Ramps]:
+        """What the planner finds, shortened, then from stops at each corner to a motion that has none."""
+        for attempt in range(self.settings.n_tries):
+            own = derived_seed(seed, "try", attempt)
+            path = plan(
+                self.checker, self.proof.space, self.ends[0], self.ends[1][None],
+                seed=own, planner=self.settings.planner, max_iterations=self.settings.max_iterations,
+            )  # fmt: skip
+            if path is not None:
+                short = shorten(
+                    self.checker, self.proof.space, path, seed=own, iterations=self.settings.n_shortcuts
+                )
+                yield self._quickened(Ramps(self._stopping(short.waypoints)), own)
+
+    def _stopping(self, waypoints: Array) -> tuple[Leg, ...]:
+        """Straight legs with a rest between them, so that no jerk limit minds."""
+        legs: list[Leg] = []
+        for a, b in pairwise(waypoints):
+            legs += [straight(a, b, self.pace), rest(b, self.pace.pause)]
+        return tuple(legs[:-1])
+
+    def _quickened(self, motion: Ramps, seed: int) -> Ramps:
+        return quicken(
+            self.proof, self.pace, motion, self.least,
+            seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,
+        )  # fmt: skip

@@ -1,0 +1,102 @@
+"""A motion of legs: cut, joined and turned into what a checker can prove."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State
+
+_WINDOWS = 6  # from a pause to two, that are tried
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Ramps:
+    """Legs one after the other, each beginning as the one before it ends; at rest at both ends.
+
+    Accelerations jump between the legs and inside them; ``averaged`` makes a trajectory of it.
+    """
+
+    legs: tuple[Leg, ...]
+
+    @cached_property
+    def starts(self) -> Array:
+        """(L + 1,) s: when each leg begins, and the end."""
+        durations = [leg.duration for leg in self.legs]
+        return np.rint(np.cumsum([0.0, *durations]) / TICK) * TICK
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return float(self.starts[-1])
+
+    def total(self, pace: Pace) -> float:
+        """s that the motion takes once it keeps the jerk limits."""
+        return self.duration + window(self.legs, pace)
+
+    def state(self, t: float) -> State:
+        """The joints at time t."""
+        k = self._leg(t)
+        return self.legs[k].state(t - float(self.starts[k]))
+
+    def between(self, start: float, end: float) -> tuple[Leg, ...]:
+        """The legs from one time (a tick) to another."""
+        parts = []
+        for leg, begin in zip(self.legs, self.starts, strict=False):
+            low, high = max(start - begin, 0.0), min(end - begin, leg.duration)
+            if high - low > TICK / 2:
+                is_whole = low < TICK / 2 and high > leg.duration - TICK / 2
+                parts.append(leg if is_whole else leg.part(low, high))
+        return tuple(parts)
+
+    def replaced(self, start: float, end: float, legs: tuple[Leg, ...]) -> Ramps:
+        """The motion with other legs from one time to another."""
+        return Ramps(self.between(0.0, start) + legs + self.between(end, self.duration))
+
+    def _leg(self, t: float) -> int:
+        return int(np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1))
+
+
+def tube(legs: tuple[Leg, ...], step: float) -> tuple[Array, Array]:
+    """Chords (K, n) of ``step`` s at most, and slack (K - 1, n): the legs stay within it, joint by joint.
+
+    A curve of acceleration a leaves a chord of h s by a h^2 / 8 at most.
+    """
+    rows, slacks = [], []
+    for leg in legs:
+        t = np.linspace(0.0, leg.duration, int(np.ceil(leg.duration / step - 1e-9)) + 1)
+        first, last = leg.accelerations
+        bend = np.maximum(
+            np.where(t[:-1, None] < leg.up, np.abs(first), 0.0),
+            np.where(t[1:, None] > leg.duration - leg.down, np.abs(last), 0.0),
+        )
+        slacks.append(bend * (t[1] - t[0]) ** 2 / 8)
+        rows.append(leg.evaluate(t if leg is legs[-1] else t[:-1])[0])
+    return np.concatenate(rows), np.concatenate(slacks)
+
+
+def accelerations(legs: tuple[Leg, ...]) -> Array:
+    """(K, n): during each tick."""
+    return np.concatenate(
+        [leg.acceleration(TICK * (np.arange(float(round(leg.duration / TICK))) + 0.5)) for leg in legs]
+    )
+
+
+def window(legs: tuple[Leg, ...], pace: Pace) -> float:
+    """s (whole ticks) over which legs must be averaged to keep the jerk limits: a pause, or up to two.
+
+    The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the
+    limit whatever the legs do; over one, unless a joint turns from ramp to ramp.
+    """
+    ticks = round(pace.pause / TICK)
+    if np.all(2 * pace.acceleration <= pace.jerk * pace.pause * (1.0 + _ROUNDING)):
+        return ticks * TICK
+    a = np.pad(accelerations(legs), ((2 * ticks, 2 * ticks), (0, 0)))
+    for n in np.linspace(ticks, 2 * ticks, _WINDOWS).round().astype(int):
+        if np.all(np.abs(a[n:] - a[:-n]) <= pace.jerk * (n * TICK * (1.0 + _ROUNDING))):
+            break
+    return int(n) * TICK

@@ -1,0 +1,37 @@
+"""Random choices that searches over motions share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.path_planning.state_space import JointSpace
+from pickcli.trajopt.parabolic_segment import TICK, Pace, State
+from pickcli.trajopt.parabolic_trajectory import Ramps
+
+_TO_AN_END = 0.3  # share of the stretches that reach to an end of the motion, for each end
+_SHORTEST = 6  # ticks
+_MOVED = 0.4  # share of the joints that a bend moves: a step in all of them is rarely good for the slowest
+_SPEED = 3.0  # how much wider speeds are spread than positions
+
+
+def random_stretch(motion: Ramps, rng: np.random.Generator) -> tuple[float, float]:
+    """Two times of a motion, on ticks and not too close: (s, s)."""
+    n_ticks = round(motion.duration / TICK)
+    start, end = np.sort(rng.random(2) * n_ticks)
+    start = 0.0 if rng.random() < _TO_AN_END else min(start, n_ticks - _SHORTEST)
+    end = n_ticks if rng.random() < _TO_AN_END else max(end, start + _SHORTEST)
+    first = max(round(start), 0)
+    return first * TICK, min(max(round(end), first + 1), n_ticks) * TICK
+
+
+def bent_state(
+    state: State, share: float, duration: float, space: JointSpace, pace: Pace, rng: np.random.Generator
+) -> State:
+    """A state near another: some joints elsewhere, some with another speed, within limits.
+
+    share: standard deviation of a step, of what a joint crosses in the duration (s) of the motion
+    """
+    is_moved, is_changed = rng.random((2, space.n)) < _MOVED
+    q = state.q + rng.normal(0.0, share * duration, space.n) * pace.velocity * is_moved
+    v = state.v + rng.normal(0.0, _SPEED * share, space.n) * pace.velocity * is_changed
+    return State(np.clip(q, space.lower, space.upper), np.clip(v, -pace.velocity, pace.velocity))

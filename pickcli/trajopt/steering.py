@@ -1,0 +1,127 @@
+"""The legs between two moving states: the fastest one, the one of a given duration, and two with a bend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array
+from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State, ticks_up
+
+_ROUNDING = 1e-9  # relative: how far beyond a limit rounding may lead
+_NOTHING = 1e-12  # m or rad, per s: what counts as none
+
+# Ticks added in turn to the least time of the slowest joint where another joint has no leg just then: because
+# of the rounding to ticks, or as it would have to wait and cannot (Hauser and Ng-Thow-Hing 2010, III-C).
+_EXTRA = (0, 1, 2, 4, 8, 16, 32)
+
+
+def fastest(start: State, end: State, pace: Pace, at_most: float) -> Leg | None:
+    """The leg that takes the least time, if that is ``at_most`` s. None too where a joint has no such leg."""
+    least = float(ticks_up(least_time(end.q - start.q, start.v, end.v, pace).max()))
+    for extra in _EXTRA:
+        duration = max(least, TICK) + extra * TICK
+        if duration > at_most + TICK / 2:
+            return None
+        leg = in_time(start, end, pace, duration)
+        if leg is not None:
+            return leg
+    return None
+
+
+def least_time(d: Array, v0: Array, v1: Array, pace: Pace) -> Array:
+    """(n,) s that each joint alone needs over d from speed v0 to v1, full ramps and the pause in between."""
+    a, top = pace.acceleration, pace.velocity
+    beyond = d - (v0 + v1) / 2 * np.abs(v1 - v0) / a  # what a single ramp from v0 to v1 leaves
+    sign = np.where(beyond < 0.0, -1.0, 1.0)
+    d, v0, v1, beyond = sign * d, sign * v0, sign * v1, sign * beyond
+    half = a * pace.pause / 2
+    peak = np.sqrt(np.maximum(half * half + a * d + (v0 * v0 + v1 * v1) / 2, 0.0)) - half
+    faster = np.maximum(v0, v1)
+    peak = np.minimum(np.maximum(peak, faster), top)
+    cruised = d - (2 * peak * peak - v0 * v0 - v1 * v1) / (2 * a)
+    cruise = np.where(np.abs(peak) > _NOTHING, cruised / np.where(peak == 0.0, 1.0, peak), 0.0)
+    return np.asarray((2 * peak - v0 - v1) / a + np.maximum(cruise, 0.0))
+
+
+def in_time(start: State, end: State, pace: Pace, duration: float) -> Leg | None:
+    """The leg of that duration (whole ticks), or None where a joint has none."""
+    speed, up, down, is_good = _calm_ramps(end.q - start.q, start.v, end.v, pace, duration)
+    return Leg(start.q, start.v, speed, end.v, up, down, duration) if is_good.all() else None
+
+
+def bent(
+    start: State, middles: Sequence[State], end: State, pace: Pace, there: float, back: float
+) -> tuple[Leg, Leg] | None:
+    """Two legs of ``there`` and ``back`` s with a state of ``middles`` between them, each joint its own.
+
+    Every joint takes the first of the middles for which it has both legs; None where one has none.
+    """
+    q, v = np.stack([middle.q for middle in middles]), np.stack([middle.v for middle in middles])
+    *first, is_there = _calm_ramps(q - start.q, start.v, v, pace, there)
+    *last, is_back = _calm_ramps(end.q - q, v, end.v, pace, back)
+    is_good = is_there & is_back
+    if not is_good.any(axis=0).all():
+        return None
+    pick = is_good.argmax(axis=0), np.arange(len(start.q))
+    speed, up, down = (row[pick] for row in first)
+    onward = (row[pick] for row in last)
+    return (
+        Leg(start.q, start.v, speed, v[pick], up, down, there),
+        Leg(q[pick], v[pick], next(onward), end.v, next(onward), next(onward), back),
+    )
+
+
+def _calm_ramps(
+    d: Array, v0: Array, v1: Array, pace: Pace, duration: float
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """``_ramps`` with half of the acceleration where a joint can, else with all of it.
+
+    With half, no jerk limit minds a ramp up next to a ramp down; and it is calmer.
+    """
+    *calm, is_calm = _ramps(d, v0, v1, pace, 0.5, duration, 0.0)
+    if is_calm.all():
+        return calm[0], calm[1], calm[2], is_calm
+    *hard, is_hard = _ramps(d, v0, v1, pace, 1.0, duration, pace.pause)
+    speed, up, down = (np.where(is_calm, a, b) for a, b in zip(calm, hard, strict=True))
+    return speed, up, down, is_calm | is_hard
+
+
+def _ramps(
+    d: Array, v0: Array, v1: Array, pace: Pace, share: float, duration: float, pause: float
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Speed, up and down (..., n) with a share of the acceleration, and where that keeps the limits.
+
+    The distance grows with the speed in between, so there is one speed for every distance: linear where it
+    lies between v0 and v1, else the root of a quadratic, and linear again once ramps are rounded to ticks.
+    """
+    a = share * pace.acceleration
+    ramp = np.abs(v1 - v0) / a
+    total = v0 + v1
+    between = (d - total / 2 * ramp) / np.maximum(duration - ramp, _NOTHING)
+    sign = np.where(between > np.maximum(v0, v1), 1.0, -1.0)
+    is_between = (between <= np.maximum(v0, v1)) & (between >= np.minimum(v0, v1))
+    b = duration + sign * total / a
+    root = b * b - 4 / a * ((v0 * v0 + v1 * v1) / (2 * a) + sign * d)
+    speed = np.where(is_between, between, sign * a / 2 * (b - np.sqrt(np.maximum(root, 0.0))))
+    for _ in range(2):
+        up, down = _ramp_times(speed - v0, a), _ramp_times(v1 - speed, a)
+        speed = (d - (v0 * up + v1 * down) / 2) / np.maximum(duration - (up + down) / 2, TICK)
+    first, last = speed - v0, v1 - speed
+    cruise = duration - up - down
+    slack = _ROUNDING * pace.velocity
+    is_good = (
+        (np.abs(first) <= a * up + slack * (up > 0.0) + _NOTHING)
+        & (np.abs(last) <= a * down + slack * (down > 0.0) + _NOTHING)
+        & (np.abs(speed) <= pace.velocity + slack)
+        & (cruise >= np.where(first * last < 0.0, pause, 0.0) - TICK / 2)
+    )
+    return speed, up, down, is_good
+
+
+def _ramp_times(change: Array, acceleration: Array) -> Array:
+    """Whole ticks for changes of speed: at least one, unless there is none."""
+    change = np.abs(change)
+    return np.maximum(ticks_up(change / acceleration), np.where(change > _NOTHING, TICK, 0.0))

@@ -1,0 +1,46 @@
+"""Whether legs are free: the proof that a search asks for thousands of times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.collision.motion_validator import MotionValidator
+from pickcli.geometry import Array
+from pickcli.path_planning.state_space import JointSpace
+from pickcli.trajopt.parabolic_segment import Leg
+from pickcli.trajopt.parabolic_trajectory import tube
+
+_CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
+
+
+@dataclass(frozen=True, eq=False)
+class LegProof:
+    """Asks one checker about legs in one space."""
+
+    checker: MotionValidator
+    space: JointSpace
+
+    def is_valid(self, legs: tuple[Leg, ...]) -> bool:
+        """Whether every instant of the legs is proven free and inside the position limits."""
+        return self.proves(lambda step: tube(legs, step))
+
+    def proves(self, tube_of: Callable[[float], tuple[Array, Array]]) -> bool:
+        """Whether a curve is proven: longest chord (s) -> chords (N, n), slack (N - 1, n) around it."""
+        for step in _CHORDS:
+            Q, slack = tube_of(step)
+            if not self._is_inside(Q, slack):
+                return False
+            i = self.checker.first_invalid_edge(Q, slack)
+            if i < 0:
+                return True
+            if not (self.checker.is_valid(Q[i]) and self.checker.is_valid(Q[i + 1])):
+                return False  # no chord is short enough
+        return False
+
+    def _is_inside(self, Q: Array, slack: Array) -> bool:
+        """Whether the tube stays within the position limits."""
+        low, high = np.minimum(Q[:-1], Q[1:]) - slack, np.maximum(Q[:-1], Q[1:]) + slack
+        return bool(np.all(low >= self.space.lower) and np.all(high <= self.space.upper))

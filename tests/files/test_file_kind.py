@@ -1,0 +1,81 @@
+"""What a file says to be, from its first bytes."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from pickcli.cell.data_path import data_path
+from pickcli.errors import InputError
+from pickcli.files.file_kind import (
+    CELL,
+    HDF5_MAGIC,
+    ITEMS,
+    KINDS,
+    ORDER,
+    PLAN,
+    REALITY,
+    SCENE,
+    STORE,
+    TRIAL,
+    URDF,
+    FileKind,
+    kind_of,
+    refuse_other_kind,
+)
+
+BEGINNINGS = [
+    (HDF5_MAGIC + b'{"format": "apc plan"}', STORE),
+    (b'{"format": "apc plan", "version": 2}', PLAN),
+    (b'{\r\n\t"version": 1,\r\n\t"format" :\n "apc scene"', SCENE),
+    (b"# a remark\nformat: apc cell\n", CELL),
+    (b"format: 'apc items'\n", ITEMS),
+    (b'version: 1\nformat: "apc reality"\n', REALITY),
+    (b'{"work_order": [], "bin_contents": {}}', ORDER),
+    (b'{"score": 1, "max_score": 2}', TRIAL),
+    (b'<?xml version="1.0"?>\n<robot name="a">', URDF),
+]
+
+
+@pytest.mark.parametrize(("content", "kind"), BEGINNINGS, ids=lambda value: getattr(value, "name", ""))
+def test_every_kind_is_told(content: bytes, kind: FileKind) -> None:
+    assert kind_of(content) == kind
+    refuse_other_kind(Path("f"), content, kind)
+    for wanted in set(KINDS) - {kind}:
+        with pytest.raises(InputError, match=f"^f: is {kind.name}, but {wanted.name} is wanted here "):
+            refuse_other_kind(Path("f"), content, wanted)
+
+
+def test_the_cases_are_all_kinds() -> None:
+    assert {kind for _, kind in BEGINNINGS} == set(KINDS)
+
+
+def test_the_files_of_the_data_folder_are_what_they_are() -> None:
+    folders = {"cells/*/cell.yaml": CELL, "cells/*/*.urdf": URDF, "items/*": ITEMS, "tasks/*.json": ORDER}
+    for pattern, kind in folders.items():
+        assert {kind_of(path.read_bytes()) for path in data_path().glob(pattern)} == {kind}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"{}",
+        b'{"format": "apc of another make"}',
+        b"# format: apc cell\n",
+        b'{"remark": "the \\"work_order\\": of last year"}',
+        b'{"bin_content": {}, "work_orders": []}',
+    ],
+)
+def test_what_says_nothing_is_left_to_its_reader(content: bytes) -> None:
+    assert kind_of(content) is None
+    refuse_other_kind(Path("f"), content, SCENE)
+
+
+@pytest.mark.parametrize("content", [b"\n" * 10**6, b" " * 10**6, b"{ " * 500_000, b'{"format' * 100_000])
+def test_no_file_takes_long(content: bytes) -> None:
+    start = time.process_time()
+    assert kind_of(content) is None
+    assert time.process_time() - start < 1.0

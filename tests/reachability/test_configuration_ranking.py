@@ -1,0 +1,115 @@
+"""Suggested configurations: what each promises is checked anew, and a cell loads with the best."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.configuration_text import configuration_line
+from pickcli.cell.load import load_cell
+from pickcli.cell.robot import PivotState
+from pickcli.collision.model import CollisionModel
+from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.geometry import inverse
+from pickcli.kinematics.arm import Arm
+from pickcli.precompute.empty_scene import checker
+from pickcli.reachability.bin_pose_sampling import BinPoses
+from pickcli.reachability.configuration_ranking import Suggester
+from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings
+from pickcli.roadmap.database import PayloadClass
+from support.small_cell import small_cell
+
+FEW = SuggestSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
+
+
+@cache
+def _found(pivot: PivotState) -> tuple[Suggestion, ...]:
+    return tuple(Suggester(small_cell(), "bin_C", pivot, FEW).suggest(4))
+
+
+@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+def test_they_are_ranked_by_reach_then_manipulability_and_differ(pivot: PivotState) -> None:
+    found = _found(pivot)
+    assert len(found) >= 2
+    ranks = [(each.reach, each.manipulability) for each in found]
+    assert ranks == sorted(ranks, reverse=True)
+    assert found[0].reach > 0.5
+    Q = np.stack([each.configuration.q for each in found])
+    gaps = np.abs(Q[:, None] - Q[None]).max(axis=2)[np.triu_indices(len(Q), 1)]
+    assert gaps.min() > FEW.apart
+
+
+@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+def test_they_keep_their_distance_from_limits_and_from_everything(pivot: PivotState) -> None:
+    cell = small_cell()
+    model, limits = CollisionModel(cell), cell.robot.limits
+    for each in _found(pivot):
+        q = each.configuration.q
+        shares = np.minimum(q - limits.lower, limits.upper - q) / (limits.upper - limits.lower)
+        assert shares.min() == pytest.approx(each.margin) and each.margin >= FEW.margin
+        assert each.clearance >= FEW.clearance
+        for any_pivot in PivotState:  # the roadmap takes only what is free in all of them
+            assert checker(model, any_pivot, PayloadClass.EMPTY, FEW.clearance - cell.clearance).is_valid(q)
+
+
+@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+def test_the_tip_stands_before_the_mouth_and_manipulability_is_sqrt_det_jjt(pivot: PivotState) -> None:
+    cell = small_cell()
+    arm = Arm(cell.robot)
+    T_world_bin = cell.T_world_pod @ cell.pod.bins["bin_C"].T_pod_bin
+    for each in _found(pivot):
+        q = each.configuration.q
+        np.testing.assert_allclose(T_world_bin @ each.T_bin_tip, arm.tip(q, pivot), atol=1e-12)
+        assert -0.33 < each.T_bin_tip[0, 3] < -0.09 and abs(each.T_bin_tip[1, 3]) < 0.07
+        along = each.T_bin_tip[:3, 2]
+        assert along @ ([1, 0, 0] if pivot is PivotState.STRAIGHT else [0, 0, -1]) > 0.999
+        J = arm.jacobian(q, pivot)
+        J[3:] *= 0.5
+        assert each.manipulability == pytest.approx(float(np.sqrt(np.linalg.det(J @ J.T))))
+
+
+def test_the_same_seed_gives_the_same_and_another_seed_others() -> None:
+    def best(seed: int) -> list[float]:
+        settings = replace(FEW, n_kept=3, n_poses=5, seed=seed)
+        suggester = Suggester(small_cell(), "bin_C", PivotState.STRAIGHT, settings)
+        return suggester.suggest(1)[0].configuration.q.tolist()
+
+    assert best(3) == best(3) != best(4)
+
+
+def test_a_cell_loads_with_the_best_and_has_it_to_the_last_bit(tmp_path: Path) -> None:
+    folder = tmp_path / "cell"
+    shutil.copytree(load_cell("apc2016_delft").path, folder)
+    best = _found(PivotState.STRAIGHT)[0].configuration
+    path = folder / "cell.yaml"
+    lines = path.read_text().splitlines(keepends=True)
+    (at,) = [i for i, line in enumerate(lines) if "{name: bin_C, kind: bin" in line]
+    path.write_text("".join([*lines[:at], configuration_line(best), *lines[at + 1 :]]))
+    adopted = load_cell(folder).configurations["bin_C"]
+    assert adopted.q.tobytes() == best.q.tobytes()
+    assert (adopted.kind, adopted.pivot) == ("bin", PivotState.STRAIGHT)
+
+
+def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
+    cell = small_cell()
+    each = cell.pod.bins["bin_C"]
+    poses = BinPoses(CollisionModel(cell), each, PivotState.STRAIGHT)
+    T = inverse(poses.T_world_bin) @ poses.inside(np.random.default_rng(0), 200)
+    assert T[:, 0, 3].min() > 0.0 and T[:, 0, 3].max() < each.depth
+    assert T[:, 1, 3].min() > each.y_range[0] and T[:, 1, 3].max() < each.y_range[1]
+    assert T[:, 2, 3].min() > each.floor_back and T[:, 2, 3].max() < each.ceiling_front
+    leans = np.degrees(np.arccos(T[:, 0, 2]))
+    assert 25.0 < leans.max() < 43.0
+
+
+def test_names_and_places_that_are_none_are_refused() -> None:
+    with pytest.raises(UnknownNameError, match="unknown bin 'bin_Z'"):
+        Suggester(small_cell(), "bin_Z", PivotState.STRAIGHT, FEW)
+    hopeless = replace(FEW, margin=0.5)
+    with pytest.raises(NoPlanError, match=r"in front of bin_C.*nearer than 50% of a range"):
+        Suggester(small_cell(), "bin_C", PivotState.STRAIGHT, hopeless).suggest(1)

@@ -1,0 +1,134 @@
+"""Whether an item keeps its balance: cases on both sides of where it is lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.model import Cell
+from pickcli.geometry import pose
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise
+from support.bin_piles import at, in_a_slot, of, on_a_slope, shaped
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+@pytest.mark.parametrize("yaw", [0.0, np.pi / 2, np.pi / 4])
+def test_a_board_on_its_edge_stands_if_no_tilt_of_the_world_throws_it_over(
+    cell: Cell, angle: float, yaw: float
+) -> None:
+    """One degree, and what its pose may be off: its middle 80 mm high must stay over its foot."""
+    noise, least = PoseNoise(0.0, float(np.radians(angle))), 0.16 * np.tan(np.radians(1.0 + angle))
+    for width, stands in ((least + 0.00001, True), (least - 0.00001, False)):
+        board = at(cell, "board", shaped(cell, (width, 0.1, 0.16)), 0.3, 0.0, 0.08, (0.0, 0.0, yaw))
+        assert of(cell, board, noise=noise).stays("board") is stands
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_what_overhangs_stays_while_its_middle_is_over_what_carries_it(
+    cell: Cell, direction: tuple[int, int]
+) -> None:
+    """And over it still when the world is tilted by a degree: 30 mm high, that is half a millimetre."""
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    least = 0.03 * np.tan(np.radians(1.0))
+    for short, stays in ((least + 0.00001, True), (least - 0.00001, False)):
+        x, y = ((0.05 - short) * d for d in direction)
+        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.3 + x, y, 0.08)
+        supports = of(cell, below, above)
+        assert supports.carriers("above") == ("below",)
+        assert supports.stays("above") is stays
+
+
+def test_what_carries_an_item_counts_as_smaller_by_what_both_poses_may_be_off(cell: Cell) -> None:
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    for short, stays in ((0.0048, True), (0.0042, False)):
+        above = at(cell, "above", shaped(cell, (0.06, 0.06, 0.06)), 0.35 - short, 0.0, 0.08)
+        assert of(cell, below, above, noise=PoseNoise(0.002, 0.0)).stays("above") is stays
+
+
+@pytest.mark.parametrize(("degrees", "stays"), [(9.8, True), (10.8, False)])
+def test_on_a_slope_an_item_stays_as_steep_as_friction_holds_it(
+    cell: Cell, degrees: float, stays: bool
+) -> None:
+    """A friction of 0.2 is 11.3 degrees, of which one is kept for a tilt of the world."""
+    below, above = on_a_slope(cell, degrees, 0.3, 0.05)
+    assert of(cell, below, above).stays("above") is stays
+
+
+def test_what_presses_is_counted_where_all_of_its_weight_goes_down(cell: Cell) -> None:
+    """A table on one foot: a weight far out on it overturns it, one near the middle does not."""
+    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
+    for x, mass, stays in (
+        (0.01, 0.2, True), (0.03, 0.2, True), (0.05, 0.2, False), (0.05, 0.05, True), (0.015, 5.0, True),
+        (0.025, 5.0, False),
+    ):  # fmt: skip
+        weight = at(cell, "weight", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.3 + x, 0.0, 0.07)
+        supports = of(cell, foot, board, weight)
+        assert supports.carriers("weight") == ("board",)
+        assert supports.stays("board") is stays, (x, mass)
+
+
+def test_the_weight_of_a_whole_pile_counts(cell: Cell) -> None:
+    """Two on each other press at the middle of both, weighted by their masses."""
+    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05), mass=1.0), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.2, 0.01), mass=0.2), 0.3, 0.0, 0.055)
+    lower = at(cell, "lower", shaped(cell, (0.06, 0.02, 0.02), mass=0.2), 0.3, 0.0, 0.07)
+    for mass, stays in ((0.2, True), (4.0, False)):
+        upper = at(cell, "upper", shaped(cell, (0.02, 0.02, 0.02), mass=mass), 0.326, 0.0, 0.09)
+        supports = of(cell, foot, board, lower, upper)
+        assert supports.carriers("upper") == ("lower",)
+        assert supports.stays("board") is stays
+
+
+@pytest.mark.parametrize(("angle", "stays"), [(9.9, False), (10.1, True), (20.0, True)])
+def test_what_can_roll_stays_if_a_tilt_of_ten_degrees_does_not_bring_it_over_an_edge(
+    cell: Cell, angle: float, stays: bool
+) -> None:
+    supports = in_a_slot(cell, angle)
+    assert set(supports.carriers("can")) == {"plate-1", "plate1"}
+    assert supports.stays("can") is stays
+    assert not supports.stays("can", {"plate1"})
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+@pytest.mark.parametrize(("more", "stays"), [(-0.1, True), (0.1, False)])
+def test_a_face_lies_flat_as_long_as_it_may_be_askew(
+    cell: Cell, noise: float, more: float, stays: bool
+) -> None:
+    """A degree and a half, and what the poses of both may be off. Beyond that it is an edge, and it falls."""
+    turn, half = float(np.radians(1.5 + 2 * noise + more)), 0.02
+    z = half * np.cos(turn) + half * np.sin(turn)
+    box = at(cell, "box", shaped(cell, (0.04, 0.04, 0.04)), 0.3, 0.0, z, (0.0, turn, 0.0))
+    assert of(cell, box, noise=PoseNoise(0.0, float(np.radians(noise)))).stays("box") is stays
+
+
+def test_what_is_only_squeezed_between_its_neighbours_slips(cell: Cell) -> None:
+    """A friction of 0.2 on two walls takes five times the weight: so much presses nobody."""
+    wall = shaped(cell, (0.05, 0.1, 0.2))
+    walls = [at(cell, f"wall{s}", wall, 0.3 + s * 0.055, 0.0, 0.1) for s in (-1, 1)]
+    squeezed = at(cell, "squeezed", shaped(cell, (0.06, 0.06, 0.06)), 0.3, 0.0, 0.08)
+    below = at(cell, "below", shaped(cell, (0.06, 0.06, 0.05)), 0.3, 0.0, 0.025)
+    supports = of(cell, *walls, squeezed, below)
+    assert {c.b for c in supports.touching["squeezed"]} >= {"wall-1", "wall1", "below"}
+    assert supports.stays("squeezed") and not supports.stays("squeezed", {"below"})
+
+
+def test_what_stands_beside_presses_on_nothing(cell: Cell) -> None:
+    """However heavy it is: a board on one foot keeps its balance beside it."""
+    foot = at(cell, "foot", shaped(cell, (0.04, 0.04, 0.05)), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.01)), 0.3, 0.0, 0.055)
+    heavy = at(cell, "heavy", shaped(cell, (0.05, 0.1, 0.1), mass=5.0), 0.425, 0.0, 0.05)
+    supports = of(cell, foot, board, heavy)
+    assert "heavy" in {c.b for c in supports.touching["board"]}
+    assert supports.stays("board")
+
+
+def test_what_a_body_carries_it_carries_up_to_its_edge(cell: Cell) -> None:
+    """However badly the item's pose is known: where the bodies of the cell stand is known."""
+    boom = next(body for body in cell.obstacles.bodies if body.name == "camera_boom")
+    corner = boom.T_parent_shape[:3, 3] + boom.shape.extents / 2
+    for inside, stays in ((0.001, True), (-0.001, False)):
+        T = pose(corner + np.array([-inside, -boom.shape.extents[1] / 2, 0.01]))
+        box = PlacedItem("box", shaped(cell, (0.05, 0.02, 0.02)), TOTE, T)
+        supports = of(cell, box, noise=PoseNoise(0.004, 0.0))
+        assert "camera_boom" in supports.carriers("box") and supports.stays("box") is stays
