@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 from hypothesis import settings
 
+from pickcli.cell.data_path import data_path
 from pickcli.cell.load import load_cell
 from pickcli.cell.model import Cell
+from pickcli.errors import InputError
+from pickcli.scene.scene_file import write_scene
+from support.cell_copies import CellCopy
+from support.scene_files import make_scene
 
 # How long an example takes says how busy the machine is, and nothing about the code.
 settings.register_profile("suite", deadline=None)
@@ -17,3 +26,30 @@ settings.load_profile("suite")
 def cell() -> Cell:
     """The default cell, which nothing changes."""
     return load_cell("apc2016_delft")
+
+
+@pytest.fixture
+def cell_copy(tmp_path: Path) -> CellCopy:
+    """A copy of the default cell's folder, to break."""
+    shutil.copytree(data_path() / "cells" / "apc2016_delft", tmp_path / "cell")
+    return CellCopy(tmp_path / "cell")
+
+
+@pytest.fixture
+def refused() -> Callable[[Callable[[], object]], str]:
+    """The message of the InputError that a call must raise."""
+
+    def message(call: Callable[[], object]) -> str:
+        with pytest.raises(InputError) as caught:
+            call()
+        return str(caught.value)
+
+    return message
+
+
+@pytest.fixture
+def written(tmp_path: Path, cell: Cell) -> Path:
+    """A scene file that is sound."""
+    path = tmp_path / "scene.json"
+    write_scene(make_scene(cell), path)
+    return path
