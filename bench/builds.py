@@ -25,18 +25,18 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.jobs.dask_executor import Cluster
 from pickcli.jobs.executors import Here, Processes, Runner
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
 from pickcli.jobs.job_run import Means
 from pickcli.jobs.journal import Journal
-from pickcli.precompute.make import make_roadmap
-from pickcli.precompute.motion_recipe import MotionRecipe, task_key
-from pickcli.precompute.pairs import coarse_pairs
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.precompute.artifact_files import make_roadmap
+from pickcli.precompute.coarse_motion_job import MotionRecipe, task_key
+from pickcli.precompute.motion_pairs import coarse_pairs
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
 def measure() -> dict[str, Any]:

@@ -22,21 +22,21 @@ from unittest import mock
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
-from pickcli.planning import assemble
-from pickcli.planning.context import Planner
-from pickcli.planning.payload import carried_load
+from pickcli.planning import stitching
+from pickcli.planning.certified_timing import Carried, carried_run, proven_run
+from pickcli.planning.cup_load import carried_load
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.pieces import Piece
-from pickcli.planning.proven import Carried, carried_run, proven_run
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order import OrderKind, Target
+from pickcli.trial.order_file import OrderKind, Target
 
 FREE, SLOWED, TIMED = "without a load", "all of it slowed down", "under the cup's limits"
 SLOWEST = 0.1  # of all limits, below which slowing down all of it gives up
@@ -112,7 +112,7 @@ def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_gras
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()
-        with mock.patch.object(assemble, "carried_run", recorder):
+        with mock.patch.object(stitching, "carried_run", recorder):
             try:
                 plan = plan_pick(planner, scene, target.bin, target.item, home, seed, tried)
             except NoPlanError:

@@ -14,22 +14,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.displacement import Displacement
 from pickcli.cell.item import Item
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.robot import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import Reality
-from pickcli.trial.clearing import from_the_mouth
-from pickcli.trial.noise import DEFAULT_NOISE
+from pickcli.trial.blocking_items import from_the_mouth
+from pickcli.trial.pose_noise import DEFAULT_NOISE
 
 GRAVITY = 9.81  # m/s^2
 CANNOT_BE_HELD = "cannot be held"

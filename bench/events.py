@@ -14,8 +14,8 @@ from typing import Any
 from bench.paces import LAGGING, paused, slowed
 from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.simulation.execute import execute
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.stream import Pace, full_speed

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import ApcError
-from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap, surveyed
 
 # What became of a flip; the exit code of the process that looked at it.

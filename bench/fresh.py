@@ -40,12 +40,12 @@ from bench.warm import planner
 from pickcli.cell.data_path import data_path
 from pickcli.geometry import Array
 from pickcli.jobs.job import code_digest
-from pickcli.planning.context import Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order import OrderKind
-from pickcli.trial.output import write_output
+from pickcli.trial.order_file import OrderKind
+from pickcli.trial.output_file import write_output
 
 FOLDER = Path("runs/fresh")
 ENDED = (0, 6)  # exit codes of a trial that was played, clean or not

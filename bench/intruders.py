@@ -22,8 +22,8 @@ from functools import partial
 import numpy as np
 
 from bench.warm import fresh_scene, planner
-from pickcli.cell.displacement import displaced
 from pickcli.cell.item import Item
+from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.errors import InputError, NoPlanError
@@ -31,8 +31,8 @@ from pickcli.geometry import Array, inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute

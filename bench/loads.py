@@ -23,14 +23,14 @@ from bench.warm import fresh_scene, planner
 from pickcli.cell.robot import PivotState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Grasp, Plan
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.execute import execute
 from pickcli.simulation.reality import Reality, read_reality
 from pickcli.simulation.world import World
-from pickcli.trial.noise import DEFAULT_NOISE, perceive
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import verify
 
 OVER = 1.1  # times the planned load

@@ -27,17 +27,17 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import PivotState
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.precompute.coarse_motion import MotionMaker
-from pickcli.precompute.empty_scene import checker
-from pickcli.precompute.pairs import delft_pairs
-from pickcli.roadmap.database import MotionKey, PayloadClass
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.empty_cell_checkers import checker
+from pickcli.precompute.motion_pairs import delft_pairs
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from pickcli.trajopt.time_lower_bound import lower_bound
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 # s in which the acceleration may turn from one limit to the other where there is no jerk limit: a millisecond
 # of a trajectory that is promised to keep its limits at every millisecond.

@@ -23,8 +23,8 @@ from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution

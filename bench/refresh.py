@@ -19,12 +19,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
 from pickcli.geometry import pose
-from pickcli.precompute.make import make_trajectories
-from pickcli.precompute.refresh import Refresh, refresh
+from pickcli.precompute.artifact_files import make_trajectories
+from pickcli.precompute.refreshing import Refresh, refresh
 from pickcli.roadmap.store import surveyed
 
 MOVED = pose((0.0, 0.01, 0.0))  # m

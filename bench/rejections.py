@@ -22,15 +22,15 @@ import numpy as np
 
 from bench.warm import planner
 from pickcli.errors import InputError, NoPlanError
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import Reality
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.noise import DEFAULT_NOISE, perceive
-from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import OrderKind
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import verify
 
 

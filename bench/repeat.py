@@ -24,12 +24,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bench.warm import fresh_scene, planner
-from pickcli.cell.load import load_cell
-from pickcli.planning.context import Planner
-from pickcli.trial.arena import SimulatedArena, crew_of
+from pickcli.cell.cell_file import load_cell
+from pickcli.planning.planning_context import Planner
+from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.player import TrialSettings
-from pickcli.trial.record import record_text, trial_record
+from pickcli.trial.simulated_cell import SimulatedArena, crew_of
+from pickcli.trial.trial_record import record_text, trial_record
 
 FRAGMENTS, KEPT = 50_000, 15_000  # blocks of the size of the engine's own, allocated first, then left
 BLOCKS = (48, 64, 80, 96, 112, 128, 144)  # bytes

@@ -11,21 +11,21 @@ import time
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import PivotState
-from pickcli.collision.model import CollisionModel
 from pickcli.collision.motion_validator import MotionValidator
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.artifacts import ensure_artifacts
-from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.artifact_cache import ensure_artifacts
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connect import Problem, QueryOptions
-from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.connection import Problem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import read_roadmap
 from pickcli.roadmap.through import through_roadmap
+from pickcli.roadmap.trajectory_database import PayloadClass
 
 SPREAD = 0.1  # rad or m, standard deviation of a start or goal from the configuration that it is near
 

@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 from bench.warm import fresh_scene
-from pickcli.cell.load import load_cell
-from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.cell.cell_file import load_cell
+from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.scene.scene_file import write_scene
 
 APC = [str(Path(sys.executable).with_name("apc"))]

@@ -10,8 +10,8 @@ import statistics
 import time
 from collections.abc import Callable
 
-from pickcli.cell.load import load_cell
-from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.cell.cell_file import load_cell
+from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_motion, read_roadmap, surveyed
 
 

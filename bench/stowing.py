@@ -15,13 +15,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.stowing.bin_layout import Contents
 from pickcli.stowing.make_scene import fill_bin
 from pickcli.trial.make_order import YEARS, make_order
-from pickcli.trial.order import OrderKind
+from pickcli.trial.order_file import OrderKind
 
 CELL = "apc2016_delft"
 

@@ -19,10 +19,10 @@ from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import Tracker
 from pickcli.motion.segment import SegmentKind
-from pickcli.timing.bounds import path_bounds
-from pickcli.timing.run import RunPart, TimedRun, time_run
-from pickcli.timing.stop import stop
-from pickcli.timing.topp import parametrize
+from pickcli.timing.path_limits import path_bounds
+from pickcli.timing.stopping_trajectory import stop
+from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.timing.toppra_closed_form import parametrize
 
 ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])
 LIMITS = Limits(

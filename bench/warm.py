@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
-from pickcli.planning.context import Planner
-from pickcli.precompute.artifacts import ensure_artifacts
+from pickcli.planning.planning_context import Planner
+from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import Order, OrderKind
 
 
 def planner(max_tool_speed: float | None = None) -> Planner:

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
 from pickcli.errors import InputError
 from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from bench.fuzz.mutate import NUMBERS, as_json, mutated_bytes, mutated_value
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.data_path import data_path
 from pickcli.cell.items_file import ItemsModel, read_items
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.urdf import read_urdf
 from pickcli.errors import RejectedError
@@ -28,7 +28,6 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.plan_file import read_plan, write_plan
 from pickcli.motion.trajectory import Trajectory
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import (
     describe,
@@ -40,11 +39,12 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.reality import read_reality
-from pickcli.trial.order import read_order
+from pickcli.trial.order_file import read_order
 from pickcli.verification.verify import verify
 
 Attempt = Callable[[int], None]
@@ -77,8 +77,8 @@ class Sound:
 
 def sound() -> Sound:
     """A small order, its scene, and a pick that the verifier accepts."""
-    from pickcli.planning.context import Planner
     from pickcli.planning.pick import Start, plan_pick
+    from pickcli.planning.planning_context import Planner
     from pickcli.stowing.make_scene import make_scene
     from pickcli.verification.verify import certify
 
@@ -230,7 +230,7 @@ def _plain(model: FileModel) -> Any:
 
 def _use(cell: Cell) -> None:
     """What every command does with a cell first."""
-    from pickcli.planning.context import Planner
+    from pickcli.planning.planning_context import Planner
 
     planner = Planner(cell, None, None)
     del planner

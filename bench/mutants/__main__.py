@@ -36,8 +36,8 @@ PACKAGES = (
     ),
     Package(
         "orders",
-        ("trial/strict_json", "trial/order"),
-        ("tests/trial/test_strict_json.py", "tests/trial/test_order.py"),
+        ("trial/strict_json", "trial/order_file"),
+        ("tests/trial/test_strict_json.py", "tests/trial/test_order_file.py"),
     ),
     Package(
         "cell files",
@@ -70,13 +70,14 @@ PACKAGES = (
     ),
     Package(
         "verifier",
-        ("verification/limits", "verification/structure", "verification/io", "verification/release",
-         "verification/contacts", "verification/quintic", "verification/lines", "verification/touch",
-         "verification/hold", "verification/clearance"),
+        ("verification/joint_limit_check", "verification/structure_check", "verification/event_check",
+         "verification/release_check", "verification/contact_exemptions", "verification/quintic",
+         "verification/straightness_check", "verification/contact_check", "verification/grasp_check",
+         "verification/clearance_check"),
         ("tests/verification/test_figures.py", "tests/verification/test_events.py",
          "tests/verification/test_quintic.py",
-         "tests/verification/test_load.py", "tests/verification/test_planned_touch.py",
-         "tests/verification/test_verify.py", "tests/verification/test_clearance.py",
+         "tests/verification/test_load_check.py", "tests/verification/test_planned_touch.py",
+         "tests/verification/test_verify.py", "tests/verification/test_clearance_check.py",
          "tests/verification/test_recovery_levels.py"),
     ),
     Package(

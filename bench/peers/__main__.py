@@ -27,13 +27,13 @@ from bench.peers.process import PeerProcess
 from bench.peers.queries import Query, exchange, queries, scenes
 from bench.peers.table import OURS, Row, replace_section, section
 from pickcli import __version__
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import available_cores, runner
 from pickcli.jobs.job_run import Means
-from pickcli.planning.context import Planner
-from pickcli.precompute.artifacts import default_paths
-from pickcli.precompute.make import make_roadmap
+from pickcli.planning.planning_context import Planner
+from pickcli.precompute.artifact_cache import default_paths
+from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.scene.scene import Scene
 

@@ -16,11 +16,11 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
-from pickcli.verification.clearance import check_clearance
+from pickcli.verification.clearance_check import check_clearance
 from pickcli.verification.exemptions import exemptions
-from pickcli.verification.parts import farthest, fixtures, parts
-from pickcli.verification.standing import Standing
-from pickcli.verification.states import sample_states
+from pickcli.verification.moving_parts import farthest, fixtures, parts
+from pickcli.verification.state_sampling import sample_states
+from pickcli.verification.static_solids import Standing
 
 SAME = 1e-6  # rad or m by which an end may be off
 

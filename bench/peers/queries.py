@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from bench.peers.robot_model import robot_json, shape_json
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Shape
 from pickcli.collision.attached_item import AttachedItem
@@ -27,15 +27,15 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.context import NONE, RESERVE, Planner
 from pickcli.planning.grasps import feasible_grasps
 from pickcli.planning.in_bin import InBin
 from pickcli.planning.into_tote import into_tote
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import NONE, RESERVE, Planner
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
-from pickcli.trial.order import Order, read_order
+from pickcli.trial.order_file import Order, read_order
 
 ORDERS = ("jsk_pick_sample", "delft_pick_2", "delft_pick_3", "delft_pick_4", "delft_pick_5")
 TASKS = Path(__file__).parents[2] / "data" / "tasks"

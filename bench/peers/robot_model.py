@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, JointType, PivotState
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.collision.attached_item import AttachedItem

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pickcli.cell.model import NamedConfiguration
+from pickcli.cell.cell import NamedConfiguration
 
 DECIMALS = 4  # a tenth of a milliradian and of a millimetre: what is rounded so is what must be proven
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array

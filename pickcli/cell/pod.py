@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.cell_schema import PodModel, RowModel
-from pickcli.cell.displacement import Displacement
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
 from pickcli.cell.station import Bin, Pod
 from pickcli.geometry import pose

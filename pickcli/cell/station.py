@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.displacement import UNMOVED, Displacement
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
 from pickcli.geometry import Array
 

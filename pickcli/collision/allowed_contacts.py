@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.collision.world import World
+from pickcli.collision.collision_world import World
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from pickcli.cell.item import Item
-from pickcli.collision.cover import Cover, cover_shape
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.collision.sphere_cover import Cover, cover_shape
 from pickcli.geometry import Array
 
 

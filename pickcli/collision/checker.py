@@ -7,9 +7,9 @@ import numpy as np
 from pickcli.cell.robot import PivotState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.collision_world import KERNEL_KINDS, World, build_world
 from pickcli.collision.motion_validator import Entered, KernelValidator
-from pickcli.collision.world import KERNEL_KINDS, World, build_world
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 from pickcli.scene.scene import Scene

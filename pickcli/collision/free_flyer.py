@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from pickcli.cell.item import Item
 from pickcli.cell.robot import PivotState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.motion_validator import Entered, KernelValidator
-from pickcli.collision.world import KERNEL_KINDS, build_world
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kernel import Chain, Checker
 from pickcli.scene.scene import Scene

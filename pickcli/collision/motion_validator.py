@@ -13,7 +13,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.collision.world import World
+from pickcli.collision.collision_world import World
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker

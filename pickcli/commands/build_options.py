@@ -11,8 +11,8 @@ from pickcli.commands.options import json_option, output_option, seed_option
 from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
-    from pickcli.precompute.settings import RoadmapSettings
-    from pickcli.trajopt.settings import TrajectorySettings
+    from pickcli.precompute.roadmap_settings import RoadmapSettings
+    from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -12,11 +12,11 @@ from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.precompute.settings import RoadmapSettings
+from pickcli.precompute.roadmap_settings import RoadmapSettings
 
 if TYPE_CHECKING:
     from pickcli.precompute.roadmap_report import RoadmapReport
-    from pickcli.precompute.second_routes import SecondRoutes
+    from pickcli.precompute.route_redundancy import SecondRoutes
     from pickcli.roadmap.graph import Roadmap
 
 
@@ -41,8 +41,8 @@ def command(
     Example:
       apc build-roadmap --cell apc2016_delft -o roadmap.h5
     """
-    from pickcli.cell.load import load_cell
-    from pickcli.precompute.make import make_roadmap
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.precompute.artifact_files import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
     refuse_output(output, overwrite, cell_name)

@@ -12,10 +12,10 @@ from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 if TYPE_CHECKING:
-    from pickcli.precompute.build_trajectories import TrajectoryReport
+    from pickcli.precompute.database_builder import TrajectoryReport
 
 
 @click.command("build-trajectories")
@@ -39,8 +39,8 @@ def command(
     Example:
       apc build-trajectories --cell apc2016_delft -o trajectories.h5
     """
-    from pickcli.cell.load import load_cell
-    from pickcli.precompute.make import make_trajectories
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.precompute.artifact_files import make_trajectories
     from pickcli.roadmap.store import read_database
 
     refuse_output(output, overwrite, cell_name)

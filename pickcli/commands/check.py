@@ -59,7 +59,7 @@ def _places(n: int) -> str:
 
 
 def _repaired(path: Path, found: Survey, cell_name: str, jobs: int | None, as_json: bool) -> Repair:
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.repair import repair
 
     with building(f"repairing {path.name}", path, jobs, as_json) as means:

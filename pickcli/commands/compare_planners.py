@@ -57,9 +57,9 @@ def command(
     Example:
       apc compare-planners --pairs bin_A:tote,cam_D:drop_00_down --tries 5
     """
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
     from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
-    from pickcli.roadmap.database import PayloadClass
+    from pickcli.roadmap.trajectory_database import PayloadClass
 
     cell, load = load_cell(cell_name), PayloadClass(payload)
     chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
@@ -89,7 +89,7 @@ def _pairs(text: str) -> list[tuple[str, str]]:
 def _contestants(text: str, iterations: int) -> list[Contestant]:
     """The planners of those names. Raises InputError."""
     from pickcli.planner_benchmark.benchmark_entries import Geometric, InTime
-    from pickcli.trajopt.settings import TrajectorySettings
+    from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
     known = [*map(str, PlannerName), SEARCH]
     names = list(dict.fromkeys(text.split(",")))

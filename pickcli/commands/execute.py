@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pickcli.cell.robot import PivotState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
-    from pickcli.planning.context import Planner
+    from pickcli.planning.planning_context import Planner
     from pickcli.scene.scene import Scene
     from pickcli.simulation.camera import Film
     from pickcli.simulation.execution import Execution

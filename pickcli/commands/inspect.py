@@ -58,7 +58,7 @@ def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None
 
 def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]) -> None:
     """Draw what was described. Raises InputError for what is no roadmap or database."""
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
     from pickcli.drawing.draw import cell_of, draw
     from pickcli.errors import InputError
 
@@ -98,7 +98,7 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
 
 
 def _cell(path: Path) -> dict[str, Any]:
-    from pickcli.cell.load import cell_names, load_cell
+    from pickcli.cell.cell_file import cell_names, load_cell
     from pickcli.errors import InputError, UnknownNameError
 
     try:
@@ -137,7 +137,7 @@ def _cell(path: Path) -> dict[str, Any]:
 
 
 def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
-    from pickcli.cell.displacement import pod_stand
+    from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.scene.scene_file import held_values, scene_hash
 
     scene = open_scene(path, cell_name)
@@ -223,9 +223,9 @@ def _event(t_trigger: float | None, device: str, action: str) -> str:
 
 def _stored(path: Path) -> dict[str, Any]:
     """Roadmap or database: what the file says of itself, and what is in it in figures."""
+    from pickcli.roadmap.roadmap_tables import ROADMAP
     from pickcli.roadmap.statistics import database_statistics, roadmap_statistics
     from pickcli.roadmap.store import describe, read_database, read_gaps, read_missing, read_roadmap
-    from pickcli.roadmap.stored_roadmap import ROADMAP
 
     told = {**describe(path), "bytes": path.stat().st_size}
     if told["format"] == ROADMAP.name:

@@ -15,8 +15,8 @@ from pickcli.commands.progress import progress
 from pickcli.errors import ApcError, NoPlanError
 
 if TYPE_CHECKING:
-    from pickcli.planning.context import Planner
-    from pickcli.precompute.learn import Learner
+    from pickcli.planning.planning_context import Planner
+    from pickcli.precompute.experience import Learner
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -75,9 +75,9 @@ class LearningSession:
     @classmethod
     def of(cls, planner: Planner, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
         """A session that keeps what it learns beside these files. Raises InputError where it cannot."""
-        from pickcli.precompute.artifacts import default_paths
-        from pickcli.precompute.learn import Learner
-        from pickcli.roadmap.grow import with_polylines
+        from pickcli.precompute.artifact_cache import default_paths
+        from pickcli.precompute.experience import Learner
+        from pickcli.roadmap.merge_edges import with_polylines
         from pickcli.roadmap.query_experience import ExperienceRecorder
 
         default = default_paths(planner.cell)

@@ -20,7 +20,7 @@ from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
-    from pickcli.cell.displacement import Displacement
+    from pickcli.cell.pod_tolerance import Displacement
 
 
 @click.command("make-scene")
@@ -50,9 +50,9 @@ def command(
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
     """
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
     from pickcli.scene.scene_file import scene_hash, write_scene
-    from pickcli.trial.order import read_order
+    from pickcli.trial.order_file import read_order
 
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)

@@ -32,7 +32,7 @@ def order_argument(function: F) -> F:
 
 def _named_order(_: click.Context, __: click.Parameter, text: str) -> Path:
     """The path; an empty one would be that of this folder. Raises InputError where nothing is named."""
-    from pickcli.trial.order import order_names
+    from pickcli.trial.order_file import order_names
 
     if not text:
         raise InputError(

@@ -59,7 +59,7 @@ def command(
     """
     from pickcli.cell.robot import PivotState
     from pickcli.planning.pick import Start, plan_pick
-    from pickcli.planning.settings import Neighbours
+    from pickcli.planning.pick_settings import Neighbours
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)

@@ -14,11 +14,11 @@ from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
-    from pickcli.cell.model import Cell
+    from pickcli.cell.cell import Cell
     from pickcli.cell.robot import PivotState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
-    from pickcli.planning.context import Planner
+    from pickcli.planning.planning_context import Planner
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -55,8 +55,8 @@ def load_planner(
     Raises InputError for a named file that is missing, StaleError or DamagedError for one that must not
     be used.
     """
-    from pickcli.planning.context import Planner
-    from pickcli.precompute.artifacts import default_paths
+    from pickcli.planning.planning_context import Planner
+    from pickcli.precompute.artifact_cache import default_paths
     from pickcli.roadmap.store import read_database, read_roadmap
 
     stored = None if roadmap is None else read_roadmap(roadmap, cell)
@@ -83,7 +83,7 @@ def _build_missing(cell: Cell) -> None:
 
     from pickcli.jobs.executors import available_cores, runner
     from pickcli.jobs.journal import journals
-    from pickcli.precompute.artifacts import default_paths, ensure_artifacts
+    from pickcli.precompute.artifact_cache import default_paths, ensure_artifacts
 
     try:
         with ExitStack() as bars:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from pickcli.cell.displacement import Displacement
-    from pickcli.cell.model import Cell
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.pod_tolerance import Displacement
     from pickcli.geometry import Array
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -30,7 +30,7 @@ def parse_pod_shift(
     ctx: click.Context | None, param: click.Parameter | None, value: str | None
 ) -> Displacement | str | None:
     """A displacement in m and rad, "random", "none", or None where nothing was said. Raises BadParameter."""
-    from pickcli.cell.displacement import Displacement
+    from pickcli.cell.pod_tolerance import Displacement
 
     if value is None:
         return None
@@ -48,7 +48,7 @@ def parse_pod_shift(
 
 def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
     """Where the pod stands, (4, 4) in the world. Raises InputError for a shift beyond the cell's bounds."""
-    from pickcli.cell.displacement import UNMOVED
+    from pickcli.cell.pod_tolerance import UNMOVED
     from pickcli.trial.pod_shift import random_shift, shifted_pod
 
     if isinstance(shift, str):

@@ -13,7 +13,7 @@ from pickcli.commands.options import cell_option, json_option
 from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
-    from pickcli.precompute.refresh import Refresh
+    from pickcli.precompute.refreshing import Refresh
 
 
 @click.command("refresh")
@@ -34,8 +34,8 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     Example:
       apc refresh trajectories.h5 --cell apc2016_delft
     """
-    from pickcli.cell.load import load_cell
-    from pickcli.precompute.refresh import refresh
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.precompute.refreshing import refresh
     from pickcli.roadmap.store import surveyed
 
     found, cell = surveyed(path), load_cell(cell_name)

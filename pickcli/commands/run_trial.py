@@ -26,12 +26,12 @@ from pickcli.commands.report import emit_json
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
-    from pickcli.cell.displacement import Displacement
-    from pickcli.cell.model import Cell
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.pod_tolerance import Displacement
     from pickcli.geometry import Array
     from pickcli.scene.scene import PoseNoise
     from pickcli.simulation.reality import Reality
-    from pickcli.trial.result import TrialResult
+    from pickcli.trial.trial_result import TrialResult
 
 FILE_WIDTH = 160  # columns of the table where it does not go to a terminal
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
@@ -98,13 +98,13 @@ def command(
     Example:
       apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.folder import refuse_existing_folder, write_folder
+    from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_pick, run_trial
-    from pickcli.trial.order import read_order
-    from pickcli.trial.player import TrialSettings
-    from pickcli.trial.record import trial_record
+    from pickcli.trial.order_file import read_order
+    from pickcli.trial.trial_folder import refuse_existing_folder, write_folder
+    from pickcli.trial.trial_record import trial_record
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
     order = require_pick(read_order(order_path, cell), str(order_path))
@@ -113,7 +113,7 @@ def command(
     refuse_existing_folder(folder, overwrite)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
-    from pickcli.trial.arena import SimulatedArena, crew_of
+    from pickcli.trial.simulated_cell import SimulatedArena, crew_of
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
@@ -145,7 +145,7 @@ def _show(result: TrialResult) -> None:
     from rich.console import Console
 
     from pickcli.commands.trial_table import print_rows
-    from pickcli.trial.report import rows, summary
+    from pickcli.trial.trial_summary import rows, summary
 
     console = Console()
     if not console.is_terminal:

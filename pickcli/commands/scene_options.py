@@ -12,7 +12,7 @@ import click
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
-    from pickcli.cell.model import Cell
+    from pickcli.cell.cell import Cell
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -35,8 +35,8 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
 
     Where its pod stands beyond the cell's bounds, a note tells what that means.
     """
-    from pickcli.cell.displacement import pod_stand
-    from pickcli.cell.load import load_cell
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.scene.scene_file import read_scene
 
     scene = read_scene(path, None if cell_name is None else load_cell(cell_name))

@@ -50,8 +50,8 @@ def command(
     Example:
       apc suggest-configurations --bin bin_C -o bin_C.yaml
     """
+    from pickcli.cell.cell_file import load_cell
     from pickcli.cell.configuration_text import configuration_line
-    from pickcli.cell.load import load_cell
     from pickcli.cell.robot import PivotState
     from pickcli.files.atomic_write import write_text
     from pickcli.reachability.configuration_ranking import Suggester

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
 
-    from pickcli.trial.report import Row
+    from pickcli.trial.trial_summary import Row
 
 WIDE = 120  # columns from which the reasons have a column of their own
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pickcli.cell.load import cell_names, load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.drawing.picture import Picture
 from pickcli.drawing.stored import database_picture, roadmap_picture
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
+from pickcli.roadmap.roadmap_tables import ROADMAP
 from pickcli.roadmap.store import kind_of, read_database, read_gaps, read_missing, read_roadmap
-from pickcli.roadmap.stored_roadmap import ROADMAP
 
 SUFFIXES = (".png", ".html")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.model import Cell, NamedConfiguration
+from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Body
 from pickcli.drawing.picture import Ink, Line, Node, Solid

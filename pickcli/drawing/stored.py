@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from pickcli.cell.displacement import PodStand
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import PodStand
 from pickcli.drawing.picture import Bar, Coverage, Ink, Line, Picture
 from pickcli.drawing.scenery import node, skeleton, solids, tool_path
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.important import important_pairs
-from pickcli.roadmap.database import TrajectoryDatabase
-from pickcli.roadmap.disjoint import edge_disjoint
+from pickcli.precompute.critical_pairs import important_pairs
+from pickcli.roadmap.database_tables import Missing
+from pickcli.roadmap.edge_disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.stored_database import Missing
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
+from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 Names = tuple[str, str]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Limits, PivotState
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -20,16 +20,16 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_scene import RESERVE, checker
-from pickcli.roadmap.database import PayloadClass
-from pickcli.timing.run import RunPart, time_run
+from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.timing.timed_run import RunPart, time_run
 from pickcli.trajopt.certified_clearance import is_proven
 from pickcli.trajopt.jerk_filter import averaged
 from pickcli.trajopt.minimum_time_search import Search
 from pickcli.trajopt.parabolic_segment import Pace
 from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.settings import TrajectorySettings
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import LegProof
 
 

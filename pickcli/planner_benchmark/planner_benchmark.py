@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pickcli.cell.model import Cell
-from pickcli.collision.model import CollisionModel
+from pickcli.cell.cell import Cell
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.planner_benchmark.benchmark_entries import Contestant, Query
 from pickcli.planner_benchmark.benchmark_summary import Attempt, Comparison, Names
-from pickcli.precompute.pairs import delft_pairs
-from pickcli.roadmap.database import PayloadClass
+from pickcli.precompute.motion_pairs import delft_pairs
+from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
 
 

@@ -18,8 +18,8 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.surfaces import flat_normal, tilt_on
 from pickcli.motion.plan import Grasp
-from pickcli.planning.context import NONE, Planner
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import NONE, Planner
 from pickcli.planning.ways_out import WaysOut
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH

@@ -16,7 +16,7 @@ from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
-from pickcli.planning.context import Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 

@@ -10,8 +10,8 @@ from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.context import Planner
-from pickcli.timing.sequence import delayed
+from pickcli.planning.planning_context import Planner
+from pickcli.timing.concatenation import delayed
 
 Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 

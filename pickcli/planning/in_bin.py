@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cartesian.corridor import LiftPoses
-from pickcli.cartesian.follow import Line, follow_line
-from pickcli.cartesian.keyposes import PickPoses
+from pickcli.cartesian.key_waypoints import PickPoses
+from pickcli.cartesian.line_following import Line, follow_line
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cartesian.follow import follow_line
+from pickcli.cartesian.line_following import follow_line
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array

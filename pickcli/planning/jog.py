@@ -11,9 +11,9 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.assemble import assemble_pieces
 from pickcli.planning.pieces import Piece
 from pickcli.planning.recovery_rules import Rules
+from pickcli.planning.stitching import assemble_pieces
 
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
 JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog

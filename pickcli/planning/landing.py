@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cartesian.follow import Line
+from pickcli.cartesian.line_following import Line
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind

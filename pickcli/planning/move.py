@@ -7,10 +7,10 @@ import time
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
-from pickcli.planning.assemble import assemble_move
-from pickcli.planning.coarse import plan_coarse
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.stitching import assemble_move
+from pickcli.planning.transit import plan_coarse
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cartesian.follow import Line
+from pickcli.cartesian.line_following import Line
 from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.coarse import Coarse
 from pickcli.planning.in_bin import InBin
 from pickcli.planning.landing import Landing, Step
+from pickcli.planning.transit import Coarse
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05

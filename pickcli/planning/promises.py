@@ -19,7 +19,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pieces import Piece
-from pickcli.timing.run import TimedRun
+from pickcli.timing.timed_run import TimedRun
 
 CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
 STEP = 0.006  # s between two measured poses

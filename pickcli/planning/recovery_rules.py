@@ -12,8 +12,8 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.planning.context import NONE, Planner
 from pickcli.planning.pick import Start
+from pickcli.planning.planning_context import NONE, Planner
 from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)

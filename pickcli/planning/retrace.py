@@ -20,10 +20,10 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.payload import carried_load
+from pickcli.planning.cup_load import carried_load
 from pickcli.scene.scene import HeldItem, PlacedItem, Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.timing.stop import resume
+from pickcli.timing.stopping_trajectory import resume
 
 FINE = 1e-3  # s between samples by which times of two trajectories along one path are told apart
 LEAST_WAY = 1e-3  # joint units; a shorter way is none

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
-from pickcli.cartesian.keyposes import CONTACT_DISTANCE, PickPoses, pick_poses
+from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
 from pickcli.cell.robot import PivotState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Failures, Reason

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import digest
-from pickcli.cell.model import Cell
 from pickcli.jobs.job import code_digest
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.jobs.job_run import Means
-from pickcli.precompute.make import versions
+from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.provenance import configurations_digest
-from pickcli.precompute.stored_records import make_again, stored_records
+from pickcli.precompute.recovered_results import make_again, stored_records
 from pickcli.storage.integrity_scan import Survey
 from pickcli.storage.table_reader import stored_file
 

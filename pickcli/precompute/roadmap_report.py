@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from pickcli.jobs.job_run import Progress
-from pickcli.precompute.second_routes import SecondRoutes
-from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.precompute.route_redundancy import SecondRoutes
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
 
 
 @dataclass(frozen=True)

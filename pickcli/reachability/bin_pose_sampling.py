@@ -9,10 +9,10 @@ import numpy as np
 from pickcli.cell.robot import PivotState
 from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeToolChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.geometry import Array, rotation_rpy
-from pickcli.precompute.empty_scene import empty_scene
+from pickcli.precompute.empty_cell_checkers import empty_scene
 
 # Where the tip may stand while the arm waits, in the bin frame: m before the mouth, and beside its middle.
 # The pod may be displaced by 50 mm: nearer than that and some room nothing should wait.

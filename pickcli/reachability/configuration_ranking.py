@@ -14,19 +14,19 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cartesian.follow import Line, follow_line
+from pickcli.cartesian.line_following import Line, follow_line
+from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.configuration_text import DECIMALS
-from pickcli.cell.model import Cell, NamedConfiguration
 from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.bin_pose_sampling import BinPoses
 from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings, distinct
-from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.model import NamedConfiguration
+from pickcli.cell.cell import NamedConfiguration
 from pickcli.geometry import Array
 
 

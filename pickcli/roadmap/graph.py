@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.displacement import NOMINAL_POD, PodMark
+from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath

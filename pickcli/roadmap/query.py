@@ -15,7 +15,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import edge_costs, estimated_duration
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.roadmap.connect import Problem, QueryOptions
+from pickcli.roadmap.connection import Problem, QueryOptions
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.through import ThroughRoute, through_roadmap

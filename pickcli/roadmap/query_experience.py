@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pickcli.geometry import Array
-from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.trajectory_database import PayloadClass
 
 
 @dataclass(frozen=True, eq=False)

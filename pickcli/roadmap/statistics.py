@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.displacement import PodStand
+from pickcli.cell.pod_tolerance import PodStand
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
+from pickcli.roadmap.database_tables import Missing
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.stored_database import Missing
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
+from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 
 N_WORST = 10
 NEAR = 1.1  # times the bound: what counts as near it

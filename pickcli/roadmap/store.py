@@ -6,13 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap import validate
-from pickcli.roadmap.database import CoarseMotion, MotionKey, TrajectoryDatabase
-from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.intact import check_intact
-from pickcli.roadmap.stored_database import (
+from pickcli.roadmap.database_tables import (
     DATABASE,
     Missing,
     database_content,
@@ -21,7 +18,10 @@ from pickcli.roadmap.stored_database import (
     motion_of,
     row_of,
 )
-from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, gaps_of, roadmap_content, roadmap_of
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.recovered_content import check_intact
+from pickcli.roadmap.roadmap_tables import ROADMAP, RoadmapGaps, gaps_of, roadmap_content, roadmap_of
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, TrajectoryDatabase
 from pickcli.storage.integrity_scan import Survey, survey
 from pickcli.storage.safe_open import SYMPTOMS, cause_of, opened, read_attributes
 from pickcli.storage.table_format import Format

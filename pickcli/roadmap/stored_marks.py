@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pickcli.cell.displacement import PodMark, PodStand
+from pickcli.cell.pod_tolerance import PodMark, PodStand
 from pickcli.storage.table_format import Columns
 from pickcli.storage.table_reader import StoredFile
 

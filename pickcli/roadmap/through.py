@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from pickcli.geometry import Array
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connect import Link, Problem, planned_link, straight_links
-from pickcli.roadmap.linked import LinkedRoadmap, linked
+from pickcli.roadmap.connection import Link, Problem, planned_link, straight_links
+from pickcli.roadmap.query_graph import LinkedRoadmap, linked
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE, JointSpace
-from pickcli.roadmap.database import IntArray, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.trajectory_database import IntArray, TrajectoryDatabase
 
 
 def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:

@@ -7,9 +7,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pickcli.cell.displacement import UNMOVED, Displacement
+from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.model import Cell
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import Pod
 from pickcli.geometry import Array, inverse

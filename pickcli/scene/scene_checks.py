@@ -6,7 +6,7 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import inverse, pose

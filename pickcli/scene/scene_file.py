@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.displacement import Displacement
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE

@@ -202,7 +202,7 @@ class _Run:
         if why.cause in (StopCause.CONTACT, StopCause.FOLLOWING_ERROR):
             self._brake_hard()
             return
-        from pickcli.timing.stop import stop
+        from pickcli.timing.stopping_trajectory import stop
 
         is_lost = why.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED)
         for device in self.world.scene.cell.devices.values():

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.model import Cell
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene

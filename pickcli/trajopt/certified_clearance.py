@@ -7,7 +7,7 @@ import numpy as np
 from pickcli.collision.checker import SceneChecker
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.timing.chords import trajectory_chords
+from pickcli.timing.trajectory_chords import trajectory_chords
 from pickcli.trajopt.trajectory_validator import LegProof
 
 _WIDEST = 0.128  # m: clearances beyond are told as this

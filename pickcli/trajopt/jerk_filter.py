@@ -12,7 +12,7 @@ import numpy as np
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.limits import check_limits, measure_limits
+from pickcli.timing.limit_check import check_limits, measure_limits
 from pickcli.trajopt.parabolic_segment import TICK, Pace
 from pickcli.trajopt.parabolic_trajectory import Ramps, accelerations, window
 

@@ -18,9 +18,9 @@ from pickcli.seeds import derived_seed
 from pickcli.trajopt.collision_descent import press
 from pickcli.trajopt.parabolic_segment import Leg, Pace, State, rest, straight, ticks_up
 from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.settings import TrajectorySettings
 from pickcli.trajopt.steering import fastest
 from pickcli.trajopt.time_shortcutting import quicken
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import LegProof
 
 _CALM = 1.002  # times the least duration: what the straight line, which is calmest, may take

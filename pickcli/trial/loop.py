@@ -14,16 +14,14 @@ from typing import TypeAlias
 from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.trial.clearing import destinations, from_the_mouth, in_the_way, worth_moving
+from pickcli.trial.attempt_runner import Player, TrialSettings
+from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import Fate
-from pickcli.trial.final import final_state
-from pickcli.trial.order import Order, OrderKind
-from pickcli.trial.player import Player, TrialSettings
-from pickcli.trial.ports import Crew
-from pickcli.trial.result import Attempt, Outcome, TargetResult, TrialResult
+from pickcli.trial.final_state import final_state
+from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.score import Drop, Score, item_bonuses, score
-from pickcli.trial.strategy import (
+from pickcli.trial.target_selection import (
     TIME_LIMIT,
     Experience,
     Job,
@@ -33,6 +31,8 @@ from pickcli.trial.strategy import (
     may_move_others,
     options,
 )
+from pickcli.trial.trial_interfaces import Crew
+from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
 Progress: TypeAlias = Callable[[int, int, str], None]  # targets done, targets in all, what happens now
 

@@ -15,11 +15,11 @@ from functools import cache
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.seeds import derived_rng
-from pickcli.trial.order import BINS, Order, OrderKind, Target
+from pickcli.trial.order_file import BINS, Order, OrderKind, Target
 
 YEARS = (2015, 2016)
 

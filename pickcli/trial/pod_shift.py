@@ -6,8 +6,8 @@ from math import degrees
 
 import numpy as np
 
-from pickcli.cell.displacement import Displacement, displaced
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement, displaced
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.seeds import derived_rng

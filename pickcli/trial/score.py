@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.order import Order, OrderKind
+from pickcli.trial.order_file import Order, OrderKind
 
 HELD = "held"  # in the cup when the trial ended
 

@@ -9,10 +9,10 @@ from pickcli.cell.robot import Robot
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
-from pickcli.verification.contacts import ends_at_rest, may_touch
-from pickcli.verification.parts import Part
-from pickcli.verification.standing import Standing
-from pickcli.verification.states import States
+from pickcli.verification.contact_exemptions import ends_at_rest, may_touch
+from pickcli.verification.moving_parts import Part
+from pickcli.verification.state_sampling import States
+from pickcli.verification.static_solids import Standing
 
 LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound distances from below
 

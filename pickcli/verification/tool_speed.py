@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
-from pickcli.verification.lines import SPEED_TOLERANCE, fastest_tip
+from pickcli.verification.straightness_check import SPEED_TOLERANCE, fastest_tip
 
 
 def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:

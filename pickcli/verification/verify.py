@@ -17,22 +17,22 @@ from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.verification.clearance import check_clearance
+from pickcli.verification.clearance_check import check_clearance
+from pickcli.verification.contact_check import check_touch
+from pickcli.verification.event_check import check_io
 from pickcli.verification.exemptions import exemptions
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.hold import check_hold
-from pickcli.verification.io import check_io
-from pickcli.verification.limits import check_limits
-from pickcli.verification.lines import check_lines
-from pickcli.verification.parts import Part, farthest, parts_of_segments
-from pickcli.verification.recovery import check_opening, check_recovery, needed_clearance
-from pickcli.verification.release import check_release
-from pickcli.verification.standing import standing
-from pickcli.verification.states import MAX_STEP, States, sample_states
-from pickcli.verification.structure import check_structure
-from pickcli.verification.support import check_support
+from pickcli.verification.grasp_check import check_hold
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.joint_limit_check import check_limits
+from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
+from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
+from pickcli.verification.release_check import check_release
+from pickcli.verification.state_sampling import MAX_STEP, States, sample_states
+from pickcli.verification.static_solids import standing
+from pickcli.verification.straightness_check import check_lines
+from pickcli.verification.structure_check import check_structure
+from pickcli.verification.support_check import check_support
 from pickcli.verification.tool_speed import check_tool_speed
-from pickcli.verification.touch import check_touch
 from pickcli.verification.verdict import Verdict
 
 CHECKS = (

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from bench import deliverable
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.trial.noise import DEFAULT_NOISE
+from pickcli.trial.pose_noise import DEFAULT_NOISE
 
 CELL = load_cell("apc2016_delft")
 

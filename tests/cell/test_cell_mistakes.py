@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import UnknownNameError
 from support.cell_copies import CellCopy
 

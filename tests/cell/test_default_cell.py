@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import Link, PivotState
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from support.cell_copies import CellCopy
 
 YAML_MATTERS = {

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
 from pickcli.cell.item import Item
 from pickcli.cell.items_file import load_items, read_items
-from pickcli.cell.model import Cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import UnknownNameError
 

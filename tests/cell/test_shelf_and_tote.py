@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array, inverse

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.free_flyer import FreeItemChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from support.solid_helpers import MakeChecker, MakeScene, box_item

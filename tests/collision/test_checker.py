@@ -8,13 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pickcli.cell.model import AllowedPair, Cell
+from pickcli.cell.cell import AllowedPair, Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.collision.motion_validator import Contact
 from pickcli.geometry import Array, pose

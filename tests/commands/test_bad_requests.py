@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from support.command_line import ITEM, Made, apc, misused, pick, refused
 
 # Queries -----------------------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 import pytest
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.data_path import data_path
-from pickcli.cell.load import load_cell
 from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
 from support.command_line import apc

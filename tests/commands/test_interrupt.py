@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-import pickcli.precompute.artifacts
-import pickcli.trial.arena
-from pickcli.cell.model import Cell
+import pickcli.precompute.artifact_cache
+import pickcli.trial.simulated_cell
+from pickcli.cell.cell import Cell
 from pickcli.commands.main import Terminated, _terminate
 from pickcli.jobs.journal import Journal
 from support.command_line import Made, apc
@@ -95,14 +95,14 @@ def test_the_first_build_of_a_trial_says_that_it_goes_on(
     made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def build(cell: Cell, *_: Any) -> None:
-        roadmap = pickcli.precompute.artifacts.default_paths(cell).roadmap
+        roadmap = pickcli.precompute.artifact_cache.default_paths(cell).roadmap
         roadmap.parent.mkdir(parents=True)
         roadmap.with_name(f"{roadmap.name}.0123456789ab.journal").touch()
         raise KeyboardInterrupt
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
-    monkeypatch.setattr(pickcli.precompute.artifacts, "ensure_artifacts", build)
+    monkeypatch.setattr(pickcli.precompute.artifact_cache, "ensure_artifacts", build)
     answer = apc("run-trial", made.order, "-o", tmp_path / "out")
     assert answer.code == 130 and "the same command goes on from there" in answer.err
 

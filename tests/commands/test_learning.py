@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.commands import planner
 from pickcli.errors import DamagedError
-from pickcli.precompute.learn import Learner
+from pickcli.precompute.experience import Learner
 from support.command_line import ITEM, Made, apc, refused
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from pickcli.cell.displacement import displaced
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import displaced
 from pickcli.cell.robot import PivotState
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pickcli.cell.displacement import PodMark
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import PodMark
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
+from pickcli.roadmap.database_tables import DATABASE, database_content
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.stored_database import DATABASE, database_content
-from pickcli.roadmap.stored_roadmap import ROADMAP, RoadmapGaps, roadmap_content
+from pickcli.roadmap.roadmap_tables import ROADMAP, RoadmapGaps, roadmap_content
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.storage.table_format import Content
 from pickcli.storage.table_writer import write_content
 from support.command_line import apc, refused

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import pickcli.precompute.artifacts
+import pickcli.precompute.artifact_cache
 from support.command_line import Made, apc, refused
 
 APC = (sys.executable, "-m", "pickcli")
@@ -57,6 +57,6 @@ def test_a_user_without_a_home_is_told_what_to_set(
         raise RuntimeError("Could not determine home directory.")
 
     monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setattr(pickcli.precompute.artifacts.Path, "home", no_home)
+    monkeypatch.setattr(pickcli.precompute.artifact_cache.Path, "home", no_home)
     move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
     refused(apc(*move), 3, "set HOME or XDG_CACHE_HOME")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.commands.options import DEFAULT_CELL
 from pickcli.commands.suggest_configurations import command
 from pickcli.reachability.ranked_configuration import SuggestSettings

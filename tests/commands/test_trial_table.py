@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from pickcli.commands.trial_table import WIDE, print_rows
-from pickcli.trial.report import Row
+from pickcli.trial.trial_summary import Row
 
 REASON = "145 times collision, e.g. [side] grasp on face +z: lance against pod row_DEF_divider_right"
 ROWS = (

@@ -6,7 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.motion.plan_file import read_plan
 from support.command_line import ITEM, Made, apc
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pickcli.cell.displacement import ANY_POD
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import ANY_POD
 from pickcli.cell.robot import PivotState
 from pickcli.drawing.draw import cell_of, draw
 from pickcli.drawing.html import html_bytes
@@ -24,10 +24,10 @@ from pickcli.errors import InputError, Reason, StaleError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.store import write_database, write_roadmap
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 
 NAMES = ("home", "bin_A", "bin_B", "cam_A", "tote")
 MISSING = ((MotionKey("bin_A", "tote", PayloadClass.EMPTY), Reason("no path")),)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
 from pickcli.grasping.candidates import LANCE_CLEAR, PIVOT_LENGTH, _tilt_over_the_lip, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
-from pickcli.cell.load import load_cell
 from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.held_body import GRAVITY

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.kinematics.arm import Arm
 
 

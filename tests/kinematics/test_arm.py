@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import JointType, PivotState, Robot
 from pickcli.geometry import Array, is_pose, pose, rotation_angle, rotation_axis_angle, rotation_vector
 from pickcli.kinematics.arm import Arm

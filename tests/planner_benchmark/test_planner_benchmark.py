@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.path_planning.path_cost import edge_costs
 from pickcli.path_planning.planner_names import PlannerName
@@ -17,7 +17,7 @@ from pickcli.path_planning.shortcutting import shorten
 from pickcli.planner_benchmark.benchmark_entries import Answer, Contestant, Geometric, InTime, Query
 from pickcli.planner_benchmark.benchmark_summary import Attempt, Comparison
 from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
-from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import LEAST_EFFORT, small_cell
 
 BLOCKED = ("cam_D", "cam_L")

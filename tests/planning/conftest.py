@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
-from pickcli.planning.context import Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 SceneWith = Callable[..., Scene]

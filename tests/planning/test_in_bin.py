@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.context import Planner
 from pickcli.planning.grasps import feasible_grasps
 from pickcli.planning.in_bin import InBin
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"

@@ -8,20 +8,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.settle import settle
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.release import check_release
-from pickcli.verification.standing import release_pose
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.release_check import check_release
+from pickcli.verification.static_solids import release_pose
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]

@@ -8,18 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import pose
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start, plan_pick
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.load import held_wrenches
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.load_check import held_wrenches
 from pickcli.verification.verify import verify
 
 SceneWith = Callable[..., Scene]

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.context import Planner
 from pickcli.planning.pick import Start, plan_pick
-from pickcli.planning.settings import Neighbours
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify

@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cartesian.follow import Line, follow_line
 from pickcli.cartesian.line import shifted
-from pickcli.cell.model import Cell
+from pickcli.cartesian.line_following import Line, follow_line
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning import proven
-from pickcli.planning.context import Planner
+from pickcli.planning import certified_timing
+from pickcli.planning.certified_timing import proven_run
 from pickcli.planning.pieces import Piece
+from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
-from pickcli.planning.proven import proven_run
 from pickcli.scene.scene import PoseNoise, Scene
 
 STRAIGHT = PivotState.STRAIGHT
@@ -47,14 +47,14 @@ def test_lines_that_are_rounded_too_much_are_mended(
     run = proven_run(planner, pieces)
     assert not isinstance(run, Reason)
     assert broken_promise(planner.arm, fastest, run, pieces) is None
-    monkeypatch.setattr(proven, "MENDS", 0)
+    monkeypatch.setattr(certified_timing, "MENDS", 0)
     unmended = proven_run(planner, pieces)
     assert isinstance(unmended, Reason) and unmended.what == "not straight"
 
 
 def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planner, cell: Cell) -> None:
     pieces = corner(planner, cell, 0.05, SegmentKind.APPROACH, 0.3)
-    run = proven._timed_once(planner, pieces, 1.0, False, None)
+    run = certified_timing._timed_once(planner, pieces, 1.0, False, None)
     assert not isinstance(run, Reason)
     better = mended(planner.arm, 1.0, run, pieces)
     assert better is not None
@@ -78,7 +78,7 @@ def test_coarse_motions_promise_no_line(planner: Planner, cell: Cell) -> None:
     pieces = [
         replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, cell, 0.05, SegmentKind.LIFT, 0.3)
     ]
-    run = proven._timed_once(planner, pieces, 1.0, False, None)
+    run = certified_timing._timed_once(planner, pieces, 1.0, False, None)
     assert not isinstance(run, Reason)
     assert mended(planner.arm, 1e-3, run, pieces) is None
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.motion.plan import Plan
-from pickcli.planning.context import Planner
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
+from pickcli.planning.planning_context import Planner
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash

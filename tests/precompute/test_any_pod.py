@@ -11,25 +11,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.displacement import ANY_POD, PodMark, PodStand, displaced
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand, displaced
 from pickcli.cell.robot import PivotState
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.precompute.coarse_motion import MotionMaker
-from pickcli.precompute.edge_recipe import EdgeRecipe, mark_of
-from pickcli.precompute.empty_scene import empty_scene, stand_in
-from pickcli.precompute.settings import RoadmapSettings
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.empty_cell_checkers import empty_scene, stand_in
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe, mark_of
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.verification.verify import verify
 from support.small_cell import small_cell
 

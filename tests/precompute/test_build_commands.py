@@ -9,21 +9,21 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pickcli.cell import load
+from pickcli.cell import cell_file
 from pickcli.commands.build_roadmap import command as build_roadmap
 from pickcli.commands.build_trajectories import command as build_trajectories
 from pickcli.errors import InputError
-from pickcli.precompute.make import make_roadmap, make_trajectories
-from pickcli.precompute.settings import RoadmapSettings
+from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
+from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import describe
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from support.small_cell import small_cell
 
 
 @pytest.fixture(autouse=True)
 def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = small_cell()
-    monkeypatch.setattr(load, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def test_without_options_it_is_what_a_trial_builds(
     command, make, settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:  # type: ignore[no-untyped-def]
     cell = small_cell("home", "bin_A")
-    monkeypatch.setattr(load, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
     told, made = tmp_path / "told.h5", tmp_path / "made.h5"
     assert CliRunner().invoke(command, ["-o", str(told), "--jobs", "1"]).exit_code == 0
     make(cell, made)

@@ -26,14 +26,14 @@ from pickcli.geometry import Array
 from pickcli.jobs import job as recipe
 from pickcli.jobs.job_run import Means, Progress
 from pickcli.jobs.journal import Journal
-from pickcli.precompute.edge_recipe import EdgeRecipe
-from pickcli.precompute.learn import Learner
-from pickcli.precompute.motion_recipe import MotionRecipe
-from pickcli.precompute.refresh import refresh
+from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.experience import Learner
+from pickcli.precompute.refreshing import refresh
 from pickcli.precompute.repair import repair
-from pickcli.roadmap.database import MotionKey, PayloadClass
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import surveyed
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from support.dying import dies
 from support.stored_kind import EDGES, MOTIONS, StoredKind, cell
 

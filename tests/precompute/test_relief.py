@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pickcli.cell.change import change_since, parts_of
-from pickcli.cell.displacement import PodStand
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_diff import change_since, parts_of
+from pickcli.cell.pod_tolerance import PodStand
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
-from pickcli.precompute.make import make_roadmap
-from pickcli.precompute.refresh import refresh
-from pickcli.precompute.reproof import Reproof
-from pickcli.roadmap.database import PayloadClass
+from pickcli.precompute.artifact_files import make_roadmap
+from pickcli.precompute.refreshing import refresh
+from pickcli.precompute.revalidation import Reproof
 from pickcli.roadmap.store import read_database, read_roadmap, surveyed
+from pickcli.roadmap.trajectory_database import PayloadClass
 from support.changed_cell import built, moved_divider, refreshed, shifted, with_parts
 from support.small_cell import small_cell
 from support.stored_kind import FEW_EDGES

@@ -11,16 +11,16 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pickcli.cell import load
-from pickcli.cell.model import Cell
+from pickcli.cell import cell_file
+from pickcli.cell.cell import Cell
 from pickcli.commands.check import command as check
 from pickcli.errors import DamagedError, StaleError
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.precompute import make
+from pickcli.precompute import artifact_files
 from pickcli.precompute.repair import Repair, repair
-from pickcli.roadmap.database import CoarseMotion, TrajectoryDatabase
 from pickcli.roadmap.store import how_made, read_database, surveyed, write_database
+from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 from support.small_cell import small_cell
 from support.stored_kind import KINDS
 from support.stored_kind import cell as stored_cell
@@ -107,7 +107,9 @@ def test_other_versions_are_refused(
     good: dict[str, bytes], cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = _damaged(tmp_path / "motions", good["motions"], 20)
-    monkeypatch.setattr("pickcli.precompute.repair.versions", lambda: make.versions() | {"ompl": "0"})
+    monkeypatch.setattr(
+        "pickcli.precompute.repair.versions", lambda: artifact_files.versions() | {"ompl": "0"}
+    )
     with pytest.raises(StaleError, match="versions"):
         repair(path, surveyed(path), cell)
 
@@ -136,7 +138,7 @@ def _without_last_joint(motion: CoarseMotion) -> CoarseMotion:
 def test_the_command_names_the_damage_and_repairs_it(
     good: dict[str, bytes], cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(load, "load_cell", lambda name: cell)
+    monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
     content = good["motions"]
     path = _damaged(tmp_path / "motions.h5", content, len(content) // 2, 20)
     first = CliRunner().invoke(check, [str(path), "--json"])

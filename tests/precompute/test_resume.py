@@ -16,15 +16,15 @@ from typing import Any
 
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job as recipe
 from pickcli.jobs.executors import Processes
 from pickcli.jobs.job_run import Means, Progress
 from pickcli.jobs.journal import Journal
-from pickcli.precompute.motion_recipe import MotionRecipe
+from pickcli.precompute.coarse_motion_job import MotionRecipe
 from pickcli.roadmap.store import read_roadmap
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from support.small_cell import LEAST_EFFORT, small_cell
 from support.stored_kind import KINDS, MOTIONS
 from support.stored_kind import cell as stored_cell

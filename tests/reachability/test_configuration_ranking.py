@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.configuration_text import configuration_line
-from pickcli.cell.load import load_cell
 from pickcli.cell.robot import PivotState
-from pickcli.collision.model import CollisionModel
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
-from pickcli.precompute.empty_scene import checker
+from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.reachability.bin_pose_sampling import BinPoses
 from pickcli.reachability.configuration_ranking import Suggester
 from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings
-from pickcli.roadmap.database import PayloadClass
+from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import small_cell
 
 FEW = SuggestSettings(n_places=10, n_kept=8, n_poses=15, seed=2)

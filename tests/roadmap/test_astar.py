@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.linked import linked
+from pickcli.roadmap.query_graph import linked
 
 
 @settings(max_examples=60, deadline=None)

@@ -12,7 +12,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.shortcutting import shorten
-from pickcli.roadmap.connect import Problem, QueryOptions
+from pickcli.roadmap.connection import Problem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.query import CoarseRoute, How, query
 from pickcli.seeds import derived_seed

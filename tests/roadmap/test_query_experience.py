@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.roadmap.database import PayloadClass
 from pickcli.roadmap.query_experience import ExperienceRecorder, QueryExperience
+from pickcli.roadmap.trajectory_database import PayloadClass
 
 
 @given(st.lists(st.booleans()))

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.errors import Reason
-from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.statistics import database_statistics, histogram, roadmap_statistics
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass, TrajectoryDatabase
 from support.stored_samples import database, roadmap
 
 

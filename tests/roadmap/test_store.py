@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import ApcError, DamagedError, InputError, StaleError
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import (

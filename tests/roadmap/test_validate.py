@@ -9,13 +9,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE
 from pickcli.roadmap import validate
-from pickcli.roadmap.database import TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from support.stored_samples import JOINTS, database, roadmap
 
 ROADMAP, DATABASE = roadmap(), database()

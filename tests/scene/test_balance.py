@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise
 from support.bin_piles import at, in_a_slot, of, on_a_slope, shaped

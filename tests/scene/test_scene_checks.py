@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pickcli.cell.displacement import Displacement
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError
 from pickcli.geometry import pose
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from pickcli.cell.displacement import Displacement
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import from_quaternion, pose
 from pickcli.scene.scene import TOTE, HeldItem, PlacedItem, PoseNoise, Scene

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.displacement import Displacement
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene

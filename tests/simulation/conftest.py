@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, evacuate, make_world
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.paces import LAGGING, paused, slowed
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import StaleError
 from pickcli.motion.segment import SegmentKind

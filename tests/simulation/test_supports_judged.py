@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import Scene
 from pickcli.scene.supports import Supports, supports_of
-from pickcli.trial.noise import DEFAULT_NOISE, perceive
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from support.piles import PATTERNS, moved_without, pile
 
 STAYED = 0.01  # m: what moved no farther has neither fallen nor rolled away

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.kinematics.arm import Arm
 from pickcli.simulation.trigger import TriggerDistance
 from support.rail_pick import rail_pick

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import UnknownNameError

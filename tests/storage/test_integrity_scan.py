@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
-from pickcli.roadmap.database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.intact import intact_roadmap
+from pickcli.roadmap.recovered_content import intact_roadmap
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.store import (
     DATABASE,
     FORMATS,
@@ -26,7 +26,7 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
-from pickcli.roadmap.stored_roadmap import RoadmapGaps
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.storage.header_backup import Restored, restored, with_spare
 from pickcli.storage.integrity_scan import Survey, survey
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from pickcli.errors import DamagedError, InputError
-from pickcli.roadmap.database import MotionKey, PayloadClass
 from pickcli.roadmap.store import (
     FORMATS,
     describe,
@@ -21,6 +20,7 @@ from pickcli.roadmap.store import (
     write_database,
     write_roadmap,
 )
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from pickcli.storage import table_writer
 from pickcli.storage.integrity_scan import survey
 from pickcli.storage.safe_open import (

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.stowing.bin_layout import Contents, lay_out
 from pickcli.stowing.packing_search import fill

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Boxes
 from pickcli.stowing.extraction_access import have_way_out

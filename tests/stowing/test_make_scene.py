@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.commands.pod_shift import RANDOM, pod_pose
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
@@ -21,7 +21,7 @@ from pickcli.simulation.settle import settle
 from pickcli.simulation.world import World
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
-from pickcli.trial.order import OrderKind, read_order
+from pickcli.trial.order_file import OrderKind, read_order
 
 CELL = load_cell("apc2016_delft")
 SMALL = {

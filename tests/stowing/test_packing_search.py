@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.stowing.bin_packings import BLOCKED, Fillings
 from pickcli.stowing.box_arrays import Boxes
 from pickcli.stowing.crowding_cost import crowding

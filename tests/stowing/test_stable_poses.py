@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
-from pickcli.cell.load import load_cell
 from pickcli.cell.shapes import ShapeKind
 from pickcli.stowing.stable_poses import stances
 

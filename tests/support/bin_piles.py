@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import pose
 from pickcli.jobs.job_run import Means
-from pickcli.precompute.make import make_roadmap, make_trajectories
-from pickcli.precompute.refresh import Refresh, refresh
+from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
+from pickcli.precompute.refreshing import Refresh, refresh
 from pickcli.roadmap.store import surveyed
 from support.small_cell import LEAST_EFFORT
 from support.stored_kind import FEW_EDGES

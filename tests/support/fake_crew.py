@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
@@ -18,8 +18,8 @@ from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.order import Order
-from pickcli.trial.ports import Crew, Execution
+from pickcli.trial.order_file import Order
+from pickcli.trial.trial_interfaces import Crew, Execution
 from pickcli.verification.verdict import Verdict
 
 DURATION = 10.0  # s of every fake motion

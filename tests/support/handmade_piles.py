@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array, pose, rotation_vector
 from pickcli.grasping.holding import Hold
@@ -23,7 +23,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
-from pickcli.verification.arm import link_poses, tip_poses
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
 
 STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
 CRAYOLA = "crayola_24_ct"

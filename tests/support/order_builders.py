@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pickcli.trial.order import BINS, Order, OrderKind, Target
+from pickcli.trial.order_file import BINS, Order, OrderKind, Target
 
 ITEMS = ("crayola_24_ct", "dove_beauty_bar", "scotch_duct_tape", "dasani_water_bottle", "jane_eyre_dvd")
 

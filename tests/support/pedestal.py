@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.model import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.cell.station import Obstacles

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.cell.robot import PivotState
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array
-from pickcli.timing.topp import Grid, Profile
+from pickcli.timing.toppra_closed_form import Grid, Profile
 
 _TINY = 1e-9
 

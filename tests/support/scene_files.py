@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import fields, replace
 
-from pickcli.cell.load import load_cell
-from pickcli.cell.model import Cell
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 FEW = ("home", "bin_A", "bin_E", "bin_L", "cam_E", "tote", "drop_00", "tote_10h")
 

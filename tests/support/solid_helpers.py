@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.model import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array, transform_points

@@ -9,13 +9,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.jobs.job_run import Means
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.precompute.edge_recipe import EdgeRecipe
-from pickcli.precompute.make import make_roadmap, make_trajectories
-from pickcli.precompute.motion_recipe import MotionRecipe
-from pickcli.precompute.settings import RoadmapSettings
+from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
+from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import read_database, read_roadmap
 from support.small_cell import LEAST_EFFORT, small_cell
 

@@ -7,8 +7,8 @@ import numpy as np
 from pickcli.cell.robot import PivotState
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.roadmap.database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 
 JOINTS = ("x", "y", "z")
 FINGERPRINT = "f" * 64

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
-from pickcli.timing.run import RunPart, TimedRun, time_run
+from pickcli.timing.timed_run import RunPart, TimedRun, time_run
 
 VELOCITY = np.array([1.0, 2.2, 2.2, 2.9, 2.9, 3.4, 3.4, 6.8])
 ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
-from pickcli.timing.blend import Curve, blend
-from pickcli.timing.polyline import SAME, arc_lengths, canonical
-from pickcli.timing.prove import cover, proven_blend
+from pickcli.timing.blend_validation import cover, proven_blend
+from pickcli.timing.corner_blending import Curve, blend
+from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
 from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limits, polylines, random_walk
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pickcli.errors import LimitError
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.limits import check_limits, measure_limits, peaks
+from pickcli.timing.limit_check import check_limits, measure_limits, peaks
 from support.timing_paths import limits, names, random_walk, timed
 
 

@@ -11,9 +11,9 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.polyline import SAME
-from pickcli.timing.run import EXACT, RunPart, TimedRun, time_run
-from pickcli.timing.topp import parametrize
+from pickcli.timing.polyline_simplification import SAME
+from pickcli.timing.timed_run import EXACT, RunPart, TimedRun, time_run
+from pickcli.timing.toppra_closed_form import parametrize
 from support.timing_paths import (
     dense_curve,
     distance_to_polyline,
@@ -91,7 +91,7 @@ def _seven_phases(distance: float, v: float, a: float, j: float) -> float:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_coarse_motion_costs_little_more_than_without_jerk_limits(seed: int) -> None:
-    from pickcli.timing.bounds import path_bounds
+    from pickcli.timing.path_limits import path_bounds
 
     run = timed(random_walk(seed, 4), 0.05)
     whole = np.array([0.0, run.curve.length])

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.chords import trajectory_chords
-from pickcli.timing.limits import check_limits
-from pickcli.timing.sequence import concatenate, delayed
+from pickcli.timing.concatenation import concatenate, delayed
+from pickcli.timing.limit_check import check_limits
+from pickcli.timing.trajectory_chords import trajectory_chords
 from support.timing_paths import limits, names, random_walk, timed
 
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.limits import check_limits
-from pickcli.timing.sequence import concatenate
-from pickcli.timing.stop import resume, stop
+from pickcli.timing.concatenation import concatenate
+from pickcli.timing.limit_check import check_limits
+from pickcli.timing.stopping_trajectory import resume, stop
 from support.timing_paths import dense_curve, limits, random_walk, timed
 
 TRAJECTORIES = [

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.timing.blend import Curve, blend
-from pickcli.timing.bounds import path_bounds
-from pickcli.timing.topp import Grid, parametrize
+from pickcli.timing.corner_blending import Curve, blend
+from pickcli.timing.path_limits import path_bounds
+from pickcli.timing.toppra_closed_form import Grid, parametrize
 from support import reference_topp
 from support.timing_paths import dense_curve, limits, random_walk
 

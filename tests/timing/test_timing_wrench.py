@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.load import load_cell
 from pickcli.cell.robot import Limits, PivotState
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -22,11 +22,11 @@ from pickcli.kinematics.held_body import GRAVITY, HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.blend import Curve, blend
-from pickcli.timing.bounds import path_bounds
+from pickcli.timing.corner_blending import Curve, blend
 from pickcli.timing.path_constraint import HalfPlanes, PathConstraint
-from pickcli.timing.run import RunPart, TimedRun, time_run
-from pickcli.timing.topp import Grid, Profile, parametrize
+from pickcli.timing.path_limits import path_bounds
+from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.timing.toppra_closed_form import Grid, Profile, parametrize
 from pickcli.timing.wrench_limit import WrenchLimit
 from support.timing_paths import dense_curve, limits, names, random_walk
 
@@ -256,7 +256,7 @@ def test_load_that_the_cup_cannot_bear_at_rest_is_refused(share: float, reason: 
 def test_library_is_imported_only_where_a_load_binds() -> None:
     program = (
         "import sys, numpy as np\n"
-        "from pickcli.timing.run import RunPart, time_run\n"
+        "from pickcli.timing.timed_run import RunPart, time_run\n"
         "from pickcli.timing.wrench_limit import WrenchLimit\n"
         "from pickcli.cell.robot import Limits\n"
         "one = np.ones(2)\n"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
-from pickcli.timing.limits import measure_limits
+from pickcli.timing.limit_check import measure_limits
 from pickcli.trajopt.jerk_filter import averaged
 from pickcli.trajopt.parabolic_segment import Leg, Pace, State, rest, straight
 from pickcli.trajopt.parabolic_trajectory import Ramps, accelerations, tube, window

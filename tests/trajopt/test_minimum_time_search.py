@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.trajopt.minimum_time_search import Search
 from pickcli.trajopt.parabolic_segment import Pace
 from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.settings import TrajectorySettings
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 PACE = Pace(np.ones(1), np.ones(1), np.full(1, 20.0), 0.05)
 

@@ -9,20 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
+from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.damage import FRAGILE_LIMITS, ITEM_LIMITS, SHELF, SHELF_LIMITS, damages
 from pickcli.trial.disturbance import MOVED, Fate, disturbances
 from pickcli.trial.loop import run_trial
-from pickcli.trial.player import TrialSettings
-from pickcli.trial.ports import Execution
-from pickcli.trial.record import trial_record
-from pickcli.trial.report import summary
 from pickcli.trial.score import Damage
+from pickcli.trial.trial_interfaces import Execution
+from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_summary import summary
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
 

@@ -7,21 +7,21 @@ from dataclasses import replace
 
 import pytest
 
-from pickcli.cell.model import Cell
+from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, IDEAL
+from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import _Trial, run_trial
-from pickcli.trial.order import Order, OrderKind
-from pickcli.trial.player import TrialSettings
-from pickcli.trial.ports import ARRIVAL, Execution
-from pickcli.trial.record import record_text, trial_record
-from pickcli.trial.report import rows, summary
-from pickcli.trial.result import Attempt, Outcome, TrialResult
+from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.score import Drop
-from pickcli.trial.strategy import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
+from pickcli.trial.target_selection import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
+from pickcli.trial.trial_interfaces import ARRIVAL, Execution
+from pickcli.trial.trial_record import record_text, trial_record
+from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
+from pickcli.trial.trial_summary import rows, summary
 from support.fake_crew import DURATION, FakeCrew, scene_of
 from support.order_builders import pick_order
 

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.seeds import derived_rng
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
-from pickcli.trial.order import BINS, Order, OrderKind, parse_order
-from pickcli.trial.output import order_text
+from pickcli.trial.order_file import BINS, Order, OrderKind, parse_order
+from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
 
 CELL = load_cell("apc2016_delft")

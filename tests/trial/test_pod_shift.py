@@ -13,10 +13,10 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.displacement import UNMOVED, Displacement
-from pickcli.cell.load import load_cell
-from pickcli.collision.model import CollisionModel
-from pickcli.collision.world import build_world
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import UNMOVED, Displacement
+from pickcli.collision.collision_world import build_world
+from pickcli.collision.robot_model import CollisionModel
 from pickcli.commands.make_scene import command
 from pickcli.commands.pod_shift import parse_pod_shift
 from pickcli.errors import InputError
@@ -24,9 +24,9 @@ from pickcli.geometry import inverse, transform_points
 from pickcli.scene.scene import PoseNoise
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.simulation.reality import DEFAULT, IDEAL
-from pickcli.trial.noise import perceive
 from pickcli.trial.pod_shift import random_shift, shifted_pod
-from pickcli.verification.parts import fixtures
+from pickcli.trial.pose_noise import perceive
+from pickcli.verification.moving_parts import fixtures
 from support.fake_crew import scene_of
 from support.order_builders import pick_order
 

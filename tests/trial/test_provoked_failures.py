@@ -8,19 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.cell import Cell
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.model import Cell
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.planning.context import Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT
-from pickcli.trial.arena import SimulatedArena, crew_of
+from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.player import TrialSettings
-from pickcli.trial.recovery import HOME_LEVELS, LET_GO
-from pickcli.trial.result import Outcome, TrialResult
+from pickcli.trial.recovery_levels import HOME_LEVELS, LET_GO
+from pickcli.trial.simulated_cell import SimulatedArena, crew_of
+from pickcli.trial.trial_result import Outcome, TrialResult
 from support.order_builders import pick_order
 
 ITEM, BIN = "crayola_24_ct", "bin_B"

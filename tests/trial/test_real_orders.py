@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.trial.order import OrderKind, order_names, parse_order, read_order
-from pickcli.trial.output import order_text
+from pickcli.trial.order_file import OrderKind, order_names, parse_order, read_order
+from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import pickcli
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.simulation import reality
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.world import World
+from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
-from pickcli.trial.noise import DEFAULT_NOISE, perceive
-from pickcli.trial.player import TrialSettings
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from pickcli.cell.displacement import Displacement
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.commands.pod_shift import NONE, RANDOM, parse_pod_shift
 from pickcli.commands.run_trial import command, parse_noise, standing
 from pickcli.errors import ApcError

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.load import load_cell
+from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import TOTE
 from pickcli.simulation.places import OUTSIDE
-from pickcli.trial.order import BINS, Order, OrderKind
+from pickcli.trial.order_file import BINS, Order, OrderKind
 from pickcli.trial.score import (
     HELD,
     RULES,

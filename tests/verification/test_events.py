@@ -13,7 +13,7 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
-from pickcli.verification.io import check_io
+from pickcli.verification.event_check import check_io
 from support.handmade_plans import CRAYOLA, DOWN, MOVING, Builder, bound, cell, make_scene, pick
 from support.plan_mutations import segment
 

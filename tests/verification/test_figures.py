@@ -20,11 +20,11 @@ from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
-from pickcli.verification.hold import _face_at, _meets, _seal
-from pickcli.verification.io import check_io
-from pickcli.verification.limits import check_limits
-from pickcli.verification.release import _in_bin, _in_tote
-from pickcli.verification.structure import check_structure
+from pickcli.verification.event_check import check_io
+from pickcli.verification.grasp_check import _face_at, _meets, _seal
+from pickcli.verification.joint_limit_check import check_limits
+from pickcli.verification.release_check import _in_bin, _in_tote
+from pickcli.verification.structure_check import check_structure
 from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick
 from support.plan_mutations import moved_event, segment, with_event, with_grasp, with_segment
 

@@ -12,7 +12,7 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
-from pickcli.verification.held import pose_in_tool
+from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.verify import verify
 from support.handmade_plans import CRAYOLA, Builder, bound, cell, loaded, make_scene, pick, place, tip
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.verification.arm import link_poses, reaches
+from pickcli.verification.forward_kinematics import link_poses, reaches
 from support.handmade_plans import DOWN, STRAIGHT, cell, tip
 
 

@@ -14,9 +14,9 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.verification.exemptions import exemptions
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.parts import parts_of_segments
-from pickcli.verification.standing import standing
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.moving_parts import parts_of_segments
+from pickcli.verification.static_solids import standing
 from pickcli.verification.verify import sampled, verify
 from support.handmade_plans import (
     CRAYOLA,

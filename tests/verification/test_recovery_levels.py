@@ -14,8 +14,8 @@ from pickcli.motion.plan import Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.recovery import _strayed
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.recovery_check import _strayed
 from pickcli.verification.verify import verify
 from support.handmade_plans import CRAYOLA, Builder, bound, cell, make_scene, pick, tip
 

@@ -14,8 +14,8 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise
-from pickcli.verification.held import pose_in_tool
-from pickcli.verification.states import MAX_STEP
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.state_sampling import MAX_STEP
 from pickcli.verification.verify import certify, verify
 from support.handmade_plans import (
     CRAYOLA,
@@ -244,7 +244,7 @@ def test_motion_far_beyond_the_limits_is_rejected_before_it_is_sampled(
     plan, scene = pick()
     wild = _filled("velocities", velocity, slice(3, 5))(plan)  # type: ignore[operator]
     wild = _filled("accelerations", acceleration, slice(3, 5))(wild)  # type: ignore[operator]
-    monkeypatch.setattr("pickcli.verification.states.link_poses", None)
+    monkeypatch.setattr("pickcli.verification.state_sampling.link_poses", None)
     reasons = verify(wild, scene).reasons
     assert "velocity limit" in {reason.what for reason in reasons}
 

@@ -1,0 +1,115 @@
+"""What is other in a cell than it was: by a record of its parts, which a file can carry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.fingerprint import digest, numbers, rules, solid
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.station import Obstacles
+from pickcli.geometry import Array
+
+_LENGTH = 16  # hexadecimal digits of a digest: enough to tell apart what nobody forges
+
+_TOLD = {
+    "robot": "the robot, its joint limits or its tool",
+    "displacement": "how far the pod may be displaced",
+    "allowed": "the allowed pairs",
+    "clearance": "the clearance",
+    "speed_scale": "the speed scale",
+    "max_tool_speed": "the limit of the tool's speed",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class CellChange:
+    """The difference between a cell and what it was.
+
+    rules: in words, what changed of what every motion depends on
+    came: solids ("pod wall_left") that were not there, or were other or elsewhere
+    went: solids that are not there any more, or are other or elsewhere
+    cell_of_came, cell_of_went: the cell with no other solids than these around the robot
+    """
+
+    rules: tuple[str, ...]
+    came: tuple[str, ...]
+    went: tuple[str, ...]
+    cell_of_came: Cell
+    cell_of_went: Cell
+
+    @property
+    def leaves_room(self) -> bool:
+        """Whether a solid is gone, or one that is not of the pod is other or elsewhere."""
+        return any(name not in self.came or not name.startswith("pod ") for name in self.went)
+
+    @property
+    def solids(self) -> tuple[str, ...]:
+        """All solids that changed."""
+        return tuple(dict.fromkeys((*self.came, *self.went)))
+
+
+def parts_of(cell: Cell) -> dict[str, Any]:
+    """What ``change_since`` compares, as JSON values: digests of the rules, and every solid by name."""
+    return {
+        "rules": {name: digest(rule)[:_LENGTH] for name, rule in rules(cell).items()},
+        "T_world_pod": numbers(cell.T_world_pod),
+        "solids": {f"{kind} {body.name}": solid(body) for kind, body in _bodies(cell)},
+    }
+
+
+def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
+    """What changed since ``parts_of`` was taken. Raises ValueError, TypeError or KeyError if that is none."""
+    now, then = parts_of(cell), before
+    moved = "pod " if now["T_world_pod"] != then["T_world_pod"] else None
+    came = _others(now["solids"], then["solids"], moved)
+    went = _others(then["solids"], now["solids"], moved)
+    old = replace(cell, T_world_pod=_pose(then["T_world_pod"]))
+    return CellChange(
+        tuple(text for name, text in _TOLD.items() if then["rules"].get(name) != now["rules"].get(name)),
+        came,
+        went,
+        _with_solids(cell, [(kind, body) for kind, body in _bodies(cell) if f"{kind} {body.name}" in came]),
+        _with_solids(old, [_body(name, then["solids"][name]) for name in went]),
+    )
+
+
+def _others(some: Mapping[str, Any], than: Mapping[str, Any], moved: str | None) -> tuple[str, ...]:
+    """Names of solids that are not the same in both; all of a kind that has ``moved`` as a whole."""
+    return tuple(
+        name
+        for name, content in some.items()
+        if than.get(name) != content or (moved is not None and name.startswith(moved))
+    )
+
+
+def _bodies(cell: Cell) -> list[tuple[str, Body]]:
+    """Every solid around the robot, with its kind."""
+    kinds = (("pod", cell.pod.bodies), ("tote", cell.tote.bodies), ("obstacle", cell.obstacles.bodies))
+    return [(kind, body) for kind, bodies in kinds for body in bodies]
+
+
+def _body(name: str, content: Sequence[Any]) -> tuple[str, Body]:
+    """A solid from its canonical content."""
+    kind, _, own = name.partition(" ")
+    _, shape, size, T = content
+    return kind, Body(own, Shape(ShapeKind(shape), tuple(float(v) for v in size)), _pose(T))
+
+
+def _pose(T: Sequence[float]) -> Array:
+    return np.array(T, dtype=float).reshape(4, 4)
+
+
+def _with_solids(cell: Cell, solids: Sequence[tuple[str, Body]]) -> Cell:
+    """The cell with these solids, by kind, and no others around the robot; its fingerprint stays."""
+    of_kind = {kind: tuple(body for k, body in solids if k == kind) for kind in ("pod", "tote", "obstacle")}
+    return replace(
+        cell,
+        pod=replace(cell.pod, bodies=of_kind["pod"]),
+        tote=replace(cell.tote, bodies=of_kind["tote"]),
+        obstacles=Obstacles(of_kind["obstacle"]),
+    )

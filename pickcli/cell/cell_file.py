@@ -1,0 +1,157 @@
+"""A cell from its folder: cell.yaml, its URDF and the items, checked against each other."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
+from pickcli.cell.cell_schema import BoundsModel, CellModel, PoseModel, ToolModel
+from pickcli.cell.consistency import check_consistency
+from pickcli.cell.cup_limits import CupLimits, twist_of
+from pickcli.cell.data_path import data_path
+from pickcli.cell.device import Device, DeviceKind
+from pickcli.cell.fingerprint import fingerprint
+from pickcli.cell.items_file import load_items
+from pickcli.cell.pod import build_pod
+from pickcli.cell.robot import Limits, PivotState, Robot, Tool
+from pickcli.cell.shapes import Body, box
+from pickcli.cell.station import Obstacles
+from pickcli.cell.tote import build_tote
+from pickcli.cell.urdf import UrdfChain, read_urdf
+from pickcli.errors import UnknownNameError
+from pickcli.files.file_kind import CELL
+from pickcli.files.schema import validate
+from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.geometry import Array, pose
+
+
+def load_cell(name_or_path: str | Path) -> Cell:
+    """The cell of that name under data/cells, or in that folder, or of that cell.yaml.
+
+    Raises InputError with file, line and key of everything that is wrong; UnknownNameError if there is
+    no such cell.
+    """
+    path = cell_file(name_or_path)
+    source = read_yaml(path, CELL)
+    model = validate(source, CellModel)
+    chain = read_urdf(_inside(source, path.parent, model.robot.urdf))
+    check_consistency(source, model, chain)
+    cell = Cell(
+        name=model.name,
+        path=path.parent,
+        robot=_robot(path.parent, model, chain),
+        T_world_pod=_pose(model.pod.T_world_pod),
+        pod=build_pod(model.pod),
+        tote=build_tote(model.tote),
+        obstacles=Obstacles(tuple(_box(o.name, o) for o in model.obstacles)),
+        devices={
+            name: Device(name, DeviceKind(d.kind), d.lead, d.actions) for name, d in model.devices.items()
+        },
+        configurations={
+            c.name: NamedConfiguration(c.name, np.array(c.q), PivotState(c.pivot), c.kind)
+            for c in model.configurations
+        },
+        allowed_pairs=tuple(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
+        items=load_items(),
+        speed_scale=model.speed_scale,
+        clearance=model.clearance,
+        max_tool_speed=model.max_tool_speed,
+    )
+    return replace(cell, fingerprint=fingerprint(cell))
+
+
+def cell_names() -> list[str]:
+    """Names of the cells under data/cells."""
+    return sorted(path.parent.name for path in data_path().glob("cells/*/cell.yaml"))
+
+
+def cell_file(name_or_path: str | Path) -> Path:
+    """The cell.yaml that a name, a folder or a path means. Raises UnknownNameError."""
+    path = Path(name_or_path)
+    for candidate in (data_path() / "cells" / path / "cell.yaml", path / "cell.yaml", path):
+        with suppress(OSError):  # e.g. a name that is too long for a file
+            if candidate.is_file():
+                return candidate
+    raise UnknownNameError("cell", str(name_or_path), cell_names())
+
+
+def _inside(source: Source, folder: Path, name: str) -> Path:
+    """The path of a file that a cell names. Raises InputError where it leads out of the cell's folder."""
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        source.add(
+            ("robot", "urdf"), f"expected a path inside the cell's folder, got {name!r}; copy it there"
+        )
+        source.check()
+    return path
+
+
+def _robot(folder: Path, model: CellModel, chain: UrdfChain) -> Robot:
+    return Robot(
+        name=chain.name,
+        urdf=folder / model.robot.urdf,
+        T_world_base=_pose(model.robot.T_world_base),
+        links=chain.links,
+        joints=chain.joints,
+        joint_names=model.robot.joints,
+        limits=_limits(model, chain),
+        motor_forces=dict(model.robot.motor_forces),
+        tool=_tool(model.tool),
+    )
+
+
+def _limits(model: CellModel, chain: UrdfChain) -> Limits:
+    """Arrays in the order of the planned joints; position limits may narrow the URDF's."""
+    by_name = {joint.name: joint for joint in chain.joints}
+    limits = [model.joint_limits[name] for name in model.robot.joints]
+    joints = [by_name[name] for name in model.robot.joints]
+    return Limits(
+        lower=np.array([_or(m.min_position, j.lower) for m, j in zip(limits, joints, strict=True)]),
+        upper=np.array([_or(m.max_position, j.upper) for m, j in zip(limits, joints, strict=True)]),
+        velocity=np.array([m.max_velocity for m in limits]),
+        acceleration=np.array([m.max_acceleration for m in limits]),
+        jerk=np.array([m.max_jerk for m in limits]),
+    )
+
+
+def _or(stated: float | None, otherwise: float) -> float:
+    return otherwise if stated is None else stated
+
+
+def _tool(tool: ToolModel) -> Tool:
+    return Tool(
+        flange_link=tool.flange_link,
+        lance_link=tool.lance_link,
+        cup_link=tool.cup_link,
+        pivot_joint=tool.pivot_joint,
+        pivot_positions={
+            PivotState.STRAIGHT: tool.pivot_positions.straight,
+            PivotState.DOWN: tool.pivot_positions.down,
+        },
+        T_cup_tip=pose((0.0, 0.0, tool.cup_length)),
+        cup_radius=tool.cup_radius,
+        cup_stroke=tool.cup_stroke,
+        cup_stiffness=tool.cup_stiffness,
+        cup_tilt=tool.cup_tilt,
+        cup_limits=CupLimits(
+            max_pull=tool.max_pull,
+            max_shear=tool.max_shear,
+            max_moment=tool.max_moment,
+            max_twist=_or(tool.max_twist, twist_of(tool.max_shear, tool.cup_radius)),
+        ),
+        contact_speed=tool.contact_speed,
+    )
+
+
+def _pose(model: PoseModel) -> Array:
+    x, y, z = model.xyz
+    return pose((x, y, z), rpy=model.rpy)
+
+
+def _box(name: str, bounds: BoundsModel) -> Body:
+    (x0, y0, z0), (x1, y1, z1) = bounds.lower, bounds.upper
+    return box(name, (x0, y0, z0), (x1, y1, z1))

@@ -1,0 +1,137 @@
+"""The scene as solids of the kernel: pod where it stands, tote, obstacles, items with their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import StaleError, UnknownNameError
+from pickcli.geometry import Array
+from pickcli.kernel import Checker
+from pickcli.scene.scene import Scene
+
+KERNEL_KINDS = {ShapeKind.BOX: 0, ShapeKind.CYLINDER: 1, ShapeKind.SPHERE: 2}
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """B solids, each with everything within its rounding. Bit f of ``ignored[b]``: frame f of the robot is
+    never tested against solid b."""
+
+    names: tuple[str, ...]  # body name, item id, or link name for what stands still with the base
+    kinds: tuple[str, ...]  # "pod", "tote", "obstacle", "item", "base"
+    T_world_box: Array  # (B, 4, 4) of the solid, in the middle of the box around it
+    half_extents: Array  # (B, 3) m, of the solid without its rounding
+    shapes: NDArray[np.int32]  # (B,) as the kernel numbers them
+    rounding: Array  # (B,) m, what the pose may be off
+    groups: NDArray[np.int32]  # (B,) solids that stand together
+    ignored: NDArray[np.uint64]  # (B,)
+
+    def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
+        """Give a checker the solids ``kept`` (indices) as its world, with ``ignored`` (B,) for ours."""
+        kernel.set_world(
+            self.T_world_box[kept], self.half_extents[kept], self.groups[kept], ignored[kept],
+            self.shapes[kept], self.rounding[kept],
+        )  # fmt: skip
+
+    def indices(self, names: Iterable[str]) -> list[int]:
+        """Solids with one of these names. Raises UnknownNameError for a name that none has."""
+        wanted = sorted(set(names))
+        for name in wanted:
+            if name not in self._by_name:
+                raise UnknownNameError("body or item", name, sorted(self._by_name), "collision scene")
+        return sorted(b for name in wanted for b in self._by_name[name])
+
+    @cached_property
+    def _by_name(self) -> dict[str, list[int]]:
+        """Indices of the solids with each name."""
+        found: dict[str, list[int]] = {}
+        for b, name in enumerate(self.names):
+            found.setdefault(name, []).append(b)
+        return found
+
+    def is_kept(self, without: frozenset[str]) -> NDArray[np.bool_]:
+        """(B,) False for the items named. Raises UnknownNameError for any other name."""
+        kept = np.ones(len(self.names), dtype=bool)
+        kept[self.indices(without)] = False
+        return kept
+
+
+@dataclass(frozen=True, eq=False)
+class _Solid:
+    name: str
+    kind: str
+    group: str
+    T_world_shape: Array
+    shape: Shape
+    rounding: float = 0.0
+
+
+@lru_cache(maxsize=32)
+def build_world(model: CollisionModel, scene: Scene) -> World:
+    """All solids of a scene. Cached by identity.
+
+    Raises StaleError if the scene is one of another cell than the model.
+    """
+    ours, theirs = model.cell, scene.cell
+    if ours.fingerprint != theirs.fingerprint:
+        raise StaleError(
+            f"the scene is of cell {theirs.name!r} ({theirs.fingerprint[:12]}), the collision model of "
+            f"{ours.name!r} ({ours.fingerprint[:12]}); make the scene again for this cell"
+        )
+    solids = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
+    groups = {name: i for i, name in enumerate(dict.fromkeys(solid.group for solid in solids))}
+    return World(
+        tuple(solid.name for solid in solids),
+        tuple(solid.kind for solid in solids),
+        np.array([solid.T_world_shape for solid in solids]),
+        np.array([solid.shape.extents / 2 for solid in solids]),
+        np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
+        np.array([solid.rounding for solid in solids]),
+        np.array([groups[solid.group] for solid in solids], dtype=np.int32),
+        np.array([_ignored(model, solid) for solid in solids], dtype=np.uint64),
+    )
+
+
+def _pod(scene: Scene) -> Iterator[_Solid]:
+    group_of = {body: group for group, bodies in scene.cell.pod.groups.items() for body in bodies}
+    for body in scene.pod_bodies:
+        yield _body("pod", group_of.get(body.name, body.name), scene.T_world_pod, body)
+
+
+def _standing(scene: Scene) -> Iterator[_Solid]:
+    for body in scene.cell.tote.bodies:
+        yield _body("tote", "tote", np.eye(4), body)
+    for body in scene.cell.obstacles.bodies:
+        yield _body("obstacle", f"obstacle {body.name}", np.eye(4), body)
+
+
+def _base(model: CollisionModel) -> Iterator[_Solid]:
+    for link, T_world_link, body in model.static_bodies():
+        yield _Solid(link, "base", "base", T_world_link @ body.T_parent_shape, body.shape)
+
+
+def _items(scene: Scene) -> Iterator[_Solid]:
+    for placed in scene.items:
+        group, bound = f"items in {placed.location}", scene.noise.bound(placed.item)
+        yield _Solid(placed.id, "item", group, placed.T_world_item, placed.item.shape, bound)
+
+
+def _body(kind: str, group: str, T_world_parent: Array, body: Body) -> _Solid:
+    return _Solid(body.name, kind, group, T_world_parent @ body.T_parent_shape, body.shape)
+
+
+def _ignored(model: CollisionModel, solid: _Solid) -> int:
+    """Frames exempted by the cell, and for the base the body that moves on it."""
+    frames = zip(model.frame_names, model.bodies, strict=True)
+    return sum(
+        1 << k
+        for k, (name, body) in enumerate(frames)
+        if model.is_allowed(name, solid.name) or (solid.kind == "base" and body <= 1)
+    )

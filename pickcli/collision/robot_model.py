@@ -1,0 +1,130 @@
+"""The robot as collision checks see it: per pivot state a chain, its spheres and its self pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.shapes import Body
+from pickcli.collision.sphere_cover import Cover, cover_bodies
+from pickcli.collision.swept_cover import sweep
+from pickcli.geometry import Array
+from pickcli.kernel import Chain
+from pickcli.kinematics.chain import bodies_of_frames, build_chain, pivot_angle
+
+# How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
+# the cup pass lips and neighbours closely; the arm's own links stay farther off.
+RELATIVE_EXCESS = 0.08
+LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
+LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
+
+
+@dataclass(frozen=True, eq=False)
+class PivotModel:
+    """The robot in one pivot state, as arrays of the kernel."""
+
+    chain: Chain
+    centers: Array  # (S, 3) in their frames, m
+    radii: Array  # (S,) m
+    frames: NDArray[np.int32]  # (S,)
+    self_pairs: NDArray[np.int32]  # (P, 2) frames tested against each other
+
+
+class CollisionModel:
+    """Everything about a cell's robot that collision checks share; made once per cell.
+
+    Links that stand still with the base count as world; links joined by fixed joints are one rigid body and
+    are never tested against each other, nor are two bodies joined by one joint, nor the cell's allowed pairs.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        self.cell = cell
+        self.robot: Robot = cell.robot
+        self.frame_names: tuple[str, ...] = tuple(link.name for link in cell.robot.links[1:])
+        self.bodies: tuple[int, ...] = bodies_of_frames(cell.robot)
+        self._states: dict[PivotState, PivotModel] = {}
+
+    @property
+    def n_frames(self) -> int:
+        """Number L of frames; frame L stands for the held item."""
+        return len(self.frame_names)
+
+    @property
+    def cup_excess(self) -> float:
+        """How far in m the cup's spheres stick out of it, at most."""
+        return self._covers[-1].excess
+
+    @property
+    def held_tested_frames(self) -> NDArray[np.int32]:
+        """Frames that the held item must stay clear of: all but those rigid with it or with the base."""
+        return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
+
+    def state(self, pivot: PivotState) -> PivotModel:
+        """The robot's arrays in one pivot state, made at the first call."""
+        if pivot not in self._states:
+            self._states[pivot] = self._build(pivot)
+        return self._states[pivot]
+
+    def swept(self, cover: Cover) -> Cover:
+        """What a cover in the cup's frame (STRAIGHT) passes through until the cup is DOWN."""
+        joint = next(j for j in self.robot.joints if j.name == self.robot.tool.pivot_joint)
+        straight, down = (pivot_angle(self.robot, p) for p in (PivotState.STRAIGHT, PivotState.DOWN))
+        return sweep(cover, joint.axis * np.sign(down - straight), abs(down - straight))
+
+    def is_allowed(self, a: str, b: str) -> bool:
+        """Whether the cell exempts two names from being tested against each other."""
+        return frozenset((a, b)) in self._allowed
+
+    def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
+        """(link name, T_world_link, shape) of every link that stands still with the base."""
+        T = self.robot.T_world_base
+        found = [(self.robot.links[0].name, T, shape) for shape in self.robot.links[0].shapes]
+        for joint, link, body in zip(self.robot.joints, self.robot.links[1:], self.bodies, strict=True):
+            if body > 0:
+                break
+            T = T @ joint.T_parent_joint
+            found += [(link.name, T, shape) for shape in link.shapes]
+        return tuple(found)
+
+    @cached_property
+    def _allowed(self) -> frozenset[frozenset[str]]:
+        return frozenset(frozenset((pair.a, pair.b)) for pair in self.cell.allowed_pairs)
+
+    @cached_property
+    def _covers(self) -> tuple[Cover, ...]:
+        """Per frame; empty for those that stand still."""
+        links = zip(self.robot.links[1:], self.bodies, strict=True)
+        solid = (link.shapes if body > 0 else () for link, body in links)
+        return tuple(cover_bodies(shapes, _excess, LINK_COUNT) for shapes in solid)
+
+    def _build(self, pivot: PivotState) -> PivotModel:
+        covers = list(self._covers)
+        if pivot is PivotState.MOVING:
+            covers[-1] = self.swept(covers[-1])
+        return PivotModel(
+            build_chain(self.robot, pivot),
+            np.concatenate([c.centers for c in covers]),
+            np.concatenate([c.radii for c in covers]),
+            np.repeat(np.arange(self.n_frames, dtype=np.int32), [len(c.radii) for c in covers]),
+            self._self_pairs(),
+        )
+
+    def _self_pairs(self) -> NDArray[np.int32]:
+        solid = [k for k in range(self.n_frames) if len(self._covers[k].radii)]
+        pairs = [
+            (i, j)
+            for i, j in combinations(solid, 2)
+            if self.bodies[j] - self.bodies[i] >= 2
+            and not self.is_allowed(self.frame_names[i], self.frame_names[j])
+        ]
+        return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _excess(body: Body) -> float:
+    return float(np.clip(RELATIVE_EXCESS * body.shape.extents.min(), LEAST_EXCESS, MOST_EXCESS))

@@ -1,0 +1,143 @@
+"""Spheres that provably contain a solid, or a link made of several.
+
+Proof of containment. A ball is convex, so it contains a cell (a box, or a sector of a ring) as soon as it
+contains the cell's farthest point, which is one of its corners or, on a ring, an end of its outer or inner
+arc. The cells partition the solid, each lies inside one ball: the union of the balls contains the solid.
+Flat boxes and capsules are covered by a lattice and by a row whose coverage is elementary geometry (see
+`solids`).
+
+Excess. For a ball of radius r around a point at depth d inside a convex solid, the farthest that any point
+of the ball lies outside the solid is exactly r - d: the distance to a convex set is the largest over its
+supporting half-spaces, and the nearest of those is d away from the centre.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.collision.solid_covers import Spheres, cover_box, cover_capsule, cover_cylinder
+from pickcli.geometry import Array, transform_points
+
+MAX_EXCESS = 0.007  # m, default for how far a sphere may stick out of its solid
+MAX_COUNT = 150  # default for the number of spheres of one solid; the excess grows where this binds
+
+# Guards the proof against rounding: radii grow by this much, far above 1e-16 and far below any clearance.
+_ROUNDING = 1e-9
+
+# m, how far a ball may sit from a cylinder's end to count as its dome: only the stated excess depends on it.
+_DOME_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Spheres in the frame of the solid (or link) that they contain."""
+
+    centers: Array  # (S, 3) m
+    radii: Array  # (S,) m
+    excess: float  # m, no point of a sphere lies farther outside the solid than this
+
+    def moved(self, T_parent_solid: Array) -> Cover:
+        """The same spheres seen from a parent frame."""
+        return Cover(transform_points(T_parent_solid, self.centers), self.radii, self.excess)
+
+    def inflated(self, by: float) -> Cover:
+        """Spheres that contain every point within ``by`` m of the solid."""
+        return Cover(self.centers, self.radii + by, self.excess)
+
+
+@lru_cache(maxsize=512)
+def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = MAX_COUNT) -> Cover:
+    """Few tight spheres that contain ``shape``, in its own frame.
+
+    max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) as long as
+    more than ``max_count`` spheres would be needed; ``Cover.excess`` states what was reached.
+    """
+    if shape.kind is ShapeKind.SPHERE:
+        return Cover(np.zeros((1, 3)), np.array([shape.size[0]]), 0.0)
+    excess = max_excess
+    while _fewest_possible(shape, excess) > max_count:
+        excess *= 1.1
+    while (spheres := _spheres(shape, excess)) is None or len(spheres[1]) > max_count:
+        is_close = spheres is not None and len(spheres[1]) <= 1.3 * max_count
+        excess *= 1.05 if is_close else 1.2
+    centers, radii = spheres
+    reached = float((radii - _depth(shape, centers)).max())
+    return Cover(centers, radii + _ROUNDING, reached + _ROUNDING)
+
+
+def cover_bodies(
+    bodies: Sequence[Body], max_excess: Callable[[Body], float], max_count: int = MAX_COUNT
+) -> Cover:
+    """Spheres that contain every body, in the bodies' common parent frame (a link's, for its shapes).
+
+    max_excess gives each body its own bound in m, ``max_count`` holds per body. A cylinder with balls of its
+    own radius at both ends is covered as the capsule it is part of. Spheres inside another are dropped.
+    """
+    if not bodies:
+        return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
+    covers = []
+    for body in bodies:
+        bound = max_excess(body)
+        is_domed = _is_domed(body, bodies)
+        cover = _cover_domed(body.shape, bound) if is_domed else cover_shape(body.shape, bound, max_count)
+        covers.append(cover.moved(body.T_parent_shape))
+    centers, radii = np.concatenate([c.centers for c in covers]), np.concatenate([c.radii for c in covers])
+    kept = outermost(centers, radii)
+    return Cover(centers[kept], radii[kept], max(c.excess for c in covers))
+
+
+def _fewest_possible(shape: Shape, excess: float) -> float:
+    """A lower bound on the number of spheres, by the area of the largest flat face.
+
+    A ball of radius r, at depth d, meets a face in a disc of squared radius at most r^2 - d^2, which is at
+    most excess (2 d + excess); and no point is deeper than half the smallest extent.
+    """
+    a, b, thinnest = sorted(shape.extents, reverse=True)
+    face = a * b if shape.kind is ShapeKind.BOX else np.pi * shape.size[0] ** 2
+    return float(face / (np.pi * excess * (thinnest + excess)))
+
+
+def _spheres(shape: Shape, excess: float) -> Spheres | None:
+    if shape.kind is ShapeKind.BOX:
+        return cover_box(shape.extents, excess)
+    radius, length = shape.size
+    return cover_cylinder(radius, length, excess)
+
+
+def _depth(shape: Shape, points: Array) -> Array:
+    """(N,) distance of inner points (N, 3) to the surface of a box or cylinder."""
+    if shape.kind is ShapeKind.BOX:
+        return np.asarray((shape.extents / 2 - np.abs(points)).min(axis=1))
+    radius, length = shape.size
+    return np.minimum(radius - np.hypot(points[:, 0], points[:, 1]), length / 2 - np.abs(points[:, 2]))
+
+
+def _cover_domed(cylinder: Shape, max_excess: float) -> Cover:
+    radius, length = cylinder.size
+    centers, radii = cover_capsule(radius, length, max_excess)
+    return Cover(centers, radii + _ROUNDING, float(radii[0]) - radius + _DOME_TOLERANCE)
+
+
+def _is_domed(body: Body, bodies: Sequence[Body]) -> bool:
+    """Whether balls of a cylinder's radius sit on both its ends."""
+    if body.shape.kind is not ShapeKind.CYLINDER:
+        return False
+    radius, length = body.shape.size
+    ends = transform_points(body.T_parent_shape, np.array([[0, 0, -length / 2], [0, 0, length / 2]]))
+    balls = [b for b in bodies if b.shape.kind is ShapeKind.SPHERE and b.shape.size[0] >= radius]
+    return all(
+        any(np.linalg.norm(b.T_parent_shape[:3, 3] - e) < _DOME_TOLERANCE for b in balls) for e in ends
+    )
+
+
+def outermost(centers: Array, radii: Array) -> Array:
+    """Indices (K,) of the spheres that no other one contains (of equal ones the first)."""
+    order = np.argsort(-radii, kind="stable")
+    c, r = centers[order], radii[order]
+    is_inside = [bool((np.linalg.norm(c[:i] - c[i], axis=1) + r[i] <= r[:i]).any()) for i in range(len(r))]
+    return np.sort(order[~np.array(is_inside, dtype=bool)])

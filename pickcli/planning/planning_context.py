@@ -1,0 +1,88 @@
+"""What every query of one process shares: the cell, its models and the precomputed files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.kinematics.arm import Arm
+from pickcli.path_planning.state_space import JointSpace
+from pickcli.planning.pick_settings import DEFAULTS, PickSettings
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.query_experience import ExperienceRecorder
+from pickcli.roadmap.trajectory_database import TrajectoryDatabase
+from pickcli.scene.scene import Scene
+
+NONE: frozenset[str] = frozenset()
+N_CHECKERS = 64  # that are kept: more than one query needs
+RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """A warm planner. It is never changed: ``dataclasses.replace`` gives one with other files.
+
+    Attributes:
+        cell: What is planned for.
+        stored: The cell's roadmap; without one coarse queries have nothing to search.
+        database: The cell's trajectory database, if it is built.
+        settings: How picks are planned.
+        learned: Motions that are asked for where ``database`` has none.
+        recorder: Gets what coarse queries find that was not stored, if it is kept at all.
+    """
+
+    cell: Cell
+    stored: Roadmap | None = None
+    database: TrajectoryDatabase | None = None
+    settings: PickSettings = DEFAULTS
+    learned: TrajectoryDatabase | None = None
+    recorder: ExperienceRecorder | None = None
+
+    @cached_property
+    def roadmap(self) -> Roadmap:
+        """What coarse queries search, empty where none is stored."""
+        return self.stored or Roadmap.empty(self.cell.robot.joint_names)
+
+    @cached_property
+    def space(self) -> JointSpace:
+        """The joints within their limits, at the cell's speed."""
+        return JointSpace.of(self.cell.robot, self.cell.speed_scale)
+
+    @cached_property
+    def arm(self) -> Arm:
+        """Kinematics of the cell's arm."""
+        return Arm(self.cell.robot)
+
+    @cached_property
+    def model(self) -> CollisionModel:
+        """What collision checks share."""
+        return CollisionModel(self.cell)
+
+    @cached_property
+    def _checkers(self) -> Callable[..., SceneChecker]:
+        """Checkers by identity of scene and held item, as the boxes of a scene are kept."""
+        return lru_cache(maxsize=N_CHECKERS)(partial(SceneChecker, self.model))
+
+    def checker(
+        self,
+        scene: Scene,
+        pivot: PivotState,
+        held: AttachedItem | None = None,
+        without: frozenset[str] = NONE,
+        touching: AllowedContacts = NO_CONTACTS,
+        reserve: float = 0.0,
+        opening: frozenset[tuple[str, str]] = frozenset(),
+    ) -> SceneChecker:
+        """A checker of the scene for one pivot state, held item and set of planned contacts.
+
+        reserve: m on top of the cell's clearance. opening: pairs that are not tested, see SceneChecker
+        """
+        margin = self.cell.clearance + reserve
+        return self._checkers(scene, pivot, held, without, touching, margin, opening)

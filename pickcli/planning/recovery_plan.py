@@ -1,0 +1,190 @@
+"""A safe way out from wherever a motion stopped, on one of several levels. See docs/recovery.md.
+
+Delft's and KTH's systems start over from a place in front of the shelf; a robot that stopped on a proven
+path gets there by lines and coarse motions that are proven again, for the tool as it is now. Where the rules
+of every plan leave no way, each level gives up a little more of them, and says so in the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from pickcli.cartesian.key_waypoints import PREAPPROACH_DISTANCE
+from pickcli.cartesian.line import shifted
+from pickcli.cartesian.line_following import follow_line
+from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.jog import plan_jog
+from pickcli.planning.pick import Start
+from pickcli.planning.pieces import COARSE_BLEND, Piece
+from pickcli.planning.planning_context import NONE, Planner
+from pickcli.planning.recovery_rules import Rules, rules_at
+from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.planning.stitching import assemble_pieces
+from pickcli.planning.transit import plan_coarse
+from pickcli.scene.scene import Scene
+from pickcli.seeds import derived_seed
+
+SAFE = "home"
+
+# m up, or back along the tool, in which the cup may still touch what it touches. Up over what it lies on is
+# the shortest; a cup that came from the side would scrape along.
+FIRST_UP = (0.02,)
+FIRST_BACK = (0.02, 0.04)
+ASIDE = 0.02  # m to either side, or down, on the levels that take apart what is near
+
+RISES = (0.0, 0.02, 0.04, 0.07, 0.10)  # m from there, tried in this order
+MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: one in vain costs a whole search
+
+
+def plan_recovery(
+    planner: Planner,
+    scene: Scene,
+    start: Start,
+    seed: int = 0,
+    level: RecoveryLevel = RecoveryLevel.AS_PLANNED,
+    stopped: StoppedMotion | None = None,
+) -> Plan:
+    """Plan from rest, with the empty tool, away from where a motion stopped.
+
+    Args:
+        planner: The planning context.
+        scene: The scene as it is seen now.
+        start: Configuration (n,) and pivot state in which the robot stands.
+        seed: Seed of the coarse motion.
+        level: What the plan may claim. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the
+            stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from what is near.
+        stopped: The motion that stopped, which ``BACKWARDS`` goes along.
+
+    Returns:
+        The plan, uncertified, with ``level`` as its claim.
+
+    Raises:
+        NoPlanError: Nothing was found on that level.
+    """
+    label = f"recover {level}"
+    found: Plan | Failures
+    if level is RecoveryLevel.BACKWARDS:
+        found = Failures.of(Reason("nothing to go back along", label))
+        if stopped is not None:
+            back = back_to_start(stopped, scene, planner.arm.limits, seed)
+            found = Failures.of(back) if isinstance(back, Reason) else back
+    else:
+        rules = rules_at(planner, scene, start, level)
+        if isinstance(rules, Reason):
+            found = Failures.of(rules)
+        elif level is RecoveryLevel.JOG:
+            found = plan_jog(rules, label, seed)
+        else:
+            found = _out(rules, label, seed)
+    if isinstance(found, Failures):
+        raise NoPlanError(label, found)
+    # The robot stands in the scene as it is, whatever the level makes of it.
+    return replace(found, scene_hash=_hash(scene), recovery=level)
+
+
+def _hash(scene: Scene) -> str:
+    from pickcli.scene.scene_file import scene_hash
+
+    return scene_hash(scene)
+
+
+def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
+    """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
+    planner, failures = rules.planner, Failures()
+    n_ways_home = 0
+    for out in _ways_out_of_the_pod(rules):
+        if isinstance(out, Reason):
+            failures += out
+            continue
+        pieces, q = out
+        if rules.level is not RecoveryLevel.SLOWLY:
+            n_ways_home += 1
+            way = _home(rules, q, derived_seed(seed, label))
+            if isinstance(way, Failures):
+                failures += way
+                if n_ways_home == MOST_WAYS_HOME:
+                    break
+                continue
+            pieces = [*pieces, way]
+        plan = assemble_pieces(planner, rules.scene, pieces, label, seed)
+        if not isinstance(plan, Reason):
+            return plan
+        failures += plan
+    return failures
+
+
+def _home(rules: Rules, q: Array, seed: int) -> Piece | Failures:
+    """The coarse motion home, by the rules of every plan where the arm is clear by now."""
+    planner, pivot = rules.planner, rules.start.pivot
+    checker = planner.checker(rules.scene, pivot)
+    if not checker.is_valid(q):
+        checker = rules.checker()
+    goal = planner.cell.configurations[SAFE].q
+    coarse = plan_coarse(planner, checker, q, goal[None], [0.0], seed, "way home")
+    if isinstance(coarse, Failures):
+        return coarse
+    if (closes := rules.closes(coarse.waypoints)) is not None:
+        return Failures.of(closes)
+    return Piece(SegmentKind.TRANSIT, coarse.waypoints, pivot, checker, blend=COARSE_BLEND)
+
+
+def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[Piece], Array] | Reason]:
+    """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
+    planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
+    tip = planner.arm.tip(start.q, start.pivot)
+    depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
+    if depth <= 0.0 and not rules.touching and not rules.opening:
+        yield [], start.q
+    for first, rise in product(_first_steps(rules, tip), RISES):
+        yield _risen_and_out(rules, tip, first, rise, max(depth, 0.0))
+
+
+def _first_steps(rules: Rules, tip: Array) -> list[Array]:
+    """Ways (3,) in the world that may free the tool from what it is near to."""
+    T_world_pod = rules.scene.T_world_pod
+    out, left, up, back = -T_world_pod[:3, 0], T_world_pod[:3, 1], T_world_pod[:3, 2], -tip[:3, 2]
+    steps = [length * up for length in FIRST_UP] + [length * back for length in FIRST_BACK]
+    if rules.level is not RecoveryLevel.AS_PLANNED:
+        steps += [ASIDE * way for way in (out, left, -left, -up, out + up, out - up, out + left, out - left)]
+        steps.append(np.zeros(3))
+    return steps
+
+
+def _risen_and_out(
+    rules: Rules, tip: Array, first: Array, rise: float, depth: float
+) -> tuple[list[Piece], Array] | Reason:
+    """First away from what is near, then up, then out."""
+    planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
+    freed = shifted(tip, first)
+    lifted = shifted(freed, rise * T_world_pod[:3, 2])
+    stages = [
+        (SegmentKind.DEPART, freed, rules.touching),
+        (SegmentKind.RETREAT, lifted, NONE),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), NONE),
+    ]
+    pieces, q, here = list[Piece](), start.q, tip
+    for kind, there, allowed in stages:
+        if np.allclose(there, here):
+            continue
+        checker = rules.checker(allowed)
+        line = follow_line(planner.arm, checker, here, there, start.pivot, q, "way out")
+        if isinstance(line, Reason):
+            return line
+        if (closes := rules.closes(line.waypoints)) is not None:
+            return closes
+        speed = planner.settings.lift_speed
+        pieces.append(
+            Piece(
+                kind, line.waypoints, start.pivot, checker, touching=allowed, max_tool_speed=speed,
+                scale=rules.scale,
+            )
+        )  # fmt: skip
+        q, here = np.asarray(line.waypoints[-1]), there
+    return pieces, q

@@ -1,0 +1,116 @@
+"""Coarse motions outside the bins: to whichever of several goals the whole motion is fastest.
+
+A straight edge first, then what was precomputed, then the planner (KTH, section IV-A.1; Delft, section 1):
+``roadmap.query`` does the searching and proves every stored edge again in the scene as it is. Here the
+goals are weighed by what the rest of the motion costs from each of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.errors import Failures, NoPlanError
+from pickcli.geometry import Array
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.planning_context import Planner
+from pickcli.roadmap.connection import QueryOptions
+from pickcli.roadmap.query import query
+from pickcli.roadmap.query_experience import QueryExperience
+from pickcli.roadmap.trajectory_database import PayloadClass
+
+PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
+
+
+@dataclass(frozen=True, eq=False)
+class Coarse:
+    """A proven polyline (N, n) to one of the goals."""
+
+    waypoints: Array
+    goal: int  # index into the goals that were given
+    duration: float  # s, estimated
+    source: str  # who found it: "straight edge", "database", "roadmap", "planner"
+
+
+def plan_coarse(
+    planner: Planner,
+    checker: SceneChecker,
+    q_start: Array,
+    goals: Array,
+    extra: Sequence[float],
+    seed: int,
+    where: str,
+) -> Coarse | Failures:
+    """The fastest motion found from q_start (n,) to any of the goals (G, n), or why there is none.
+
+    extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
+    """
+    space = planner.space
+    least = [estimated_duration(space, np.stack([q_start, g])) for g in goals]
+    order = np.argsort([d + e for d, e in zip(least, extra, strict=True)], kind="stable")
+    straight = _straight(checker, q_start, goals, least, order)
+    if straight is not None and straight.goal == order[0]:
+        return straight  # nothing can beat a straight edge to the best goal
+    searched = _searched(planner, checker, q_start, goals[order[:PROMISING]], seed, where)
+    if isinstance(searched, Failures) and straight is None:
+        searched = _searched(planner, checker, q_start, goals[order], seed, where)
+    if isinstance(searched, Failures):
+        return straight or searched
+    found = Coarse(searched.waypoints, int(order[searched.goal]), searched.duration, searched.source)
+    if (
+        straight is not None
+        and straight.duration + extra[straight.goal] <= found.duration + extra[found.goal]
+    ):
+        return straight
+    return found
+
+
+def _straight(
+    checker: SceneChecker, q_start: Array, goals: Array, least: Sequence[float], order: NDArray[np.intp]
+) -> Coarse | None:
+    """The fastest goal that a straight edge reaches."""
+    for g in order:
+        if checker.is_valid_edge(q_start, goals[g]):
+            return Coarse(np.stack([q_start, goals[g]]), int(g), least[g], "straight edge")
+    return None
+
+
+def _searched(
+    planner: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
+) -> Coarse | Failures:
+    """What roadmap and planner find."""
+    stored = _stored(planner, checker, q_start, goals)
+    if stored is not None:
+        return stored
+    settings = planner.settings
+    options = QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts)
+    try:
+        route = query(
+            planner.roadmap, checker, planner.space, q_start, goals, seed=seed, options=options, label=where
+        )
+    except NoPlanError as error:
+        return error.failures.within(where)
+    if planner.recorder is not None:
+        found = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
+        planner.recorder.record(found)
+    duration = estimated_duration(planner.space, route.path.waypoints)
+    return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
+
+
+def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
+    """A stored motion between two named configurations, if it is proven in the scene as it is."""
+    for database in filter(None, (planner.database, planner.learned)):
+        for g, goal in enumerate(goals):
+            motion = database.between(q_start, goal, _payload(checker))
+            if motion is not None and checker.is_valid_path(motion.path.waypoints):
+                waypoints = motion.path.waypoints
+                return Coarse(waypoints, g, estimated_duration(planner.space, waypoints), "database")
+    return None
+
+
+def _payload(checker: SceneChecker) -> PayloadClass:
+    return PayloadClass.EMPTY if checker.held is None else PayloadClass.CUBE

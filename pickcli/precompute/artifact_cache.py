@@ -1,0 +1,99 @@
+"""The precomputed files of a cell: where they lie, and making what is missing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import ArtifactError, InputError
+from pickcli.jobs.executors import Here, Runner
+from pickcli.jobs.job_run import Means, Report
+from pickcli.jobs.journal import journals
+from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
+from pickcli.precompute.provenance import configurations_digest
+from pickcli.precompute.repair import repair
+from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveyed
+
+
+@dataclass(frozen=True)
+class Artifacts:
+    """Paths of a cell's precomputed files; they need not exist."""
+
+    roadmap: Path
+    trajectories: Path
+
+
+def default_paths(cell: Cell) -> Artifacts:
+    """The cell's folder in the user's cache: $XDG_CACHE_HOME/apc/<fingerprint>, ~/.cache by default.
+
+    The folder's name is the fingerprint, so that a changed cell finds nothing stale. Raises InputError where
+    this user has no home.
+    """
+    cache = os.environ.get("XDG_CACHE_HOME") or ""
+    base = Path(cache) if os.path.isabs(cache) else _home() / ".cache"
+    folder = base / "apc" / cell.fingerprint
+    return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
+
+
+def ensure_artifacts(
+    cell: Cell, report: Callable[[str], Report] | None = None, runner: Runner | None = None
+) -> Artifacts:
+    """The cell's files in the cache; what is missing or stale is built with default settings, what is
+    damaged is repaired.
+
+    report: called with what is about to be built, gives the callback for that build
+    Raises InputError if the cache cannot be written.
+    """
+    paths = default_paths(cell)
+    _make_folder(paths.roadmap.parent)
+    for what, read, make, path in (
+        ("roadmap", read_roadmap, make_roadmap, paths.roadmap),
+        ("trajectories", read_database, make_trajectories, paths.trajectories),
+    ):
+        if not _is_usable(read, path, cell):
+            means = Means(runner or Here(), report=report and report(what))
+            if not _is_repaired(path, cell, means):
+                make(cell, path, means=means)
+            for journal in journals(path):  # of older versions: settings here are always the default ones
+                journal.unlink(missing_ok=True)
+    return paths
+
+
+def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> bool:
+    """Whether a file can be read and was made for these named configurations."""
+    try:
+        read(path, cell)
+        return bool(how_made(path).get("configurations") == configurations_digest(cell))
+    except (ArtifactError, InputError):
+        return False
+
+
+def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
+    """Repair a file if it was ours and enough of it is left."""
+    try:
+        found = surveyed(path)
+        return bool(found.damage) and repair(path, found, cell, means).is_same
+    except (ArtifactError, InputError):
+        return False
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:  # e.g. a user without an entry in a container
+        raise InputError(
+            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
+        ) from None
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be made: {error.strerror}; set XDG_CACHE_HOME elsewhere"
+        ) from None

@@ -1,0 +1,67 @@
+"""Building a cell's files and writing them."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from pickcli import __version__
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_diff import parts_of
+from pickcli.jobs.job_run import Build, Means
+from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
+from pickcli.precompute.provenance import configurations_digest
+from pickcli.precompute.roadmap_builder import build_roadmap
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_report import RoadmapReport
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.store import write_database, write_roadmap
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+
+
+def make_roadmap(
+    cell: Cell, path: Path, settings: RoadmapSettings | None = None, means: Means | None = None
+) -> RoadmapReport:
+    """Build a cell's roadmap and write it. Same cell and settings, same bytes.
+
+    Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
+    interrupted build goes on from there.
+    """
+    recipe = EdgeRecipe(cell, settings or RoadmapSettings())
+    build = Build(recipe, replace(means or Means(), output=path))
+    roadmap, report = build_roadmap(recipe, build)
+    write_roadmap(path, roadmap, cell.fingerprint, _made(recipe, report.summary()), report.gaps)
+    build.finish()
+    return report
+
+
+def make_trajectories(
+    cell: Cell, path: Path, settings: TrajectorySettings | None = None, means: Means | None = None
+) -> TrajectoryReport:
+    """Build a cell's trajectory database and write it, like ``make_roadmap``."""
+    recipe = MotionRecipe(cell, settings or TrajectorySettings())
+    build = Build(recipe, replace(means or Means(), output=path))
+    database, report = build_trajectories(recipe, build)
+    write_database(path, database, cell.fingerprint, _made(recipe, report.summary()), report.missing)
+    build.finish()
+    return report
+
+
+def versions() -> dict[str, str]:
+    """What decides about the bytes besides cell and settings: our version, and those of the libraries."""
+    libraries = ("ompl", "numpy", "h5py")
+    return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
+
+
+def _made(recipe: MotionRecipe | EdgeRecipe, summary: dict[str, Any]) -> dict[str, Any]:
+    """How a file was made: no times, no places, so that equal builds are equal bytes."""
+    return {
+        "by": versions(),
+        "settings": asdict(recipe.settings),
+        "configurations": configurations_digest(recipe.cell),
+        "parts": parts_of(recipe.cell),
+        "result": summary,
+    }

@@ -1,0 +1,98 @@
+"""The tasks of a trajectory database: one coarse motion each."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import PodMark, PodStand
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.motion.path import JointPath
+from pickcli.motion.trajectory import Trajectory
+from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.provenance import inputs_digest
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+
+_LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a free line
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRecipe:
+    """Motions of one cell; the key of a task is (start, goal, payload class)."""
+
+    cell: Cell
+    settings: TrajectorySettings
+
+    @cached_property
+    def inputs(self) -> str:
+        """See Recipe."""
+        return inputs_digest(self.cell, "coarse motion", self.settings)
+
+    def make(self, key: Key) -> Record:
+        """See Recipe."""
+        return record_of(self._maker.make(motion_key(key)))
+
+    def effort(self, key: Key) -> float:
+        """See Recipe: motions whose straight line runs deep in something take long."""
+        return _LEAST_EFFORT + self._maker.depth(motion_key(key))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Without what was made for the work: that belongs to this process.
+        return MotionRecipe, (self.cell, self.settings)
+
+    @cached_property
+    def _maker(self) -> MotionMaker:
+        return MotionMaker(self.cell, self.settings)
+
+
+def task_key(key: MotionKey) -> Key:
+    """The name of the task that makes this motion."""
+    return (key.start, key.goal, str(key.payload))
+
+
+def motion_key(key: Key) -> MotionKey:
+    """The motion that a task of this name makes."""
+    return MotionKey(key[0], key[1], PayloadClass(key[2]))
+
+
+def record_of(made: CoarseMotion | Reason) -> Record:
+    """A motion, or why there is none, as a record."""
+    if isinstance(made, Reason):
+        return Record(reason=made)
+    timed = made.trajectory
+    if timed is None:
+        raise ValueError("a motion without its timed points cannot be kept")
+    values = {
+        "pivot": str(made.pivot),
+        "duration": made.duration,
+        "lower_bound": made.lower_bound,
+        "clearance": made.clearance,
+        **asdict(made.mark),
+    }
+    arrays = {
+        "waypoints": made.path.waypoints,
+        "times": timed.times,
+        "positions": timed.positions,
+        "velocities": timed.velocities,
+        "accelerations": timed.accelerations,
+    }
+    return Record(values, arrays)
+
+
+def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
+    """The other way round."""
+    if record.reason is not None:
+        return record.reason
+    v, a = record.values, record.arrays
+    timed = Trajectory(joint_names, a["times"], a["positions"], a["velocities"], a["accelerations"])
+    path = JointPath(joint_names, a["waypoints"])
+    return CoarseMotion(
+        key, PivotState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
+        PodMark(PodStand(v["stand"]), v["why_nominal"]),
+    )  # fmt: skip

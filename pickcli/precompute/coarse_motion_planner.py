@@ -1,0 +1,173 @@
+"""One coarse motion for the database: as near to its lower bound as can be found.
+
+The line itself where it is free; else a free motion in the time of the line, by bending what is not the
+slowest joint; else in a little more time; else what RRT-Connect finds, made quicker. First for every pod
+within the cell's bounds, then, where that fails or costs time, for the pod in its place.
+See docs/precompute.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import PodMark, PodStand
+from pickcli.cell.robot import Limits, PivotState
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import Reason
+from pickcli.motion.path import JointPath
+from pickcli.path_planning.state_space import JointSpace
+from pickcli.precompute.empty_cell_checkers import RESERVE, Case, checkers
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey
+from pickcli.seeds import derived_seed
+from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
+from pickcli.trajopt.jerk_filter import averaged
+from pickcli.trajopt.minimum_time_search import Search
+from pickcli.trajopt.parabolic_segment import TICK, Pace
+from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.path_fitting import polyline
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+from pickcli.trajopt.trajectory_validator import LegProof
+
+# Times the least duration: what a motion that holds in every pivot state may take, ...
+_WORTH = 1.01
+
+# ... and what ends the search.
+_GOOD = 1.01
+
+# Times the motion for the pod in its place: what one for any pod may take and still be kept instead.
+_AS_QUICK = 1.005
+
+_SAMPLES = 60  # of a straight line whose depth tells how long a search will take
+
+
+@dataclass(frozen=True, eq=False)
+class MotionMaker:
+    """Makes motions of one cell. Each depends on the cell, its key and the settings alone.
+
+    Cell, settings and keys can be pickled; a maker, which holds checkers, is made where it is used.
+    """
+
+    cell: Cell
+    settings: TrajectorySettings
+
+    def make(self, key: MotionKey) -> CoarseMotion | Reason:
+        """The best motion of a pair for any displaced pod, unless one for the pod in its place alone is had
+        and is quicker; else why there is none.
+        """
+        wide = self._in_stand(key, PodStand.DISPLACED)
+        if isinstance(wide, Reason):
+            return _marked(self._in_stand(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+        if wide.duration <= _GOOD * wide.lower_bound:
+            return wide
+        at_most = wide.duration / _AS_QUICK
+        nominal = self._in_stand(key, PodStand.NOMINAL, at_most)
+        if isinstance(nominal, CoarseMotion) and nominal.duration < at_most:
+            return _marked(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
+        return wide
+
+    def depth(self, key: MotionKey) -> float:
+        """How deep in m, at most, the straight line runs in what any displaced pod may leave in its way."""
+        tests = self._planning[PodStand.DISPLACED, PivotState.MOVING, key.payload]
+        q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
+        line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
+        lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
+        return max(float(lacking.max()), 0.0)
+
+    def _in_stand(
+        self, key: MotionKey, stand: PodStand, quicker_than: float = float("inf")
+    ) -> CoarseMotion | Reason:
+        """The best motion of a pair in the widest pivot state that costs no time; else why there is none.
+
+        MOVING covers the other states. Where it allows nothing, or nothing near the bound, the state that
+        both ends are meant for is taken.
+
+        quicker_than: s, what takes as long is not wanted
+        """
+        pivots = {self.cell.configurations[name].pivot for name in (key.start, key.goal)}
+        if len(pivots) == 2:
+            return self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than)
+        wide = self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than, _WORTH)
+        if isinstance(wide, CoarseMotion):
+            return wide
+        return self._in_case(key, (stand, pivots.pop(), key.payload), quicker_than)
+
+    def _in_case(
+        self, key: MotionKey, case: Case, quicker_than: float, at_most: float = float("inf")
+    ) -> CoarseMotion | Reason:
+        """at_most: times the least duration."""
+        tests = self._planning[case]
+        q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
+        for name, q in ((key.start, q0), (key.goal, q1)):
+            if not tests.is_valid(q):
+                reason = tests.explain(q)
+                return Reason(reason.what, name, reason.detail)
+        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings)
+        seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
+        best = search.quickest(
+            seed,
+            lambda motion: self._finished(key, case, motion),
+            _GOOD * lower_bound(self._limits, q0, q1),
+            quicker_than,
+            at_most * search.least + TICK,
+        )
+        if best is not None:
+            return best
+        straight = tests.explain_edge(q0, q1)
+        detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
+        return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
+
+    def _finished(self, key: MotionKey, case: Case, motion: Ramps) -> CoarseMotion | None:
+        """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
+        tests = self._proving[case]
+        names = self.cell.robot.joint_names
+        goal = self.cell.configurations[key.goal].q
+        timed = averaged(names, motion, goal, self._pace, self._limits)
+        if not is_proven(timed, LegProof(tests, self._space)):
+            return None
+        waypoints = polyline(timed, self._planning[case])
+        if waypoints is None:
+            return None
+        bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
+        clearance = proven_clearance(timed, self._space, tests)
+        stand, pivot, _ = case
+        path = JointPath(names, waypoints)
+        return CoarseMotion(key, pivot, path, timed.duration, timed, bound, clearance, PodMark(stand))
+
+    @cached_property
+    def _limits(self) -> Limits:
+        return scaled(self.cell.robot.limits, self.cell.speed_scale)
+
+    @cached_property
+    def _pace(self) -> Pace:
+        return Pace.of(self._limits)
+
+    @cached_property
+    def _space(self) -> JointSpace:
+        return JointSpace.of(self.cell.robot, self.cell.speed_scale)
+
+    @cached_property
+    def _planning(self) -> dict[Case, SceneChecker]:
+        """Checkers that planning asks: with the reserve."""
+        return checkers(self._model, RESERVE)
+
+    @cached_property
+    def _proving(self) -> dict[Case, SceneChecker]:
+        """Checkers that the timed motion is proven with: the cell's clearance, no more."""
+        return checkers(self._model)
+
+    @cached_property
+    def _model(self) -> CollisionModel:
+        return CollisionModel(self.cell)
+
+
+def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
+    """What is had for the pod in its place alone, with the reason why there is none for any pod."""
+    if isinstance(nominal, Reason):
+        return nominal
+    return replace(nominal, mark=PodMark(PodStand.NOMINAL, why))

@@ -1,0 +1,51 @@
+"""Which pairs of named configurations must not depend on a single edge of the roadmap."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from itertools import pairwise
+
+from pickcli.cell.cell import Cell, NamedConfiguration
+from pickcli.cell.station import Bin, Pod
+
+Names = tuple[str, str]
+
+# What every order does: from home and from each bin or camera pose to the tote and its drop poses, from home
+# to the bins, and from a bin to the pose from which the camera looks into it.
+_KINDS = (("home", "tote"), ("bin", "tote"), ("camera", "tote"), ("home", "drop"), ("bin", "drop"),
+          ("camera", "drop"), ("home", "bin"))  # fmt: skip
+
+
+def important_pairs(cell: Cell) -> list[Names]:
+    """Pairs for which a blocked edge must not be the end, sorted by names; none twice.
+
+    By the kinds of the two ends (see ``_KINDS``), each bin with its own camera pose, and each bin with those
+    that touch it in the pod: what was taken out of one bin is put aside into a neighbour.
+    """
+    by_kind: dict[str, list[NamedConfiguration]] = defaultdict(list)
+    for named in cell.configurations.values():
+        by_kind[named.kind].append(named)
+    bins, cameras = by_kind["bin"], by_kind["camera"]
+    pairs = {(a.name, b.name) for one, two in _KINDS for a in by_kind[one] for b in by_kind[two]}
+    pairs |= {(a.name, b.name) for a in bins for b in cameras if a.place == b.place}
+    pairs |= {(a, b) for a, b in neighbouring_bins(cell.pod) if {a, b} <= {each.name for each in bins}}
+    return sorted({(min(pair), max(pair)) for pair in pairs})
+
+
+def neighbouring_bins(pod: Pod) -> Iterator[Names]:
+    """Bins side by side in a row, and bins of consecutive rows of which one lies above the other."""
+    rows: dict[float, list[Bin]] = {}
+    for each in pod.bins.values():
+        rows.setdefault(round(float(each.T_pod_bin[2, 3]), 3), []).append(each)
+    for row in rows.values():
+        for left, right in pairwise(sorted(row, key=lambda each: -float(each.T_pod_bin[1, 3]))):
+            yield left.name, right.name
+    for low, high in pairwise(rows[z] for z in sorted(rows)):
+        yield from ((a.name, b.name) for a in high for b in low if _overlap(a, b))
+
+
+def _overlap(a: Bin, b: Bin) -> bool:
+    """Whether one mouth lies above a part of the other."""
+    apart = abs(float(a.T_pod_bin[1, 3] - b.T_pod_bin[1, 3]))
+    return apart < (a.mouth_width + b.mouth_width) / 2

@@ -1,0 +1,61 @@
+"""The offline half after Delft: a database of timed coarse motions between named configurations.
+
+Delft computed theirs by RRT-Connect, kept them, and replayed them between the arm's stops (section 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pickcli.errors import Reason
+from pickcli.jobs.job_run import Build, Progress
+from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, task_key
+from pickcli.precompute.motion_pairs import coarse_pairs
+from pickcli.roadmap.database_tables import Missing
+from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+
+
+@dataclass(frozen=True)
+class TrajectoryReport:
+    """What a build could not do, and how good the rest is.
+
+    missing: motions that could not be had, with the reason: an end that is not free, or no path
+    duration: s, sum over the stored motions
+    lower_bound: s, sum over the same of what no motion can undercut
+    progress: of the build in the end: how many tasks were kept from before, and how many done
+    """
+
+    settings: TrajectorySettings
+    missing: tuple[Missing, ...]
+    duration: float
+    lower_bound: float
+    progress: Progress
+
+    def summary(self) -> dict[str, Any]:
+        """The figures of the report as JSON values, to the ms."""
+        return {
+            "duration_s": round(self.duration, 3),
+            "lower_bound_s": round(self.lower_bound, 3),
+            "n_missing": len(self.missing),
+        }
+
+
+def build_trajectories(
+    recipe: MotionRecipe, build: Build | None = None
+) -> tuple[TrajectoryDatabase, TrajectoryReport]:
+    """The database of a cell, every motion proven with the cell's clearance and timed within its limits.
+
+    build: of that recipe, where it has a journal or workers
+    """
+    keys = coarse_pairs(recipe.cell)
+    build = build or Build(recipe)
+    records = build.records([task_key(key) for key in keys])
+    names = recipe.cell.robot.joint_names
+    made = [(key, made_of(key, record, names)) for key, record in zip(keys, records, strict=True)]
+    motions = [motion for _, motion in made if isinstance(motion, CoarseMotion)]
+    missing = tuple((key, reason) for key, reason in made if isinstance(reason, Reason))
+    database = TrajectoryDatabase.of(names, motions)
+    duration, bound = float(database.durations.sum()), float(database.lower_bounds.sum())
+    return database, TrajectoryReport(recipe.settings, missing, duration, bound, build.progress)

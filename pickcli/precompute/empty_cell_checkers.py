@@ -1,0 +1,78 @@
+"""Checkers of a cell without items, for what is computed once per cell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import product
+from typing import TypeAlias
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.item import Item
+from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.robot import PivotState
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.geometry import pose
+from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.scene.scene import PoseNoise, Scene
+
+# Delft generated their motions with such a cube attached: what is free with it is free with most items.
+CUBE_EDGE = 0.2  # m
+
+# Kept on top of the cell's clearance while planning. Short paths touch the margin, and whether an edge that
+# touches it is proven can depend on where it is cut: what is stored must be provable whole, in parts and
+# with its corners blended, each time that it is used.
+RESERVE = 0.001  # m
+
+Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]  # what a checker is for
+
+
+def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
+    """The cell with nothing in its pod, which stands in its place or, for a proof, everywhere that it may."""
+    if stand is PodStand.DISPLACED:
+        cell = replace(cell, pod=cell.pod.swept())
+    return Scene(cell, cell.T_world_pod, (), PoseNoise())
+
+
+def checker(
+    model: CollisionModel,
+    pivot: PivotState,
+    payload: PayloadClass,
+    reserve: float = 0.0,
+    stand: PodStand = PodStand.NOMINAL,
+) -> SceneChecker:
+    """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more.
+
+    What it proves for ``DISPLACED`` holds wherever the pod stands within its bounds.
+    """
+    scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
+    return SceneChecker(model, scene, pivot, held=stand_in(payload), margin=margin)
+
+
+def checkers(
+    model: CollisionModel, reserve: float = 0.0, cell: Cell | None = None
+) -> dict[Case, SceneChecker]:
+    """``checker`` for every case.
+
+    cell: the model's own with other solids around the robot, if given
+    """
+    scenes = {stand: empty_scene(cell or model.cell, stand) for stand in PodStand}
+    margin = model.cell.clearance + reserve
+    return {
+        (stand, pivot, load): SceneChecker(model, scenes[stand], pivot, stand_in(load), margin=margin)
+        for stand, pivot, load in product(PodStand, PivotState, PayloadClass)
+    }
+
+
+@cache
+def stand_in(payload: PayloadClass) -> AttachedItem | None:
+    """What is held for a payload class: a cube with a face on the cup or its centre there, or nothing."""
+    if payload is PayloadClass.EMPTY:
+        return None
+    shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)
+    seals, source = dict.fromkeys(shape.face_names, 1.0), "a stand-in for the payload class"
+    cube = Item("cube", 2016, shape, 1.0, 0, seals, source, "", 0.0, 1.0, "", source)
+    return AttachedItem(cube, pose((0.0, 0.0, CUBE_EDGE / 2 if payload is PayloadClass.CUBE else 0.0)))

@@ -1,0 +1,167 @@
+"""Learning: what queries found that no file held is proven for the empty cell, and kept for later ones.
+
+Delft's cache never computed on a miss, which they regretted. What is learned lies in two files beside those
+that it adds to, of the same formats, sealed and checked alike, so that what was built stays as it was built.
+Whoever learns locks a file, reads it, adds to it and replaces it: several processes may learn at once, and a
+kill loses at most what is in hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import ArtifactError, InputError, Reason
+from pickcli.files.file_lock import locked
+from pickcli.geometry import Array
+from pickcli.precompute.artifact_files import versions
+from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, task_key
+from pickcli.precompute.provenance import configurations_digest
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.merge_edges import with_polylines, without_doubles
+from pickcli.roadmap.query_experience import QueryExperience
+from pickcli.roadmap.store import read_database, read_roadmap, write_database, write_roadmap
+from pickcli.roadmap.trajectory_database import MotionKey, TrajectoryDatabase
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+
+T = TypeVar("T")
+
+LEARNED = {"learned": True}  # what a learned file says instead of a build's settings
+
+# The oldest go when there are more.
+MOST_EDGES = 400
+MOST_MOTIONS = 200
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What was kept of the experience of some queries.
+
+    unproven: polylines that are not free in the empty cell with the cup in any state, and were not kept
+    """
+
+    edges: int = 0
+    motions: int = 0
+    unproven: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Learner:
+    """What was learned for one cell.
+
+    roadmap, trajectories: the learned files; each appears with the first that is kept in it
+    settings: how motions are made
+    """
+
+    cell: Cell
+    roadmap: Path
+    trajectories: Path
+    settings: TrajectorySettings = field(default_factory=TrajectorySettings)
+
+    @classmethod
+    def beside(cls, cell: Cell, roadmap: Path, trajectories: Path) -> Learner:
+        """The learner whose files lie beside these: ``roadmap.learned.h5`` beside ``roadmap.h5``."""
+        return cls(cell, _beside(roadmap), _beside(trajectories))
+
+    def edges(self) -> list[Array]:
+        """The learned polylines (K, n), the oldest first. Raises DamagedError, StaleError."""
+        stored = _read(self.roadmap, lambda: read_roadmap(self.roadmap, self.cell))
+        return [] if stored is None else [stored.edge_path(edge) for edge in range(stored.n_edges)]
+
+    def motions(self, points: bool = False) -> TrajectoryDatabase | None:
+        """The learned motions, with their timed points only if asked. Raises like ``edges``."""
+        return _read(self.trajectories, lambda: read_database(self.trajectories, self.cell, points))
+
+    def learn_edges(self, experience: Sequence[QueryExperience]) -> Learned:
+        """Keep those polylines that were found and are new and proven in the empty cell.
+
+        Raises InputError if the file cannot be written, and like ``edges``.
+        """
+        found = [polyline for query in experience for polyline in query.polylines]
+        proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
+        if not proven:
+            return Learned(unproven=len(found))
+        self._make_folder(self.roadmap)
+        with locked(self.roadmap):
+            old = self.edges()
+            fresh = without_doubles(old, proven)
+            if fresh:
+                self._write_edges([*old, *fresh][-MOST_EDGES:])
+        return Learned(edges=len(fresh), unproven=len(found) - len(proven))
+
+    def learn_motion(self, key: MotionKey) -> Learned:
+        """Make the motion of a key, as a build makes it, and keep it if there is one. Raises like above."""
+        recipe = MotionRecipe(self.cell, self.settings)
+        made = made_of(key, recipe.make(task_key(key)), self.cell.robot.joint_names)
+        if isinstance(made, Reason):
+            return Learned()
+        self._make_folder(self.trajectories)
+        with locked(self.trajectories):
+            old = self.motions(points=True)
+            if old is not None and old.lookup(key.start, key.goal, key.payload) is not None:
+                return Learned()
+            motions = [*(old or ()), made][-MOST_MOTIONS:]
+            database = TrajectoryDatabase.of(self.cell.robot.joint_names, motions)
+            write_database(self.trajectories, database, self.cell.fingerprint, self._made)
+        return Learned(motions=1)
+
+    def missed(
+        self, experience: Sequence[QueryExperience], *databases: TrajectoryDatabase | None
+    ) -> list[MotionKey]:
+        """The motions between named configurations that these queries asked for and no database holds."""
+        name_of = {named.q.tobytes(): name for name, named in self.cell.configurations.items()}
+        missed: list[MotionKey] = []
+        for query in experience:
+            start, goal = (name_of.get(q.tobytes()) for q in (query.q_start, query.q_goal))
+            if start is None or goal is None or start == goal:
+                continue
+            key = MotionKey(start, goal, query.payload)
+            is_stored = any(d and d.lookup(start, goal, query.payload) for d in databases)
+            if not is_stored and key not in missed and key.reversed() not in missed:
+                missed.append(key)
+        return missed
+
+    def _write_edges(self, polylines: Sequence[Array]) -> None:
+        roadmap = with_polylines(Roadmap.empty(self.cell.robot.joint_names), polylines)
+        write_roadmap(self.roadmap, roadmap, self.cell.fingerprint, self._made)
+
+    @property
+    def _made(self) -> dict[str, Any]:
+        return {
+            "by": versions(),
+            "settings": LEARNED,
+            "configurations": configurations_digest(self.cell),
+            "result": {},
+        }
+
+    @cached_property
+    def _proof(self) -> EdgeRecipe:
+        """What proves edges when a roadmap is built."""
+        return EdgeRecipe(self.cell, RoadmapSettings())
+
+    @staticmethod
+    def _make_folder(path: Path) -> None:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{path.parent}: cannot be made: {error.strerror}; name another place") from None
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f"{path.stem}.learned{path.suffix}")
+
+
+def _read(path: Path, read: Callable[[], T]) -> T | None:
+    """A learned file, or None where there is none yet."""
+    if not path.exists():
+        return None
+    try:
+        return read()
+    except ArtifactError as error:
+        raise type(error)(f"{error}, or delete it: what it held will be learned again") from None

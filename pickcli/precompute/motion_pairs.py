@@ -1,0 +1,61 @@
+"""Which coarse motions are worth storing: those that Team Delft recorded, by the kinds of their ends."""
+
+from __future__ import annotations
+
+from pickcli.cell.cell import Cell, NamedConfiguration
+from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
+
+# After Delft's cache of 270 motions (135 pairs, each recorded both ways): home to everything, each bin to
+# its own camera pose, bins and camera poses to the tote, camera poses among each other, the tote to its
+# cells. Our drop poses stand where their tote cells stood, and are reached from the bins as well.
+_EMPTY = (
+    ("home", "bin"),
+    ("home", "camera"),
+    ("home", "tote"),
+    ("home", "drop"),
+    ("bin", "camera"),
+    ("bin", "tote"),
+    ("bin", "drop"),
+    ("camera", "tote"),
+    ("camera", "camera"),
+    ("tote", "yardstick"),
+    ("tote", "drop"),
+)
+
+# With something in the cup the arm goes from a bin to the tote, or home.
+_LADEN = (("home", "bin"), ("home", "tote"), ("bin", "tote"))
+
+_NOT_RECORDED = (("cam_A", "cam_H"), ("cam_C", "cam_D"), ("cam_C", "cam_G"), ("cam_C", "cam_I"))
+
+
+def coarse_pairs(cell: Cell) -> list[MotionKey]:
+    """The motions to store for a cell, each in one direction, in the order of its configurations."""
+    named = list(cell.configurations.values())
+    pairs = [(a, b) for i, a in enumerate(named) for b in named[i + 1 :]]
+    return [
+        MotionKey(a.name, b.name, payload)
+        for payload, kinds in ((PayloadClass.EMPTY, _EMPTY), (PayloadClass.CUBE, _LADEN))
+        for a, b in pairs
+        if _is_wanted(a, b, kinds)
+    ]
+
+
+def delft_pairs(cell: Cell, payload: PayloadClass) -> list[MotionKey]:
+    """The 135 pairs of named configurations that Delft recorded, both ways: their 270 motions.
+
+    From the names in their cache (poses 0 to 11 are our letters A to L). Drop poses and the four pairs of
+    camera poses that they had no motion for are not among them.
+    """
+    return [
+        MotionKey(key.start, key.goal, payload)
+        for key in coarse_pairs(cell)
+        if key.payload is PayloadClass.EMPTY
+        and "drop" not in {cell.configurations[name].kind for name in (key.start, key.goal)}
+        and (key.start, key.goal) not in _NOT_RECORDED
+    ]
+
+
+def _is_wanted(a: NamedConfiguration, b: NamedConfiguration, kinds: tuple[tuple[str, str], ...]) -> bool:
+    if {a.kind, b.kind} == {"bin", "camera"}:
+        return ("bin", "camera") in kinds and a.place == b.place
+    return (a.kind, b.kind) in kinds or (b.kind, a.kind) in kinds

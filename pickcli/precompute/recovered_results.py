@@ -1,0 +1,86 @@
+"""A file's content as the records that a build would make of it anew."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict
+from operator import index
+from pathlib import Path
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import StaleError
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_run import Means
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
+from pickcli.precompute.coarse_motion_job import record_of, task_key
+from pickcli.precompute.database_builder import TrajectoryReport
+from pickcli.precompute.experience import LEARNED
+from pickcli.precompute.roadmap_report import RoadmapReport
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.database_tables import DATABASE
+from pickcli.roadmap.recovered_content import intact_missing, intact_motions
+from pickcli.roadmap.stored_marks import row_mark
+from pickcli.roadmap.stored_reasons import reason_row
+from pickcli.storage.integrity_scan import Survey
+from pickcli.trajopt.trajectory_settings import TrajectorySettings
+
+
+def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:
+    """What is intact of a database or roadmap, by task; nothing if it is of other joints.
+
+    found: by ``surveyed``, which looks whether it makes sense
+    """
+    if found.joint_names != cell.robot.joint_names:
+        return {}
+    return _motions(found) if found.kind is DATABASE else _edges(found, cell)
+
+
+def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int, int]:
+    """Write a file for a cell with the settings that it was made with: how many tasks were kept, and done.
+
+    Raises StaleError for settings that this version does not have.
+    """
+    settings = _settings(path, found)
+    report: TrajectoryReport | RoadmapReport
+    if isinstance(settings, TrajectorySettings):
+        report = make_trajectories(cell, path, settings, means)
+    else:
+        report = make_roadmap(cell, path, settings, means)
+    return report.progress.n_kept, report.progress.n_done_now
+
+
+def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings:
+    try:
+        stored = dict(found.made["settings"])
+        if stored == LEARNED:
+            raise StaleError(f"{path}: was learned, not built; delete it, and it will be learned again")
+        planner = PlannerName(stored.pop("planner"))
+        counts = {name: index(count) for name, count in stored.items()}
+        return (TrajectorySettings if found.kind is DATABASE else RoadmapSettings)(planner, **counts)
+    except (TypeError, ValueError, KeyError) as error:
+        raise StaleError(
+            f"{path}: its settings are not those of this version ({error}); build it again"
+        ) from None
+
+
+def _motions(found: Survey) -> dict[Key, Record]:
+    """Records of the motions and reasons that are intact."""
+    kept = {task_key(motion.key): record_of(motion) for motion in intact_motions(found)}
+    return kept | {task_key(key): record_of(reason) for key, reason in intact_missing(found)}
+
+
+def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:
+    """The same of a roadmap. An edge is known by the configurations at its ends, whatever became of nodes."""
+    configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
+    counts = Counter(configurations.values())
+    name_of = {q: name for name, q in configurations.items() if counts[q] == 1}
+    kept: dict[Key, Record] = {}
+    for edge in found.intact["edges"]:
+        waypoints = edge.pieces["waypoints"]
+        ends = [name_of.get(q.tobytes()) for q in waypoints[[0, -1]]]
+        if ends[0] is not None and ends[1] is not None:
+            kept[ends[0], ends[1]] = Record(asdict(row_mark(edge.row)), {"waypoints": waypoints})
+    reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
+    return kept | {(min(pair), max(pair)): Record(reason=reason) for pair, reason in reasons}

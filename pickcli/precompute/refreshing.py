@@ -1,0 +1,171 @@
+"""A file made right for its cell as it is now: what a change does not touch is kept.
+
+The verdicts are those of a build from nothing: which pairs have a motion or an edge, and, where a solid went
+away, which of them for any pod. What is kept is not searched for again. So where something went away a build
+from nothing may find quicker ways; what holds for any pod stays, where it might prefer a quicker one for the
+pod in its place; and where a part of the pod moved, it may find ways for any pod that are missed here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_diff import CellChange, change_since
+from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_run import Means
+from pickcli.precompute.artifact_files import versions
+from pickcli.precompute.coarse_motion_job import made_of, motion_key, record_of
+from pickcli.precompute.provenance import configurations_digest
+from pickcli.precompute.recovered_results import make_again, stored_records
+from pickcli.precompute.revalidation import Reproof
+from pickcli.precompute.roadmap_edge_job import mark_of
+from pickcli.roadmap.database_tables import DATABASE
+from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
+from pickcli.storage.integrity_scan import Survey
+
+
+@dataclass(frozen=True)
+class Refresh:
+    """What a refresh did.
+
+    changed: solids that are other than they were
+    why_anew: why nothing could be kept, "" if that is not so
+    n_stored: motions or edges that the file held
+    n_proven: of these, how many the change touched, so that they were proven again
+    n_kept: tasks whose results stand in the new file as they were, or proven again
+    n_planned: tasks that were done anew
+    """
+
+    changed: tuple[str, ...]
+    why_anew: str
+    n_stored: int
+    n_proven: int
+    n_kept: int
+    n_planned: int
+
+
+def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -> Refresh:
+    """Write a file of ours anew for a cell that changed since.
+
+    Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
+
+    found: by ``surveyed``, of the same file; what is damaged in it is done anew
+    Raises StaleError for settings that this version does not have.
+    """
+    stored = stored_records(found, cell)
+    n_stored = sum(record.reason is None for record in stored.values())
+    change = _change(found, cell)
+    why = _why_anew(found, change)
+    are_ends_same = found.made.get("configurations") == configurations_digest(cell)
+    sieve = None if why or change is None else _Sieve(cell, change, stored, are_ends_same)
+    kept = {} if sieve is None else sieve.motions() if found.kind is DATABASE else sieve.edges()
+    n_kept, n_planned = make_again(path, found, cell, replace(means or Means(), kept=kept))
+    n_proven = 0 if sieve is None else len(sieve.touched)
+    return Refresh(() if change is None else change.solids, why, n_stored, n_proven, n_kept, n_planned)
+
+
+def _change(found: Survey, cell: Cell) -> CellChange | None:
+    """What changed since the file was made, or None if it does not say."""
+    try:
+        return change_since(found.made["parts"], cell)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
+        return None
+
+
+def _why_anew(found: Survey, change: CellChange | None) -> str:
+    """Why nothing of a file can be kept, "" if something can."""
+    if change is None:
+        return "the file does not say what its cell was"
+    if found.made.get("by") != versions():
+        return f"it was made by other versions: {found.made.get('by')}, in use: {versions()}"
+    return f"not as it was: {', '.join(change.rules)}" if change.rules else ""
+
+
+@dataclass
+class _Sieve:
+    """Lets pass what still holds.
+
+    are_ends_same: whether the named configurations are what they were
+    touched: motions or edges that had to be proven again
+    """
+
+    cell: Cell
+    change: CellChange
+    stored: Mapping[Key, Record]
+    are_ends_same: bool
+    touched: list[Key] = field(default_factory=list)
+    proof: Reproof = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.proof = Reproof(self.cell, self.change)
+
+    def motions(self) -> dict[Key, Record]:
+        """Motions that hold in the cell as it is, and reasons that still do."""
+        kept: dict[Key, Record] = {}
+        for key, record in self.stored.items():
+            made = made_of(motion_key(key), record, self.cell.robot.joint_names)
+            still = self._still_missing(made) if isinstance(made, Reason) else self._motion(key, made)
+            if still is not None:
+                kept[key] = record if still is made else record_of(still)
+        return kept
+
+    def edges(self) -> dict[Key, Record]:
+        """The same of a roadmap."""
+        return {
+            key: record
+            for key, record in self.stored.items()
+            if (self._still_missing(record.reason) if record.reason else self._edge_holds(key, record))
+        }
+
+    def _still_missing(self, reason: Reason) -> Reason | None:
+        """A reason, unless something went away that it may have been for."""
+        return reason if self.are_ends_same and not self.change.went else None
+
+    def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
+        """A motion as it is or, where it is touched, with its new clearance; None if it must be planned."""
+        pivot = self._pivot(key)
+        if pivot is None or not self._has_ends(motion, pivot):
+            return None
+        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
+            motion.path.waypoints, pivot, motion.key.payload
+        ):
+            return None
+        if self.proof.is_motion_untouched(motion):
+            return motion
+        self.touched.append(key)
+        return self.proof.proven_motion(motion)
+
+    def _edge_holds(self, key: Key, record: Record) -> bool:
+        """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
+        stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
+        if stand is PodStand.NOMINAL and self.proof.is_relieved(
+            waypoints, PivotState.MOVING, PayloadClass.EMPTY
+        ):
+            return False
+        if self.proof.is_edge_untouched(waypoints, stand):
+            return True
+        self.touched.append(key)
+        return self.proof.is_edge_proven(waypoints, stand)
+
+    def _pivot(self, key: Key) -> PivotState | None:
+        """The narrowest pivot state that a motion between two names may have; None if a name is gone."""
+        if not all(name in self.cell.configurations for name in key[:2]):
+            return None
+        pivots = {self.cell.configurations[name].pivot for name in key[:2]}
+        return pivots.pop() if len(pivots) == 1 else PivotState.MOVING
+
+    def _has_ends(self, motion: CoarseMotion, pivot: PivotState) -> bool:
+        """Whether a motion leads between the configurations of its names as they are now."""
+        if motion.pivot not in (pivot, PivotState.MOVING):
+            return False
+        ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
+        return bool(np.array_equal(motion.path.waypoints[[0, -1]], ends))

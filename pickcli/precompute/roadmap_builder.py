@@ -1,0 +1,163 @@
+"""The offline half after KTH: a roadmap of the named configurations.
+
+KTH chose configurations by hand and joined them by RRT* (section IV-A.1). Edges lead from each node to its
+k nearest, never as a star around home, so that A* finds a way between two bins that does not pass home; more
+are added until parts are joined and important pairs have a second route.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pickcli.cell.cell import NamedConfiguration
+from pickcli.cell.robot import PivotState
+from pickcli.errors import InputError, Reason
+from pickcli.geometry import Array
+from pickcli.jobs.job_run import Build
+from pickcli.precompute.critical_pairs import important_pairs
+from pickcli.precompute.roadmap_edge_job import EdgeRecipe, mark_of
+from pickcli.precompute.roadmap_report import RoadmapReport
+from pickcli.precompute.route_redundancy import SecondRoutes, detour, edge_to_try, for_any_pod, why_alone
+from pickcli.roadmap.edge_disjoint import EdgeDisjoint, edge_disjoint
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.roadmap_tables import RoadmapGaps
+
+Pair = tuple[int, int]
+
+
+def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
+    """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
+
+    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. Each edge depends
+    on its ends and the settings alone.
+
+    build: of that recipe, where it has a journal or workers
+    Raises InputError if not one configuration is free.
+    """
+    builder = _Builder(recipe, build or Build(recipe))
+    builder.join_nearest()
+    builder.join_components()
+    builder.add_second_routes()
+    return builder.roadmap, builder.report()
+
+
+def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
+    """Each node with its k nearest (Euclidean, ties by index), every pair once, sorted."""
+    distances = np.linalg.norm(configurations[:, None] - configurations[None], axis=2)
+    np.fill_diagonal(distances, np.inf)
+    order = np.argsort(distances, axis=1, kind="stable")[:, : min(k, len(configurations) - 1)]
+    return sorted({(min(i, int(j)), max(i, int(j))) for i, row in enumerate(order) for j in row})
+
+
+@dataclass
+class _Builder:
+    """A roadmap that grows."""
+
+    recipe: EdgeRecipe
+    build: Build
+    roadmap: Roadmap = field(init=False)
+    refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
+    failed: dict[Pair, Reason] = field(default_factory=dict)
+    bridges: list[Pair] = field(default_factory=list)
+    routes: SecondRoutes = field(default_factory=SecondRoutes)
+
+    def __post_init__(self) -> None:
+        cell = self.recipe.cell
+        self.roadmap = Roadmap.empty(cell.robot.joint_names, PivotState.MOVING)
+        for named in cell.configurations.values():
+            self._add_node(named)
+        if self.roadmap.n_nodes == 0:
+            raise InputError(
+                f"{cell.path}: no named configuration is free; see apc inspect, and correct them"
+            )
+
+    def join_nearest(self) -> None:
+        """Edges from each node to its k nearest."""
+        self._join(nearest_pairs(self.roadmap.configurations, self.recipe.settings.n_neighbours))
+
+    def join_components(self) -> None:
+        """Edges between parts that are still apart, nearest pairs first, until there are none."""
+        while apart := self._pairs_apart():
+            self.bridges += self._join(apart[:1])
+
+    def add_second_routes(self) -> None:
+        """Edges until every important pair has two routes that share none, or no more can be had."""
+        detours, alone, added = [], [], list[Pair]()
+        for names in important_pairs(self.recipe.cell):
+            refused = next((reason for (name,), reason in self.refused if name in names), None)
+            if refused is not None:
+                alone.append((names, refused))
+                continue
+            found = self._two_routes(names, added)
+            if len(found.routes) == 2:
+                detours.append((names, detour(found)))
+            else:
+                alone.append((names, why_alone(self.roadmap, found, self.failed)))
+        joined = tuple(self._names(pair) for pair in added)
+        n_for_any = self._n_double([names for names, _ in detours])
+        self.routes = SecondRoutes(tuple(detours), tuple(alone), joined, n_for_any)
+
+    def report(self) -> RoadmapReport:
+        """What the build could not do, and what it did beyond the k nearest."""
+        missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
+        return RoadmapReport(
+            self.recipe.settings,
+            RoadmapGaps(tuple(self.refused), missing, self.routes.alone),
+            tuple(self._names(pair) for pair in self.bridges),
+            len(set(self.roadmap.components().tolist())),
+            self.routes,
+            self.build.progress,
+        )
+
+    def _add_node(self, named: NamedConfiguration) -> None:
+        tests = self.recipe.checker
+        if tests.is_valid(named.q):
+            self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.pivot)
+        else:
+            self.refused.append(((named.name,), tests.explain(named.q)))
+
+    def _two_routes(self, names: tuple[str, str], added: list[Pair]) -> EdgeDisjoint:
+        """The routes of a pair, once edges were tried; those found are also noted in ``added``."""
+        start, goal = (self.roadmap.names.index(name) for name in names)
+        while True:
+            found = edge_disjoint(self.roadmap, start, goal)
+            pair = edge_to_try(self.roadmap, found.side, self.failed) if len(found.routes) < 2 else None
+            if pair is None:
+                return found
+            added += self._join([pair])
+
+    def _n_double(self, pairs: Sequence[tuple[str, str]]) -> int:
+        """How many of these pairs have two routes wherever the pod stands."""
+        part = for_any_pod(self.roadmap)
+        ends = [[part.names.index(name) for name in pair] for pair in pairs]
+        return sum(len(edge_disjoint(part, start, goal).routes) == 2 for start, goal in ends)
+
+    def _join(self, pairs: Sequence[Pair]) -> list[Pair]:
+        """Add the edges of these pairs, each planned in the order of the names; those that were found."""
+        ordered = [min(pair, pair[::-1], key=self._names) for pair in pairs]
+        records = self.build.records([self._names(pair) for pair in ordered])
+        found = []
+        for pair, ends, record in zip(pairs, ordered, records, strict=True):
+            if record.reason is None:
+                self.roadmap = self.roadmap.with_edge(*ends, record.arrays["waypoints"], mark_of(record))
+                found.append(pair)
+            else:
+                self.failed[pair] = record.reason
+        return found
+
+    def _pairs_apart(self) -> list[Pair]:
+        """Pairs of nodes of different parts that have not failed yet, nearest first."""
+        label, q = self.roadmap.components(), self.roadmap.configurations
+        pairs: Sequence[Pair] = [
+            (i, j) for i in range(len(q)) for j in range(i + 1, len(q)) if label[i] != label[j]
+        ]
+        return sorted(
+            (pair for pair in pairs if pair not in self.failed),
+            key=lambda pair: (float(np.linalg.norm(q[pair[0]] - q[pair[1]])), pair),
+        )
+
+    def _names(self, pair: Pair) -> tuple[str, str]:
+        return self.roadmap.names[pair[0]], self.roadmap.names[pair[1]]

@@ -1,0 +1,128 @@
+"""The tasks of a roadmap: one edge each."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand
+from pickcli.cell.robot import PivotState
+from pickcli.collision.motion_validator import MotionValidator
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.jobs.job import Key
+from pickcli.jobs.job_result import Record
+from pickcli.motion.path import JointPath
+from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.sampling_planner import plan
+from pickcli.path_planning.shortcutting import shorten
+from pickcli.path_planning.state_space import JointSpace
+from pickcli.precompute.empty_cell_checkers import RESERVE, checker
+from pickcli.precompute.provenance import inputs_digest
+from pickcli.precompute.roadmap_settings import RoadmapSettings
+from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.seeds import derived_seed
+
+# Times the edge for the pod in its place: how long one for any pod may be and still be kept instead. RRT*
+# leaves some of that to chance.
+_AS_SHORT = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeRecipe:
+    """Edges between named configurations of one cell; the key of a task is the two names, sorted.
+
+    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. An edge's seed
+    follows from the names of its ends.
+    """
+
+    cell: Cell
+    settings: RoadmapSettings
+
+    @cached_property
+    def inputs(self) -> str:
+        """See Recipe."""
+        return inputs_digest(self.cell, "roadmap edge", self.settings)
+
+    def effort(self, key: Key) -> float:
+        """See Recipe: none is known to take longer than another."""
+        return 1.0
+
+    def make(self, key: Key) -> Record:
+        """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
+        wide = self._path(key, PodStand.DISPLACED)
+        if isinstance(wide, Reason):
+            return _record(self._path(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+        if wide.length > _AS_SHORT * float(np.linalg.norm(wide.end - wide.start)):
+            nominal = self._path(key, PodStand.NOMINAL)
+            if isinstance(nominal, JointPath) and wide.length > _AS_SHORT * nominal.length:
+                return _record(nominal, f"for a displaced pod its length is {wide.length:.2f}")
+        return _record(wide)
+
+    def _path(self, key: Key, stand: PodStand) -> JointPath | Reason:
+        """The shortest path found, or why there is none."""
+        tests, settings = self.checkers[stand], self.settings
+        seed = derived_seed(settings.seed, "edge", *key)
+        q_start, q_goal = (self.cell.configurations[name].q for name in key)
+        for name, q in zip(key, (q_start, q_goal), strict=True):
+            if not tests.is_valid(q):
+                return tests.explain(q).at(name)
+        # What RRT* needs too long for, RRT-Connect often finds at once.
+        planners = list(dict.fromkeys((settings.planner, PlannerName.RRT_CONNECT)))
+        tries = (self._planned(tests, q_start, q_goal, seed, planner) for planner in planners)
+        found = next(filter(None, tries), None)
+        if found is None:
+            what = f"{' and '.join(planners)} gave up after {settings.max_iterations} iterations"
+            return Reason("no path", detail=what)
+        path = shorten(tests, self.space, found, seed=seed, iterations=settings.n_shortcuts)
+        unproven = tests.first_invalid_edge(path.waypoints)
+        if unproven != -1:
+            return Reason("no proof", detail=f"edge {unproven} of the shortened path is not proven whole")
+        return path
+
+    def _planned(
+        self, tests: MotionValidator, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
+    ) -> JointPath | None:
+        return plan(
+            tests, self.space, q_start, q_goal[None],
+            seed=seed, planner=planner, max_iterations=self.settings.max_iterations,
+        )  # fmt: skip
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Without what was made for the work: that belongs to this process.
+        return EdgeRecipe, (self.cell, self.settings)
+
+    @cached_property
+    def space(self) -> JointSpace:
+        """The joints."""
+        return JointSpace.of(self.cell.robot)
+
+    @property
+    def checker(self) -> MotionValidator:
+        """Proves configurations and edges for the pod in its place."""
+        return self.checkers[PodStand.NOMINAL]
+
+    @cached_property
+    def checkers(self) -> dict[PodStand, MotionValidator]:
+        """Prove configurations and edges."""
+        model = CollisionModel(self.cell)
+        return {
+            stand: checker(model, PivotState.MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand
+        }
+
+
+def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:
+    if isinstance(path, Reason):
+        return Record(reason=path)
+    mark = PodMark(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
+    return Record(asdict(mark), {"waypoints": path.waypoints})
+
+
+def mark_of(record: Record) -> PodMark:
+    """For which pods what a record holds was proven."""
+    return PodMark(PodStand(record.values["stand"]), record.values["why_nominal"])

@@ -1,0 +1,103 @@
+"""Edges that are added until important pairs have a second route that shares no edge with the first.
+
+A single RRT* is a tree: one blocked edge parts it. What joins the k nearest is better, but promises nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.pod_tolerance import PodStand
+from pickcli.errors import Reason
+from pickcli.roadmap.edge_disjoint import EdgeDisjoint, crossing
+from pickcli.roadmap.graph import Roadmap
+
+Pair = tuple[int, int]
+Names = tuple[str, str]
+
+# Failures across one cut after which no more is tried: what has failed so often is walled in, and each costs
+# a whole run of the planner.
+MOST_TRIES = 24
+
+
+@dataclass(frozen=True)
+class SecondRoutes:
+    """What became of the important pairs.
+
+    detours: of those with a second route, its length over that of the first
+    alone: the others, and why
+    added: edges that were added for them
+    n_for_any_pod: how many have a second route even by those edges alone that hold for any displaced pod
+    """
+
+    detours: tuple[tuple[Names, float], ...] = ()
+    alone: tuple[tuple[Names, Reason], ...] = ()
+    added: tuple[Names, ...] = ()
+    n_for_any_pod: int = 0
+
+    def summary(self) -> dict[str, Any]:
+        """The figures as JSON values."""
+        (a, b), worst = max(self.detours, key=lambda entry: entry[1], default=(("", ""), 0.0))
+        median = float(np.median([ratio for _, ratio in self.detours])) if self.detours else None
+        return {
+            "n_important": len(self.detours) + len(self.alone),
+            "n_with_second_route": len(self.detours),
+            "n_for_any_displaced_pod": self.n_for_any_pod,
+            "second_over_first_length": None
+            if median is None
+            else {"median": round(median, 3), "worst": round(worst, 3), "worst_pair": f"{a} to {b}"},
+            "added": [f"{a} to {b}" for a, b in self.added],
+        }
+
+
+def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]) -> Pair | None:
+    """The nearest two nodes (i < j) on two sides of a cut that could still be joined across it.
+
+    failed: pairs that have no path
+    """
+    if len(_across(side, failed)) >= MOST_TRIES:
+        return None
+    q, known = roadmap.configurations, {*failed, *((min(e), max(e)) for e in roadmap.edges.tolist())}
+    pairs = {(min(i, j), max(i, j)) for i in side for j in range(len(q)) if j not in side} - known
+    return min(pairs, key=lambda p: (float(np.linalg.norm(q[p[0]] - q[p[1]])), p), default=None)
+
+
+def why_alone(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reason]) -> Reason:
+    """Why two nodes have fewer than two routes: the edge that all need, and what was tried beside it."""
+    needed = [_named(roadmap, roadmap.edges[edge].tolist()) for edge in crossing(roadmap, found.side)]
+    what = f"one route only: all need the edge {needed[0]}" if needed else "no route"
+    tried = _across(found.side, failed)
+    if not tried:
+        return Reason(what, detail="no other pair is left that could lead round it")
+    example = f"{_named(roadmap, tried[0])}: {failed[tried[0]]}"
+    return Reason(what, detail=f"{len(tried)} pairs beside it were tried, none has a path, e.g. {example}")
+
+
+def for_any_pod(roadmap: Roadmap) -> Roadmap:
+    """The same nodes with those edges alone that are proven wherever the pod stands within its bounds."""
+    kept = [m for m, mark in enumerate(roadmap.marks) if mark.stand is PodStand.DISPLACED]
+    part = replace(
+        roadmap, edges=roadmap.edges[:0], lengths=roadmap.lengths[:0], waypoints=roadmap.waypoints[:0],
+        offsets=roadmap.offsets[:1], marks=(),
+    )  # fmt: skip
+    edges = [(*roadmap.edges[m].tolist(), roadmap.edge_path(m)) for m in kept]
+    marks = tuple(roadmap.marks[m] for m in kept)
+    return replace(part.with_edges(edges), marks=marks) if edges else part
+
+
+def detour(found: EdgeDisjoint) -> float:
+    """Length of the second route over that of the first."""
+    first, second = (route.cost for route in found.routes)
+    return second / first
+
+
+def _across(side: frozenset[int], pairs: Iterable[Pair]) -> list[Pair]:
+    return [pair for pair in pairs if (pair[0] in side) != (pair[1] in side)]
+
+
+def _named(roadmap: Roadmap, pair: Sequence[int]) -> str:
+    return " to ".join(roadmap.names[node] for node in pair)

@@ -1,0 +1,146 @@
+"""How a trajectory database lies in its file. See docs/formats/hdf5.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.path import JointPath
+from pickcli.motion.trajectory import Trajectory
+from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of, row_mark
+from pickcli.roadmap.stored_reasons import reason_columns, reason_row, reason_rows, reason_table
+from pickcli.roadmap.trajectory_database import (
+    CoarseMotion,
+    MotionKey,
+    PayloadClass,
+    TimedPoints,
+    TrajectoryDatabase,
+)
+from pickcli.storage.table_format import NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.storage.table_reader import StoredFile
+
+Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
+
+NAMES = ("start", "goal", "payload")
+
+DATABASE = Format(
+    "trajectory database",
+    3,
+    {
+        "motions": Table(
+            {
+                **dict.fromkeys((*NAMES, "pivot", *MARK), TEXT),
+                **dict.fromkeys(("duration", "lower_bound", "clearance"), NUMBER),
+            },
+            pieces=("waypoints", "points"),
+        ),
+        "missing": reason_table(*NAMES),
+    },
+)
+
+
+def database_content(
+    database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any], missing: Sequence[Missing]
+) -> Content:
+    """What the file of a database with its timed points holds. Raises ValueError without them."""
+    if database.points is None:
+        raise ValueError("a database without its timed points cannot be written")
+    motions = list(database)
+    tables: dict[str, Columns] = {
+        "motions": {
+            **{name: [getattr(key, name) for key in database.keys] for name in NAMES},
+            "pivot": database.pivots,
+            **mark_columns(database.marks),
+            "duration": database.durations,
+            "lower_bound": database.lower_bounds,
+            "clearance": database.clearances,
+        },
+        "missing": reason_columns(NAMES, [((k.start, k.goal, k.payload), reason) for k, reason in missing]),
+    }
+    pieces = {
+        "waypoints": [motion.path.waypoints for motion in motions],
+        "points": [_points(motion.trajectory) for motion in motions if motion.trajectory is not None],
+    }
+    return Content(fingerprint, made, database.joint_names, tables, pieces)
+
+
+def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
+    """All motions of a file, with their timed points only if asked. Raises ValueError."""
+    table = file.tables["motions"]
+    waypoints, offsets = file.pieces("waypoints")
+    keys = tuple(MotionKey(a, b, PayloadClass(load)) for a, b, load in zip(
+        *(file.texts("motions", name) for name in NAMES), strict=True
+    ))  # fmt: skip
+    return TrajectoryDatabase(
+        file.joint_names,
+        keys,
+        tuple(PivotState(text) for text in file.texts("motions", "pivot")),
+        table["duration"],
+        waypoints,
+        offsets,
+        table["lower_bound"],
+        table["clearance"],
+        marks_of(file, "motions"),
+        _timed_points(file) if points else None,
+    )
+
+
+def row_of(file: StoredFile, key: MotionKey) -> int | None:
+    """The row of the motion of that key, or None."""
+    table = file.tables["motions"]
+    wanted = [(table[name] == str(getattr(key, name)).encode()) for name in NAMES]
+    rows = np.flatnonzero(np.logical_and.reduce(wanted))
+    return int(rows[0]) if len(rows) else None
+
+
+def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: Array) -> CoarseMotion:
+    """One motion from its row of the table and its pieces. Raises ValueError for an unknown name."""
+    start, goal, payload, pivot = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
+    return CoarseMotion(
+        MotionKey(start, goal, PayloadClass(payload)),
+        PivotState(pivot),
+        JointPath(joint_names, waypoints),
+        float(row["duration"]),
+        Trajectory(joint_names, *_parts(points)),
+        float(row["lower_bound"]),
+        float(row["clearance"]),
+        row_mark(row),
+    )
+
+
+def missing_of(file: StoredFile) -> tuple[Missing, ...]:
+    """What the build could not have."""
+    return tuple(_missing(names, reason) for names, reason in reason_rows(NAMES, file.tables["missing"]))
+
+
+def missing_row(row: Any) -> Missing:
+    """The same for one row of its table."""
+    return _missing(*reason_row(NAMES, row))
+
+
+def _missing(names: Sequence[str], reason: Reason) -> Missing:
+    return MotionKey(names[0], names[1], PayloadClass(names[2])), reason
+
+
+def _points(timed: Trajectory) -> Array:
+    """(P, 1 + 3 n): time, positions, velocities, accelerations side by side."""
+    return np.column_stack([timed.times, timed.positions, timed.velocities, timed.accelerations])
+
+
+def _parts(points: Array) -> tuple[Array, Array, Array, Array]:
+    """Times (P,), positions, velocities, accelerations (P, n each). Raises ValueError."""
+    n, rest = divmod(points.shape[1] - 1, 3)
+    if rest:
+        raise ValueError(f"timed points of {points.shape[1]} columns")
+    blocks = (np.ascontiguousarray(points[:, 1 + i * n : 1 + (i + 1) * n]) for i in range(3))
+    return (np.ascontiguousarray(points[:, 0]), *blocks)  # type: ignore[return-value]
+
+
+def _timed_points(file: StoredFile) -> TimedPoints:
+    points, offsets = file.pieces("points")
+    return TimedPoints(*_parts(points), offsets)

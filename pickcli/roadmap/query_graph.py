@@ -1,0 +1,77 @@
+"""A roadmap with the start and the goals of one query linked to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.roadmap.connection import Link
+from pickcli.roadmap.graph import Roadmap
+
+
+@dataclass(frozen=True, eq=False)
+class LinkedRoadmap:
+    """What A* searches. Nothing of the roadmap is copied: its nodes and edges come first, with their numbers.
+
+    configurations: (N + K, n) of the roadmap's nodes, then of the linked ones
+    links: (node, link) each: edges from new nodes to the roadmap's
+    """
+
+    roadmap: Roadmap
+    configurations: Array
+    links: tuple[tuple[int, Link], ...]
+
+    def is_link(self, edge: int) -> bool:
+        """Whether an edge is a link; the others are the roadmap's own."""
+        return edge >= self.roadmap.n_edges
+
+    @cached_property
+    def lengths(self) -> Array:
+        """(M + L,): Euclidean length of each edge."""
+        steps = (np.linalg.norm(np.diff(link.waypoints, axis=0), axis=1).sum() for _, link in self.links)
+        return np.concatenate([self.roadmap.lengths, [*steps]])
+
+    @cached_property
+    def neighbours(self) -> tuple[tuple[tuple[int, int], ...], ...]:
+        """For each node its (edge, other node), in order of the edges."""
+        lists = list(self.roadmap.neighbours)
+        lists += [()] * (len(self.configurations) - len(lists))
+        for edge, (node, link) in enumerate(self.links, start=self.roadmap.n_edges):
+            lists[node] = (*lists[node], (edge, link.node))
+            lists[link.node] = (*lists[link.node], (edge, node))
+        return tuple(lists)
+
+    def edge_path(self, edge: int, start: int | None = None) -> Array:
+        """Polyline (K, n) of an edge, as ``Roadmap.edge_path`` gives it."""
+        if not self.is_link(edge):
+            return self.roadmap.edge_path(edge, start)
+        _, link = self.links[edge - self.roadmap.n_edges]
+        return link.waypoints[::-1] if start == link.node else link.waypoints
+
+    def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:
+        """Polyline (K, n) through nodes along edges (one fewer), without doubled configurations."""
+        ways = [self.edge_path(edge, start) for edge, start in zip(edges, nodes, strict=False)]
+        return np.concatenate([self.configurations[nodes[0]][None], *(way[1:] for way in ways)])
+
+
+def linked(roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[LinkedRoadmap, list[int]]:
+    """The roadmap with configurations (n,) linked to it, and their nodes.
+
+    A configuration that is a node already (see ``straight_links``) stays that node.
+    """
+    nodes: list[int] = []
+    new: list[Array] = []
+    links: list[tuple[int, Link]] = []
+    for q, some in ends:
+        if len(some[0].waypoints) == 1:
+            nodes.append(some[0].node)
+            continue
+        nodes.append(roadmap.n_nodes + len(new))
+        new.append(q)
+        links += [(nodes[-1], link) for link in some]
+    configurations = np.vstack([roadmap.configurations, *new]) if new else roadmap.configurations
+    return LinkedRoadmap(roadmap, configurations, tuple(links)), nodes

@@ -1,0 +1,78 @@
+"""What a survey found intact, as motions and edges; and whether that makes sense.
+
+Whoever keeps the checksums right can write what no build does: a pivot state that there is not, polylines
+that join nothing. What is served is checked for that when it is read; so is what is kept from a survey.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.roadmap import validate
+from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
+from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.roadmap_tables import one_state
+from pickcli.roadmap.stored_marks import row_mark
+from pickcli.roadmap.stored_reasons import reason_row
+from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
+from pickcli.storage.integrity_scan import Survey
+
+
+def check_intact(found: Survey) -> None:
+    """Raise ValueError, or another of ``SYMPTOMS``, where something makes no sense."""
+    _ = found.fingerprint, found.made
+    if found.kind is DATABASE:
+        intact_missing(found)
+        validate.database(TrajectoryDatabase.of(found.joint_names, intact_motions(found)), None)
+    else:
+        validate.roadmap(intact_roadmap(found), None)
+        for names in ("refused", "missing", "alone"):
+            for entry in found.intact[names]:
+                reason_row((), entry.row)
+
+
+def intact_motions(found: Survey) -> list[CoarseMotion]:
+    """The motions of a database."""
+    names, rows = found.joint_names, found.intact["motions"]
+    return [motion_of(names, entry.row, entry.pieces["waypoints"], entry.pieces["points"]) for entry in rows]
+
+
+def intact_missing(found: Survey) -> list[Missing]:
+    """The motions that the build of a database could not have."""
+    return [missing_row(entry.row) for entry in found.intact["missing"]]
+
+
+def intact_roadmap(found: Survey) -> Roadmap:
+    """The nodes and edges of a roadmap.
+
+    An edge names its nodes by their rows, which says nothing where some are lost: then each has its own two.
+    """
+    nodes, edges = found.intact["nodes"], found.intact["edges"]
+    none = np.zeros((0, len(found.joint_names)))
+    configurations = [node.pieces["configurations"] for node in nodes]
+    if any(len(q) != 1 for q in configurations):
+        raise ValueError("a node has not exactly one configuration")
+    ways = [edge.pieces["waypoints"] for edge in edges]
+    roadmap = Roadmap(
+        found.joint_names,
+        np.concatenate([none, *configurations]),
+        tuple(bytes(node.row["name"]).decode() for node in nodes),
+        tuple(PivotState(bytes(node.row["pivot"]).decode()) for node in nodes),
+        np.array([(edge.row["a"], edge.row["b"]) for edge in edges], dtype=np.int64).reshape(-1, 2),
+        np.array([edge.row["length"] for edge in edges]),
+        np.concatenate([none, *ways]),
+        np.cumsum([0, *map(len, ways)]),
+        one_state(bytes(edge.row["proven_for"]).decode() for edge in edges),
+        tuple(row_mark(edge.row) for edge in edges),
+    )
+    return roadmap if found.is_whole else _on_own_nodes(roadmap)
+
+
+def _on_own_nodes(roadmap: Roadmap) -> Roadmap:
+    """Each edge between two nodes of its own."""
+    ends = [roadmap.edge_path(edge)[[0, -1]] for edge in range(roadmap.n_edges)]
+    grown = roadmap.with_nodes(np.concatenate([np.zeros((0, len(roadmap.joint_names))), *ends]))
+    return replace(grown, edges=roadmap.n_nodes + np.arange(2 * len(ends)).reshape(-1, 2))

@@ -1,0 +1,107 @@
+"""Proof of a blended curve: chords that it stays near, handed to a checker that knows the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.timing.corner_blending import Curve, blend, distinct, smoothed
+from pickcli.timing.limit_check import POSITION_TOLERANCE
+
+IsFree: TypeAlias = Callable[[int, Array, Array], int]
+"""(part, Q (K, n), slack (K - 1, n)) -> index of the first chord whose tube is not proven free, or -1."""
+
+_HALVINGS = 6  # of a corner's tolerance, before the motion has to stop at the corner
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """Chords with a tube around each: on chord k the curve stays within slack[k] of it, joint by joint."""
+
+    s: Array  # (K,)
+    configurations: Array  # (K, n)
+    slack: Array  # (K - 1, n), 0 on straight lines
+
+
+def cover(curve: Curve, start: float = 0.0, end: float | None = None) -> Cover:
+    """Chords for the curve between two s.
+
+    A curve leaves its chord by at most the square of the chord's length in s times the largest second
+    derivative, over eight; that derivative is bounded joint by joint (Curve.bend).
+    """
+    end = curve.length if end is None else end
+    inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
+    s = distinct(np.concatenate([inner, [end]]) - start) + start if end > start else np.zeros(0)
+    s = np.concatenate([[start], s[s > start]])
+    width = np.diff(s)[:, None]
+    slack = curve.bend(s[:-1], s[1:]) * width**2 / 8
+    return Cover(s, curve.evaluate(s), np.where(curve.is_line(s[:-1], s[1:])[:, None], 0.0, slack))
+
+
+def proven_blend(
+    waypoints: Array, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
+) -> Curve:
+    """The blended curve along waypoints (N, n), every part of it proven free and within position limits.
+
+    edges: (P + 1,) waypoint indices of the part boundaries
+    A corner whose blend is not proven gets its tolerance halved, up to six times; after that it becomes a
+    stop, where the curve is the polyline itself. Raises NoPlanError if a straight edge is not proven: the
+    polyline was not free then.
+    """
+    curve = blend(waypoints, tolerances)
+    try:
+        return _proven(curve, tolerances, edges, limits, is_free)
+    except NoPlanError:
+        # Dropping waypoints moved an edge by a little; without that it is the caller's own polyline.
+        return _proven(blend(waypoints, tolerances, simplify=0.0), tolerances, edges, limits, is_free)
+
+
+def _proven(curve: Curve, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None) -> Curve:
+    nearest = np.abs(curve.waypoint_s[:, None] - curve.corner_s).argmin(axis=0)
+    wanted = tolerances[nearest].astype(float)
+    floor = wanted / 2.0**_HALVINGS
+    while (failure := _first_failure(curve, edges, limits, is_free)) is not None:
+        reason, start, end = failure
+        near = np.abs(curve.corner_s - np.clip(curve.corner_s, start, end)) < curve.half_lengths
+        if not near.any():
+            raise NoPlanError("a timed path", [reason])
+        wanted = np.where(near, np.where(wanted / 2 > floor, wanted / 2, 0.0), wanted)
+        curve = smoothed(replace(curve, half_lengths=np.zeros(len(wanted))), tolerances, wanted)
+    return curve
+
+
+def _first_failure(
+    curve: Curve, edges: Array, limits: Limits, is_free: IsFree | None
+) -> tuple[Reason, float, float] | None:
+    """Why, and the s range, of the first chord that leaves the position limits or is not proven free."""
+    if is_free is None and _beyond(curve.evaluate(curve.knots), limits).max() <= POSITION_TOLERANCE:
+        return None
+    at = curve.waypoint_s[edges]
+    for part in range(len(edges) - 1):
+        tube = cover(curve, float(at[part]), float(at[part + 1]))
+        if len(tube.s) < 2:
+            continue
+        q = tube.configurations
+        beyond = _beyond(q, limits)
+        if beyond.max() > POSITION_TOLERANCE:
+            k = min(int(np.argmax(beyond)), len(tube.s) - 2)
+            reason = Reason(
+                "joint limit", f"part {part}", f"{beyond.max():.3g} outside at s = {tube.s[k]:.3f}"
+            )
+            return reason, float(tube.s[max(k - 1, 0)]), float(tube.s[k + 1])
+        k = -1 if is_free is None else is_free(part, q, tube.slack)
+        if k >= 0:
+            detail = f"not proven free from s = {tube.s[k]:.3f} to {tube.s[k + 1]:.3f} of {curve.length:.3f}"
+            return Reason("collision", f"part {part}", detail), float(tube.s[k]), float(tube.s[k + 1])
+    return None
+
+
+def _beyond(q: Array, limits: Limits) -> Array:
+    """(K,) how far configurations (K, n) are outside the position limits, negative inside."""
+    return np.asarray(np.maximum(limits.lower - q, q - limits.upper).max(axis=1))

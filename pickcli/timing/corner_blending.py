@@ -1,0 +1,277 @@
+"""Corners rounded: a polyline becomes a C3 curve that stays within a stated bound of it.
+
+A polyline is a sum of ramps: at corner k, at arc length s_k, its direction changes by turn_k,
+
+    p(s) = V_0 + d_0 s + sum_k turn_k max(s - s_k, 0).
+
+Each ramp is replaced by a smooth one that differs from it only within h_k of the corner; its slope is the
+quintic smoothstep, so position, direction, curvature and the rate of curvature are continuous and jerk
+has no jumps. A lone corner gets a blend between two straight lines. Where waypoints lie dense, on a curved
+motion, the blends overlap and the sum is what the waypoints sample: a curve without the ripple that blends
+confined to half an edge would have. The distance to the polyline is a sum of bumps,
+
+    q(s) - p(s) = sum_k turn_k h_k bump((s - s_k) / h_k),   0 <= bump <= DEPTH,
+
+from which the bound follows. The parameter s is the arc length of the polyline, in the Euclidean norm of
+joint units (rad and m alike); every waypoint projects on the s it has on the polyline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array
+from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
+
+Indices: TypeAlias = NDArray[np.intp]
+Mask: TypeAlias = NDArray[np.bool_]
+
+DEPTH = 0.15625  # bump(0)
+PEAK_TWIST = 10.0 / 3.0**0.5  # largest second derivative of the smoothstep
+_SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
+_DENSITY = 4.0  # nodes per half-length of a blend
+_EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone blend, in half-lengths
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A polyline with smoothed corners, parametrised by the polyline's arc length s.
+
+    corners: (K, n), K >= 1, no two consecutive ones equal
+    half_lengths: (K,) h of every corner; 0 at both ends, and at corners where the motion must stop
+    waypoint_s: (N,) s of each waypoint that the curve was made from, not decreasing
+    """
+
+    corners: Array
+    half_lengths: Array
+    waypoint_s: Array
+
+    @cached_property
+    def corner_s(self) -> Array:
+        """(K,) s of every corner."""
+        edges = np.linalg.norm(np.diff(self.corners, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(edges)])
+
+    @property
+    def length(self) -> float:
+        """Largest s."""
+        return float(self.corner_s[-1])
+
+    @cached_property
+    def directions(self) -> Array:
+        """(K + 1, n): unit direction before and after every corner; the ends repeat their only edge's."""
+        if len(self.corners) == 1:
+            return np.zeros((2, self.corners.shape[1]))
+        edges = np.diff(self.corners, axis=0)
+        unit = edges / np.linalg.norm(edges, axis=1)[:, None]
+        return np.concatenate([unit[:1], unit, unit[-1:]])
+
+    @cached_property
+    def turns(self) -> Array:
+        """(K, n): change of direction at every corner."""
+        return np.diff(self.directions, axis=0)
+
+    @property
+    def stops(self) -> Indices:
+        """Indices of the inner corners that are not smoothed: the motion must be at rest there."""
+        return 1 + np.flatnonzero(self.half_lengths[1:-1] == 0.0)
+
+    @cached_property
+    def knots(self) -> Array:
+        """Sorted s of both ends, all stops, and nodes within the blends, dense where the curve bends fast.
+
+        Between two of them that lie in no blend the curve is a straight line.
+        """
+        blends = np.flatnonzero(self.half_lengths > 0.0)
+        clusters = self._clusters(blends)
+        lone = np.array([first for first, last in clusters if first == last], dtype=np.intp)
+        even = self.corner_s[lone, None] + self.half_lengths[lone, None] * _EVEN
+        pieces = [self._nodes(first, last) for first, last in clusters if first < last]
+        return distinct(
+            np.concatenate([[0.0, self.length], self.corner_s[self.stops], even.ravel(), *pieces])
+        )
+
+    def is_line(self, start: Array, end: Array) -> Mask:
+        """(M,) whether the curve is straight on the intervals [start, end] (M,) between knots."""
+        middle = (start + end) / 2
+        return np.asarray(np.all(np.abs(middle[:, None] - self.corner_s) >= self.half_lengths, axis=1))
+
+    def split(self) -> tuple[Curve, ...]:
+        """The curve cut at its stops. The pieces count s from 0; their waypoint_s are their own corners'."""
+        cuts = np.concatenate([[0], self.stops, [len(self.corners) - 1]])
+        pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in pairwise(cuts)]
+        curves = [Curve(corners, half, np.zeros(1)) for corners, half in pieces]
+        return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
+
+    def _clusters(self, blends: Indices) -> list[tuple[int, int]]:
+        """Index ranges (first, last) of blends that overlap or touch."""
+        if len(blends) == 0:
+            return []
+        ends = np.maximum.accumulate(self.corner_s[blends] + self.half_lengths[blends])
+        # A later, longer blend may reach back over several earlier ones.
+        starts = np.minimum.accumulate((self.corner_s[blends] - self.half_lengths[blends])[::-1])[::-1]
+        cuts = np.flatnonzero(starts[1:] > ends[:-1] + SAME)
+        first = blends[np.concatenate([[0], cuts + 1])]
+        last = blends[np.concatenate([cuts, [len(blends) - 1]])]
+        return [(int(a), int(b)) for a, b in zip(first, last, strict=True)]
+
+    def _nodes(self, first: int, last: int) -> Array:
+        """Nodes of one cluster: ``_DENSITY`` or more per half-length of the shortest blend there."""
+        k = np.arange(first, last + 1)[self.half_lengths[first : last + 1] > 0.0]
+        s, h = self.corner_s[k], self.half_lengths[k]
+        marks = np.unique(np.concatenate([s - h, s - h / 2, s, s + h / 2, s + h]))
+        middle = (marks[1:] + marks[:-1]) / 2
+        covers = np.abs(middle[:, None] - s) < h
+        density = (covers / h).max(axis=1) * _DENSITY
+        count = np.concatenate([[0.0], np.cumsum(density * np.diff(marks))])
+        levels = np.linspace(0.0, count[-1], max(int(np.ceil(count[-1] - 1e-6)), 2) + 1)
+        return np.asarray(np.interp(levels, count, marks))
+
+    def evaluate(self, s: Array | float, derivative: int = 0) -> Array:
+        """q (derivative 0) or its 1st to 3rd derivative by s at s (M,): (M, n)."""
+        return self.evaluate_all(s, derivative)[derivative]
+
+    def evaluate_all(self, s: Array | float, highest: int = 3) -> list[Array]:
+        """[q, q', .. up to ``highest`` (0 to 3)] at s (M,), each (M, n); s is clamped to the curve."""
+        at: Array = np.clip(np.atleast_1d(np.asarray(s, dtype=np.float64)), 0.0, self.length)
+        edge = np.searchsorted(self.corner_s[1:-1], at, side="right")
+        out = [self.corners[edge] + self.directions[edge + 1] * (at - self.corner_s[edge])[:, None]]
+        out += [self.directions[edge + 1]] if highest >= 1 else []
+        out += [np.zeros_like(out[0]) for _ in range(2, highest + 1)]
+        k = self._active(at)
+        if k.shape[1]:
+            weights = _bumps(at[:, None] - self.corner_s[k], self.half_lengths[k], highest)
+            summed = np.matmul(weights, self.turns[k])
+            out = [value + summed[:, d] for d, value in enumerate(out)]
+        return out
+
+    def _active(self, s: Array) -> Indices:
+        """(M, W) corner indices among which are all whose blends reach s; W as small as the curve allows."""
+        reach = self.half_lengths
+        ends = np.maximum.accumulate(self.corner_s + reach)
+        starts = np.minimum.accumulate((self.corner_s - reach)[::-1])[::-1]
+        first = np.searchsorted(ends, s, side="left")
+        last = np.searchsorted(starts, s, side="right")
+        width = int(np.max(last - first, initial=0))
+        first = np.minimum(first, len(reach) - width)
+        return first[:, None] + np.arange(width)
+
+    def bend(self, start: Array, end: Array) -> Array:
+        """(M, n) upper bound of |q''| per joint on every interval [start, end] (M,)."""
+        h = np.maximum(self.half_lengths, SAME)
+        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
+        x = np.minimum(np.abs(nearest - self.corner_s) / h, 1.0)
+        kernel = (15 / 16) * (1.0 - x * x) ** 2 / h * (self.half_lengths > 0.0)
+        return kernel @ np.abs(self.turns)
+
+    def twist(self, start: Array, end: Array) -> Array:
+        """(M, n) upper bound of the third derivative's size per joint on every interval [start, end] (M,)."""
+        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
+        h = self.half_lengths
+        peak = PEAK_TWIST / np.maximum(2.0 * h, SAME) ** 2
+        return ((np.abs(nearest - self.corner_s) < h) * peak) @ np.abs(self.turns)
+
+    def deviation(self, start: Array, end: Array) -> Array:
+        """(M,) upper bound of the Euclidean distance to the polyline on every interval [start, end] (M,)."""
+        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
+        offset, h = nearest - self.corner_s, np.broadcast_to(self.half_lengths, nearest.shape)
+        return np.asarray(_bumps(offset, h, 0)[:, 0] @ np.linalg.norm(self.turns, axis=1))
+
+
+def distinct(s: Array) -> Array:
+    """Sorted values without those that differ only by rounding; the largest one is kept as it is."""
+    s = np.sort(s)
+    tolerance = min(1e-8, 0.1 * float(s[-1]))
+    keep = np.concatenate([[True], np.diff(s) > tolerance]) & (s < s[-1] - tolerance)
+    return np.concatenate([s[keep], s[-1:]]) if s[-1] > 0.0 else np.zeros(1)
+
+
+def _bumps(offset: Array, h: Array, highest: int) -> Array:
+    """(M, highest + 1, W): h bump(offset / h) and its derivatives by the offset; 0 outside the blend.
+
+    The smooth ramp's slope is the quintic smoothstep S(u), u = (offset + h) / 2h; the ramp itself is
+    2h F(u) with F' = S. Subtracted are the ramp and its step, which the polyline already has.
+    """
+    inside = np.abs(offset) < h
+    width = np.where(inside, 2.0 * h, 1.0)
+    u = np.where(inside, (offset + h) / width, 0.0)
+    u2 = u * u
+    u3 = u2 * u
+    out = np.empty((len(u), highest + 1, u.shape[1]))
+    past = inside & (offset > 0.0)
+    out[:, 0] = width * u3 * u * (2.5 - 3.0 * u + u2) - np.where(past, offset, 0.0)
+    if highest >= 1:
+        out[:, 1] = u3 * (10.0 - 15.0 * u + 6.0 * u2) - past
+    if highest >= 2:
+        v = 1.0 - u
+        out[:, 2] = 30.0 * u2 * v * v / width
+    if highest >= 3:
+        out[:, 3] = 60.0 * u * v * (v - u) / (width * width)
+    return out
+
+
+def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> Curve:
+    """The curve along a polyline (N, n) that leaves it by no more than the tolerances.
+
+    tolerances: (N,) or one for all, in joint units: bound on the Euclidean distance between curve and
+        polyline, each along the half edges next to its waypoint. 0 makes the waypoint, if it is a corner, a
+        stop.
+    simplify: share of the tolerance within which waypoints are dropped first; the rest is for the blends.
+    """
+    tolerance = np.array(np.broadcast_to(np.asarray(tolerances, dtype=float), (len(waypoints),)))
+    kept = canonical(waypoints, np.maximum(simplify * tolerance, SAME))
+    curve = Curve(waypoints[kept], np.zeros(len(kept)), arc_lengths(waypoints, kept))
+    return smoothed(curve, (1.0 - simplify) * tolerance, (1.0 - simplify) * tolerance[kept])
+
+
+def smoothed(curve: Curve, allowed: Array, wanted: Array) -> Curve:
+    """The curve with its corners smoothed as far as two sets of tolerances allow.
+
+    allowed: (N,) bound on the deviation near every waypoint; wanted: (K,) bound on what each corner alone
+        contributes, 0 makes it a stop.
+    """
+    half = np.zeros(len(curve.corners))
+    if len(half) < 3:
+        return replace(curve, half_lengths=half)
+    turn = np.maximum(np.linalg.norm(curve.turns, axis=1), SAME)
+    fixed = np.concatenate([[True], wanted[1:-1] <= 0.0, [True]])  # ends and stops: no blend reaches over
+    walls, free = curve.corner_s[fixed], curve.corner_s[~fixed]
+    i = np.searchsorted(walls, free)
+    room = np.minimum(free - walls[i - 1], walls[i] - free)
+    half[~fixed] = np.minimum(wanted[~fixed] / (DEPTH * turn[~fixed]), room)
+    return _shrunk(replace(curve, half_lengths=half), allowed)
+
+
+def _shrunk(curve: Curve, allowed: Array, n_rounds: int = 8) -> Curve:
+    """Half-lengths reduced until the sum of all bumps keeps the tolerance near every waypoint."""
+    for _ in range(n_rounds):
+        start, end, bound = _intervals(curve, allowed)
+        excess = curve.deviation(start, end) / bound
+        if excess.max(initial=0.0) <= 1.0:
+            return curve
+        s, h = curve.corner_s[:, None], curve.half_lengths[:, None]
+        worst = np.max(np.where((start < s + h) & (end > s - h), excess, 0.0), axis=1)
+        # The sum over a dense row of blends grows with h squared, a lone bump with h.
+        shrink = np.where(worst > 1.0, np.maximum(worst, 1.05) ** -0.6, 1.0)
+        curve = replace(curve, half_lengths=curve.half_lengths * shrink)
+    # Each bump shrinks at least as fast as its h: one common factor settles what is left.
+    start, end, bound = _intervals(curve, allowed)
+    excess = curve.deviation(start, end) / bound
+    return replace(curve, half_lengths=curve.half_lengths / max(float(excess.max(initial=0.0)), 1.0))
+
+
+def _intervals(curve: Curve, allowed: Array) -> tuple[Array, Array, Array]:
+    """Intervals where the curve may leave the polyline: start, end and the tolerance there."""
+    middles = (curve.waypoint_s[1:] + curve.waypoint_s[:-1]) / 2
+    marks = distinct(np.concatenate([curve.knots, curve.corner_s, middles]))
+    start, end = marks[:-1], marks[1:]
+    bent = ~curve.is_line(start, end)
+    start, end = start[bent], end[bent]
+    nearest = np.searchsorted(middles, (start + end) / 2)
+    return start, end, np.maximum(allowed[nearest], SAME**2)

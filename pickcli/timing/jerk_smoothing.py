@@ -1,0 +1,92 @@
+"""Jerk limited by smoothing s(t): the motion stays on its path, only its pace changes.
+
+The time-optimal profile switches acceleration in no time. Averaging ds/dt over a window w makes every
+switch a ramp of that length. For a straight move with w = acceleration / jerk the result is the
+time-optimal seven-phase profile itself. All switching lands on the time grid: s(t) is a cubic in every
+cell, so that on straight lines the quintics of a Trajectory reproduce it exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.timing.toppra_closed_form import Profile
+
+
+@dataclass(frozen=True, eq=False)
+class Pace:
+    """s(t), at rest at both ends; d2s/dt2 is linear between the points."""
+
+    t: Array  # (K,), strictly increasing from 0
+    s: Array  # (K,), not decreasing
+    ds: Array  # (K,)
+    dds: Array  # (K,)
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return float(self.t[-1])
+
+    def stretched(self, factor: float) -> Pace:
+        """The same motion, slower by a factor."""
+        return Pace(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
+
+    def shifted(self, by: float) -> Pace:
+        """The same motion on a path on which it starts at s = ``by``."""
+        return Pace(self.t, self.s + by, self.ds, self.dds)
+
+    def times_at(self, s: Array) -> Array:
+        """(M,) when each s (M,) is reached first; the very ends for the ends of the path."""
+        last = len(self.t) - 2
+        i = np.clip(np.searchsorted(self.s, s, side="left") - 1, 0, last)
+        h = self.t[i + 1] - self.t[i]
+        low, high = np.zeros(len(s)), np.ones(len(s))
+        for _ in range(32):  # to 1e-12 s
+            u = (low + high) / 2
+            here = self.s[i] + h * u * (
+                self.ds[i] + h * u * (self.dds[i] / 2 + (self.dds[i + 1] - self.dds[i]) * u / 6)
+            )
+            low, high = np.where(here < s, u, low), np.where(here < s, high, u)
+        times = self.t[i] + h * high
+        times = np.where(s <= self.s[0], 0.0, times)
+        return np.asarray(np.where(s >= self.s[-1], self.duration, times))
+
+
+def smooth(profile: Profile, step: float, n_window: int) -> Pace:
+    """The profile's speed averaged over ``n_window`` >= 1 cells of ``step`` s; a window and a cell longer."""
+    n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
+    s = profile.position(step * np.arange(n_cells + 1.0))
+    rest = np.zeros(n_window + 1)
+    speed = np.concatenate([rest, np.diff(s) / step, rest])  # mean of each cell, taken at its middle
+    total = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
+    ds = np.maximum(total[n_window:] - total[:-n_window], 0.0) / n_window
+    dds = (speed[n_window:] - speed[:-n_window]) / (n_window * step)
+    ds[[0, -1]] = dds[[0, -1]] = 0.0
+    gained = step * ds[:-1] + step**2 * (dds[:-1] / 3 + dds[1:] / 6)
+    position = np.concatenate([[0.0], np.cumsum(np.maximum(gained, 0.0))])
+    position *= profile.s[-1] / position[-1]  # rounding only
+    return Pace(step * np.arange(float(len(ds))), position, ds, dds)
+
+
+def standing(length: float, step: float) -> Pace:
+    """A path too short to be a motion, passed in one cell."""
+    return Pace(np.array([0.0, step]), np.array([0.0, length]), np.zeros(2), np.zeros(2))
+
+
+def join(paces: Sequence[Pace]) -> Pace:
+    """Paces one after the other; each starts at the s where the one before it came to rest."""
+    if len(paces) == 1:
+        return paces[0]
+    starts = np.cumsum([0.0] + [pace.duration for pace in paces[:-1]])
+    t = np.concatenate(
+        [paces[0].t[:1]] + [pace.t[1:] + start for pace, start in zip(paces, starts, strict=True)]
+    )
+    rows = [
+        np.concatenate([getattr(paces[0], name)[:1]] + [getattr(pace, name)[1:] for pace in paces])
+        for name in ("s", "ds", "dds")
+    ]
+    return Pace(t, *rows)

@@ -1,0 +1,183 @@
+"""A protective stop at any time, and the resume after it: both along the path of the trajectory.
+
+The robot's state is q(tau): tau is the trajectory's own time, and what changes is only how fast it runs.
+ruckig plans tau(t) with limits on d2tau/dt2 and d3tau/dt3; the joints then feel
+
+    dq = v tau',    ddq = a tau'^2 + v tau'',    dddq = j tau'^3 + 3 a tau' tau'' + v tau'''
+
+with v, a, j those of the trajectory at tau. How hard tau may be braked depends on what the joints are
+doing just then, so several rates are tried, from the hardest, and the result is checked strictly. Where
+the joints brake with all they have already, the stop waits for a moment: never past the limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.errors import LimitError
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.limit_check import TOLERANCE, measure_limits
+
+_STEP = 0.008  # s between points, at most
+_TOO_CLOSE = 5e-4  # s: points nearer than this are one
+_HOPELESS = 1.5  # a stretch that needs no closer look
+_SLOWEST = 0.02  # s: share of velocity over acceleration below which a joint counts as standing
+_RATES = 0.65 ** np.arange(9)  # of the fastest change of tau' that the limits could ever allow
+_WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)])  # s until braking begins
+
+
+@dataclass(frozen=True, eq=False)
+class Stopped:
+    """The motion as it is until standstill.
+
+    trajectory: the original up to the stop, then braking along the same path
+    path_time: where it stands: the time of that configuration in the original trajectory, s
+    """
+
+    trajectory: Trajectory
+    path_time: float
+
+
+@dataclass(frozen=True, eq=False)
+class _TimeLaw:
+    """tau and its derivatives at times t from the moment of the request."""
+
+    t: Array
+    tau: Array
+    first: Array  # tau'
+    second: Array  # tau''
+
+
+def stop(trajectory: Trajectory, at: float, limits: Limits) -> Stopped:
+    """The quickest stop found, requested at time ``at`` (s), that keeps the path and all limits.
+
+    Where the robot comes to rest at the trajectory's own end before any other stop could, it stops there.
+    """
+    best = Stopped(trajectory, trajectory.duration)
+    for wait in _WAITS:
+        begin = (at if at > _TOO_CLOSE else 0.0) + float(wait)
+        if begin >= best.trajectory.duration:
+            break
+        for rate in _fastest_rate(trajectory, begin, limits) * _RATES:
+            law = _law(begin, 1.0, 0.0, rate, limits, trajectory)
+            if begin + law.t[-1] >= best.trajectory.duration:
+                break  # lower rates take longer still
+            if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk goes with its cube
+                best = Stopped(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
+                break
+    return best
+
+
+def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajectory:
+    """From rest at ``path_time`` (s) of a trajectory to its end, along its path, times from 0.
+
+    The trajectory's own pace is picked up again; what that breaks of the limits is made up for by
+    stretching time, and the quickest of several ways is taken.
+    """
+    left = trajectory.duration - path_time
+    best_duration, best = np.inf, None
+    for rate in _fastest_rate(trajectory, path_time, limits) * _RATES:
+        law = _law(path_time, 0.0, 1.0, rate, limits, trajectory)
+        duration = (law.t[-1] + left - (law.tau[-1] - path_time)) * _stretch(trajectory, law, limits)
+        if duration < best_duration:
+            best_duration, best = duration, law
+    if best is None:
+        raise LimitError(f"no resume at {path_time:.3f} s: the trajectory is not finite there")
+    candidate = _driven(trajectory, best, with_start=False)
+    return _stretched(candidate, max(measure_limits(candidate, limits).stretch, 1.0))
+
+
+def _stretch(trajectory: Trajectory, law: _TimeLaw, limits: Limits) -> float:
+    """Factor of time that the part driven by the law needs to keep the limits, at least 1."""
+    t, q, v, a = _law_rows(trajectory, law)
+    at_points = float(np.sqrt((np.abs(a) / limits.acceleration).max()))
+    if not at_points <= _HOPELESS:
+        return at_points
+    return max(measure_limits(Trajectory(trajectory.joint_names, t, q, v, a), limits).stretch, 1.0)
+
+
+def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    return Trajectory(
+        trajectory.joint_names,
+        trajectory.times * factor,
+        trajectory.positions,
+        trajectory.velocities / factor,
+        trajectory.accelerations / factor**2,
+    )
+
+
+def _fastest_rate(trajectory: Trajectory, tau: float, limits: Limits) -> float:
+    """tau'' (1/s) at which the first joint around tau would need all of its acceleration."""
+    velocity = np.abs(trajectory.sample(tau + np.linspace(-0.1, 0.1, 9), 1))
+    return 1.0 / max(float((velocity / limits.acceleration).max()), _SLOWEST)
+
+
+def _law(
+    tau: float, speed: float, target: float, rate: float, limits: Limits, trajectory: Trajectory
+) -> _TimeLaw:
+    """ruckig's change of tau' from ``speed`` to ``target``, starting at tau."""
+    import ruckig
+
+    given, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    given.control_interface = ruckig.ControlInterface.Velocity
+    given.current_position, given.current_velocity, given.current_acceleration = [tau], [speed], [0.0]
+    given.target_velocity, given.target_acceleration = [target], [0.0]
+    given.max_acceleration = [rate]
+    given.max_jerk = [rate * float((limits.jerk / limits.acceleration).min())]
+    ruckig.Ruckig(1).calculate(given, plan)
+    phases = plan.profiles[0][0]
+    ends = np.cumsum(phases.t)
+    start = np.array([phases.p[:7], phases.v[:7], phases.a[:7], phases.j])
+    fine = np.linspace(0.0, plan.duration, int(np.ceil(plan.duration / 1e-3)) + 2)
+    t = _points(fine, _along(start, ends, fine)[0], ends, trajectory.times)
+    position, first, second = _along(start, ends, t)
+    first[-1], second[-1] = target, 0.0
+    return _TimeLaw(t, np.minimum(position, trajectory.duration), first, second)
+
+
+def _along(start: Array, ends: Array, t: Array) -> tuple[Array, Array, Array]:
+    """tau, tau', tau'' at times t, from the state (4, 7) at the start of seven phases of constant jerk."""
+    i = np.minimum(np.searchsorted(ends, t), 6)
+    p, v, a, j = start[:, i]
+    x = t - np.concatenate([[0.0], ends])[i]
+    return p + x * (v + x * (a / 2 + x * j / 6)), v + x * (a + x * j / 2), a + x * j
+
+
+def _points(t: Array, tau: Array, ends: Array, knots: Array) -> Array:
+    """Times at which to put points: where the law or the trajectory has a knot, and evenly in between."""
+    crossed = np.interp(knots[(knots > tau[0]) & (knots < tau[-1])], tau, t)
+    marks = np.sort(np.concatenate([[0.0, t[-1]], ends[ends < t[-1]], crossed]))
+    marks = marks[np.concatenate([[True], np.diff(marks) > _TOO_CLOSE])]
+    marks[-1] = t[-1]
+    counts = np.ceil(np.diff(marks) / _STEP - 1e-9).astype(int)
+    pieces = [
+        np.linspace(a, b, n, endpoint=False) for a, b, n in zip(marks[:-1], marks[1:], counts, strict=True)
+    ]
+    return np.concatenate([*pieces, t[-1:]])
+
+
+def _law_rows(trajectory: Trajectory, law: _TimeLaw) -> tuple[Array, Array, Array, Array]:
+    """Times from 0, positions, velocities and accelerations while the law drives."""
+    q, v, a = (trajectory.sample(law.tau, derivative) for derivative in range(3))
+    first, second = law.first[:, None], law.second[:, None]
+    return law.t, q, v * first, a * first**2 + v * second
+
+
+def _driven(trajectory: Trajectory, law: _TimeLaw, with_start: bool) -> Trajectory:
+    """The trajectory up to the law if asked for, the law, and the rest where the law ends at full pace."""
+    rows = [_law_rows(trajectory, law)]
+    points = (trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    if with_start:
+        before = trajectory.times < law.tau[0] - _TOO_CLOSE
+        rows = [tuple(row[before] for row in points), (law.t + law.tau[0], *rows[0][1:])]
+    if law.first[-1] > 0.0:
+        after = trajectory.times > law.tau[-1] + _TOO_CLOSE
+        later = trajectory.times[after] + (rows[-1][0][-1] - law.tau[-1])
+        rows.append((later, *(row[after] for row in points[1:])))
+    t, q, v, a = (np.concatenate(column) for column in zip(*rows, strict=True))
+    v[-1] = a[-1] = 0.0
+    return Trajectory(trajectory.joint_names, t - t[0], q, v, a)

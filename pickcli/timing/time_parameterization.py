@@ -1,0 +1,158 @@
+"""A pace along a curve that keeps velocity, acceleration and jerk limits and is near the fastest.
+
+1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
+2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
+3. where the result breaks a limit, by a factor r of time, the limits are lowered there and it starts anew;
+4. what is left after a few rounds, a percent or so, is removed by stretching time.
+All of it is a pure function of path and limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.corner_blending import Curve
+from pickcli.timing.jerk_smoothing import Pace, smooth
+from pickcli.timing.limit_check import peaks
+from pickcli.timing.path_limits import PathBounds
+from pickcli.timing.toppra_closed_form import Grid, Profile, parametrize
+
+_WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
+_SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
+_ROUNDS = 4  # for every window
+_SLOWER = 2.0  # at most, from one round to the next
+_GOOD = 1.003  # a stretch that is not worth another round
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """One attempt: a pace and the factor of time, at least 1, that makes it keep every limit."""
+
+    pace: Pace
+    stretch: float
+
+    @property
+    def duration(self) -> float:
+        """s, stretched."""
+        return self.pace.duration * self.stretch
+
+
+def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
+    """The fastest pace found along a curve (length > 0) without stops, from rest to rest.
+
+    step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it
+    """
+    ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
+    step = ramp / np.ceil(ramp / step - 1e-9)
+    best: Timed | None = None
+    for window in _windows(curve, bounds, ramp):
+        found = _timed(curve, bounds, step, max(round(window / step), 1), window / ramp)
+        best = found if best is None or found.duration < best.duration else best
+        if best.stretch == 1.0:
+            break  # it fits as it is: a wider window only lasts longer
+    assert best is not None
+    return best
+
+
+def _windows(curve: Curve, bounds: PathBounds, ramp: float) -> tuple[float, ...]:
+    """Windows (s) to try, the narrowest first.
+
+    A motion over d from rest to rest that jerk alone limits has four phases of (d / 2 jerk)^(1/3), and
+    without jerk limits it would take T = 2 (d / acceleration)^(1/2).
+    """
+    # Only lines of the closed form cruise between accelerating and braking.
+    is_line, cruises = not curve.half_lengths.any(), bounds.constraint is None
+    at_full_speed = (np.abs(np.diff(curve.corners, axis=0)) / bounds.limits.velocity).max(axis=1).sum()
+    if at_full_speed >= _SHORT * ramp:
+        return (ramp if is_line and cruises else _WIDE * ramp,)
+    shortest = parametrize(bounds.grid(curve, 1.0, np.inf, 0.0)).duration
+    phase = min(ramp, float(np.cbrt(ramp * shortest**2 / 8.0)))
+    if is_line:
+        # The window of the time-optimal motion itself, or one for a switch by twice the acceleration.
+        return (phase,) if cruises else (2.0 * phase,)
+    return (phase, _WIDE * phase) if shortest < _SHORT * ramp else (_WIDE * ramp,)
+
+
+def _timed(curve: Curve, bounds: PathBounds, step: float, n_window: int, share: float) -> Timed:
+    """Rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
+    grid = bounds.grid(curve, min(1.0, share), 1.0, step * n_window)
+    best: Timed | None = None
+    for _ in range(_ROUNDS):
+        profile = parametrize(grid)
+        pace = smooth(profile, step, n_window)
+        ratios = needed_stretch(curve, bounds, pace)
+        timed = Timed(pace, max(float(ratios.max()), 1.0))
+        best = timed if best is None or timed.duration < best.duration else best
+        if timed.stretch <= _GOOD:
+            break
+        grid = _lowered(grid, profile, ratios, step, n_window)
+    assert best is not None
+    return best
+
+
+def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
+    """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
+    trajectory = to_trajectory(curve, pace)
+    velocity, acceleration, jerk = peaks(trajectory)
+    start, end = pace.s[:-1], pace.s[1:]
+    scale, limits = bounds.lowest(bounds.scales, start, end), bounds.limits
+    ratio = np.maximum(
+        (velocity / limits.velocity).max(axis=1) / scale,
+        np.maximum(
+            np.sqrt((acceleration / limits.acceleration).max(axis=1) / scale),
+            np.cbrt((jerk / limits.jerk).max(axis=1) / scale),
+        ),
+    )
+    if len(bounds.table_s):
+        tool = bounds.tool_speed(pace.s) * pace.ds
+        ratio = np.maximum(
+            ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
+        )
+    if bounds.constraint is not None:
+        states = trajectory.positions, trajectory.velocities, trajectory.accelerations
+        needed = bounds.constraint.stretch(*states)
+        ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))
+    return np.asarray(ratio)
+
+
+def to_trajectory(curve: Curve, pace: Pace, names: tuple[str, ...] = ()) -> Trajectory:
+    """The motion q(s(t)) at the pace's grid; the quintics in between follow it closely."""
+    q, dq, ddq = curve.evaluate_all(pace.s, 2)
+    velocity = dq * pace.ds[:, None]
+    acceleration = ddq * (pace.ds**2)[:, None] + dq * pace.dds[:, None]
+    return Trajectory(names, pace.t, q, velocity, acceleration)
+
+
+def _lowered(grid: Grid, profile: Profile, ratios: Array, step: float, n_window: int) -> Grid:
+    """The grid with its limits lowered where the smoothed motion needs a stretch.
+
+    Smoothing mixes what happens within a window, so a ratio counts for the window around it.
+    """
+    at = (np.interp(grid.s, profile.s, profile.t) / step + (n_window + 1) / 2).astype(int)
+    at = np.clip(at, 0, len(ratios) - 1)
+    ratio = np.maximum(_spread(ratios, n_window)[at], 1.0)
+    speed = np.interp(grid.s, profile.s, profile.v) / ratio
+    speed = np.where(ratio > _GOOD, np.minimum(grid.speed, speed), grid.speed)
+    speed[[0, -1]] = grid.speed[[0, -1]]
+    between = np.maximum(ratio[1:], ratio[:-1])
+    for i in np.flatnonzero(grid.is_line) if grid.planes is None else ():
+        # A long line is broken at its ends only, by what happens in the blends: those are slowed instead.
+        is_short = at[i + 1] - at[i] < 3 * n_window
+        between[i] = max(float(ratios[at[i] : at[i + 1] + 1].max()), 1.0) if is_short else 1.0
+    planes = grid.planes and replace(grid.planes, c=grid.planes.c / (ratio**2)[:, None])
+    return replace(grid, speed=speed, acceleration=grid.acceleration / (between**2)[:, None], planes=planes)
+
+
+def _spread(values: Array, width: int) -> Array:
+    """(K,) largest value within ``width`` cells centred on each."""
+    padded = np.pad(values, (width // 2, width - 1 - width // 2))
+    done = 1
+    while done < width:  # maxima over twice as many cells each time
+        more = min(done, width - done)
+        padded = np.maximum(padded[:-more], padded[more:])
+        done += more
+    return np.asarray(padded)

@@ -1,0 +1,208 @@
+"""A run: everything between two stops, stitched into one path and timed as one motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.cell.robot import Limits
+from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.blend_validation import IsFree, proven_blend
+from pickcli.timing.corner_blending import Curve
+from pickcli.timing.jerk_smoothing import Pace, join, standing
+from pickcli.timing.limit_check import LimitReport, check_limits, peaks
+from pickcli.timing.path_constraint import PathConstraint
+from pickcli.timing.path_limits import PLANE_STEP, PathBounds, ToolSpeed, path_bounds
+from pickcli.timing.polyline_simplification import NOWHERE
+from pickcli.timing.time_parameterization import retime, to_trajectory
+from pickcli.timing.trajectory_chords import trajectory_chords
+
+STEP = 0.008  # s between trajectory points, before stretching
+MOST_STRETCH = 2.0  # of all of a motion for what a path constraint needs in one place
+CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
+EXACT = 1e-3  # joint units: tolerance at a boundary that asks for an exact pass
+
+
+@dataclass(frozen=True, eq=False)
+class RunPart:
+    """One segment's share of a run.
+
+    waypoints: (N, n), N >= 1; the first equals the last of the part before
+    speed_scale: of this part's velocity, acceleration and jerk limits
+    max_tool_speed: m/s of the tool's tip, or None
+    blend_tolerance: joint units, how far the motion may leave the waypoints' polyline; 0 stops at each corner
+    exact_end: the boundary to the next part is passed within ``EXACT`` instead of the blend tolerance
+    """
+
+    kind: SegmentKind
+    waypoints: Array
+    speed_scale: float = 1.0
+    max_tool_speed: float | None = None
+    blend_tolerance: float = 0.02
+    exact_end: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class TimedRun:
+    """A run in time, from rest to rest.
+
+    part_times: (P + 1,) when each part begins, and the run's end; a boundary inside a blend counts where
+        the blend's middle is passed
+    piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``
+    curve, pace: the path that the trajectory follows, and how fast
+    stretch: factor by which time was stretched at the end to keep the limits strictly
+    """
+
+    trajectory: Trajectory
+    part_times: Array
+    piece_scales: Array
+    curve: Curve
+    pace: Pace
+    stretch: float
+    report: LimitReport
+
+    @cached_property
+    def deviation(self) -> float:
+        """Bound on how far, joint by joint, the trajectory's quintics leave the curve."""
+        return _deviation(self.curve, self.pace, self.trajectory)
+
+
+def time_run(
+    joint_names: tuple[str, ...],
+    parts: Sequence[RunPart],
+    limits: Limits,
+    is_free: IsFree | None = None,
+    jacobian_speed: ToolSpeed | None = None,
+    step: float = STEP,
+    constraint: PathConstraint | None = None,
+) -> TimedRun:
+    """One motion through all parts, at rest only at its ends (and at corners that no blend could pass).
+
+    is_free: (part, chords, slack) -> first chord not proven free, or -1; None trusts the blends' bound
+    jacobian_speed: tool travel per unit of path, needed where a part has ``max_tool_speed``
+    constraint: kept along the whole run, at every millisecond
+    Raises ValueError for parts that do not join, NoPlanError for a path that is not free or on which not
+    even rest keeps the constraint, LimitError if the result breaks a limit (a bug).
+    """
+    waypoints, tolerances, edges = _stitched(parts)
+    curve = proven_blend(waypoints, tolerances, edges, limits, is_free)
+    scales = np.array([part.speed_scale for part in parts])
+    caps = np.array([np.inf if part.max_tool_speed is None else part.max_tool_speed for part in parts])
+    bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
+    if constraint is not None:
+        _check_rest(curve, constraint)
+    pace, stretch = _pace(curve, bounds, step)
+    if jacobian_speed is not None:
+        excess = _tool_excess(curve, bounds, pace, jacobian_speed)
+        pace, stretch = pace.stretched(excess), stretch * excess
+    if constraint is not None:
+        excess = _constraint_excess(to_trajectory(curve, pace), constraint)
+        pace, stretch = pace.stretched(excess), stretch * excess
+    trajectory = _exact_ends(to_trajectory(curve, pace, joint_names), waypoints)
+    piece_scales = bounds.lowest(scales, pace.s[:-1], pace.s[1:])
+    report = check_limits(trajectory, limits, piece_scales)
+    times = pace.times_at(bounds.edges)
+    return TimedRun(trajectory, times, piece_scales, curve, pace, stretch, report)
+
+
+def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
+    """Waypoints (N, n) of all parts, tolerance (N,) of each, and indices (P + 1,) of the boundaries."""
+    if not parts:
+        raise ValueError("a run needs at least one part")
+    rows, tolerances, edges = [parts[0].waypoints[:1]], [np.array([parts[0].blend_tolerance])], [0]
+    for index, part in enumerate(parts):
+        gap = float(np.abs(part.waypoints[0] - rows[-1][-1]).max())
+        if gap > NOWHERE:
+            raise ValueError(
+                f"part {index} ({part.kind}) starts {gap:.3g} from where the part before it ends"
+            )
+        rows.append(part.waypoints[1:])
+        tolerances.append(np.full(len(part.waypoints) - 1, part.blend_tolerance))
+        edges.append(edges[-1] + len(part.waypoints) - 1)
+    tolerance = np.concatenate(tolerances)
+    for index, part in enumerate(parts[:-1]):
+        both = min(part.blend_tolerance, parts[index + 1].blend_tolerance)
+        tolerance[edges[index + 1]] = min(both, EXACT) if part.exact_end else both
+    return np.concatenate(rows), tolerance, np.array(edges)
+
+
+def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
+    """The whole curve's pace, with rests at its stops, and the largest stretch that a leg needed."""
+    if curve.length <= NOWHERE:
+        return standing(curve.length, step), 1.0
+    legs, start, stretch = [], 0.0, 1.0
+    for leg in curve.split():
+        local = bounds.shifted(start)
+        timed = retime(leg, local, step)
+        legs.append(timed.pace.stretched(timed.stretch).shifted(start))
+        stretch = max(stretch, timed.stretch)
+        start += leg.length
+    return join(legs), stretch
+
+
+def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolSpeed) -> float:
+    """By how much, at least 1, the tool's true speed is over a cap: its table interpolates."""
+    cap = bounds.lowest(bounds.tool_caps, pace.s, pace.s)
+    capped = np.isfinite(cap)
+    if not capped.any():
+        return 1.0
+    speed = tool_speed(*curve.evaluate_all(pace.s[capped], 1)) * pace.ds[capped]
+    return max(float((speed / cap[capped]).max()), 1.0)
+
+
+def _check_rest(curve: Curve, constraint: PathConstraint) -> None:
+    """Raise NoPlanError where not even rest keeps the constraint."""
+    q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
+    needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
+    if not np.isfinite(needed).all():
+        share = f"{np.argmax(needed) / max(len(q) - 1, 1):.0%} of the way"
+        raise NoPlanError("a timed path", [Reason("limit broken even at rest", share, str(constraint))])
+
+
+def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
+    """By how much, at least 1, the motion must be slower to keep the constraint at every millisecond."""
+    t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
+    needed = constraint.stretch(*(trajectory.sample(t, derivative) for derivative in range(3)))
+    worst = int(np.argmax(needed))
+    if needed[worst] > MOST_STRETCH:
+        at = f"at {t[worst]:.3f} s of {trajectory.duration:.3f} s"
+        how = f"{constraint}: the whole motion would have to be {needed[worst]:.3g} times slower"
+        raise NoPlanError("a timed path", [Reason("limit broken nearly at rest", at, how)])
+    return float(needed[worst])
+
+
+def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
+    """The trajectory with its ends on the first and last waypoint to the last bit, at rest."""
+    trajectory.positions[[0, -1]] = waypoints[[0, -1]]
+    trajectory.velocities[[0, -1]] = 0.0
+    trajectory.accelerations[[0, -1]] = 0.0
+    return trajectory
+
+
+def _deviation(curve: Curve, pace: Pace, trajectory: Trajectory) -> float:
+    """Bound on the distance, per joint, between the trajectory's quintics and the curve they sample.
+
+    Of two bounds the smaller one counts in each cell. Both curves meet at every point with velocity and
+    acceleration: an error with triple zeros at both ends of a cell of length h is largest for the perfect
+    spline with knots at cos(k pi / 4), h^3 (1 - 1 / sqrt 2) / 48 times the largest difference of the third
+    derivatives. And neither is farther from the other than both are from their common chord.
+    """
+    h = np.diff(pace.t)[:, None]
+    start, end = pace.s[:-1], pace.s[1:]
+    bend = curve.bend(start, end)
+    pull = np.maximum(np.abs(pace.dds[1:]), np.abs(pace.dds[:-1]))[:, None]
+    speed = np.maximum(pace.ds[1:], pace.ds[:-1])[:, None] + h * pull
+    jerk = (
+        curve.twist(start, end) * speed**3
+        + 3.0 * bend * speed * pull
+        + np.abs(np.diff(pace.dds))[:, None] / h
+    )
+    by_jerk = h**3 * (1.0 - 0.5**0.5) / 48 * (jerk + peaks(trajectory)[2])
+    by_chord = bend * (end - start)[:, None] ** 2 / 8 + trajectory_chords(trajectory)[1]
+    return float(np.minimum(by_jerk, by_chord).max())

@@ -1,0 +1,194 @@
+"""One attempt after another: plan, verify, execute, look what became of it. See docs/recovery.md.
+
+A player knows what a robot could know: what it perceives when it looks (which takes time), what the vacuum
+sensor answers and why a motion stopped. Where things truly are is noted beside it for the score, and decides
+nothing.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from pickcli.errors import NoPlanError
+from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
+from pickcli.seeds import derived_seed
+from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
+from pickcli.trial.score import HELD
+from pickcli.trial.target_selection import TrialClock
+from pickcli.trial.trial_interfaces import ARRIVAL, Crew, Execution
+from pickcli.trial.trial_result import Attempt, Outcome
+
+
+@dataclass(frozen=True)
+class TrialSettings:
+    """How a trial is played."""
+
+    seed: int = 0
+    noise: PoseNoise = DEFAULT_NOISE
+    reality: Reality = DEFAULT
+    time_limit: float | None = None  # s, None: that of the order's year
+
+
+class Player:
+    """A crew with a clock and eyes.
+
+    say: told what happens now
+    stuck: why the arm was still where it could not be brought out of when the time ended, "" if it was not
+    cut_short: what the end of the time left undone although there was a way, "" if nothing
+    """
+
+    def __init__(
+        self, crew: Crew, settings: TrialSettings, limit: float, say: Callable[[Attempt, str], None]
+    ) -> None:
+        self.crew, self.settings, self.say = crew, settings, say
+        self.clock = TrialClock(limit)
+        self.n_looks = 0
+        self.stuck = self.cut_short = ""
+        self.has_seen = False  # nothing that was seen last may have moved since
+        self._seen = self.look()
+
+    def scene(self) -> Scene:
+        """The scene as it was last perceived; looks first where something may have moved since, if there is
+        time for a look."""
+        return self._seen if self.has_seen else self.look_again()
+
+    def look_again(self) -> Scene:
+        """Look, if there is time for it; what was seen last, if there is not."""
+        return self.look() if self.clock.has_time_for(self.settings.reality.look_time) else self._seen
+
+    def look(self) -> Scene:
+        """Look at pod and tote, which takes time, and keep what is perceived."""
+        self.wait(self.settings.reality.look_time)
+        self.n_looks += 1
+        how = self.settings
+        self._seen = perceive(self.crew.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
+        self.has_seen = True
+        return self._seen
+
+    @property
+    def has_time_to_plan(self) -> bool:
+        """Whether one more planning call ends in time."""
+        return self.clock.has_time_for(self.clock.charge)
+
+    def has_time_for(self, plan: Plan, afterwards: float = 0.0) -> bool:
+        """Whether a plan can be carried out in time, with some seconds left afterwards."""
+        return self.clock.has_time_for(plan.trajectory.duration + ARRIVAL + afterwards)
+
+    def wait(self, duration: float) -> None:
+        """Let time pass."""
+        self.crew.arena.wait(duration)
+        self.clock = self.clock.moved(duration)
+
+    def charge(self) -> None:
+        """One more planning call on the clock."""
+        self.clock = self.clock.planned()
+
+    def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> Plan:
+        """One call of the planner, charged to the clock. Raises NoPlanError."""
+        self.charge()
+        arena = self.crew.arena
+        names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
+        seed = derived_seed("plan", self.settings.seed, *names)
+        where = (attempt.out_of, attempt.item, attempt.into)
+        return self.crew.plan(scene, *where, arena.q, arena.pivot, seed, exclude)
+
+    def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
+        """The attempt with its plan, or with the reason why there is none."""
+        began = time.perf_counter()
+        try:
+            plan = self.plan(scene, attempt, exclude)
+        except NoPlanError as error:
+            statistics = {"planning_ms": _ms_since(began)}
+            return replace(
+                attempt, outcome=Outcome.NO_PLAN, reason=error.summary(), in_the_way=error.in_the_way,
+                statistics=statistics,
+            )  # fmt: skip
+        return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
+
+    def carried_out(self, attempt: Attempt, scene: Scene) -> Attempt:
+        """A planned attempt, verified and executed: nothing uncertified is."""
+        verified = self._verified(attempt, scene)
+        return verified if verified.outcome is Outcome.REJECTED else self._executed(verified)
+
+    def _verified(self, attempt: Attempt, scene: Scene) -> Attempt:
+        assert attempt.plan is not None
+        began = time.perf_counter()
+        certified = self.certified(attempt.plan, scene)
+        statistics = {**attempt.statistics, "verification_ms": _ms_since(began)}
+        if isinstance(certified, str):
+            return replace(attempt, outcome=Outcome.REJECTED, reason=certified, statistics=statistics)
+        return replace(attempt, plan=certified, statistics=statistics)
+
+    def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
+        """The plan with its certificate, or why the verifier refuses it.
+
+        stopped: what a way back after a stop leads along
+        """
+        verdict = self.crew.verify(plan, scene, stopped)
+        if verdict.certificate is None:
+            return NoPlanError(plan.query, verdict.reasons).summary()
+        return replace(plan, certificate=verdict.certificate)
+
+    def execute(self, plan: Plan) -> Execution:
+        """Carry out a certified plan; what was seen before is no longer known to be so."""
+        return self._timed(self.crew.arena.execute(plan))
+
+    def let_go(self) -> Execution:
+        """Switch the vacuum off where the robot stands."""
+        return self._timed(self.crew.arena.release())
+
+    def _timed(self, execution: Execution) -> Execution:
+        self.clock = self.clock.moved(execution.duration)
+        self.has_seen = False
+        return execution
+
+    def _executed(self, attempt: Attempt) -> Attempt:
+        from pickcli.trial.recovery_levels import recover
+
+        assert attempt.plan is not None
+        if not self.has_time_for(attempt.plan, afterwards=self.settings.reality.look_time):
+            duration = attempt.plan.trajectory.duration
+            reason = f"the motion takes {duration:.1f} s and a look, {self.clock.left:.1f} s are left"
+            return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
+        self.say(attempt, "moving")
+        before = self.scene()
+        execution = self.execute(attempt.plan)
+        attempt = replace(attempt, execution=execution)
+        if execution.stopped or self.crew.arena.has_vacuum():
+            self.say(attempt, "recovering")
+            attempt = replace(attempt, recovery=recover(self, attempt, before))
+        return self._judged(attempt, execution)
+
+    def _judged(self, attempt: Attempt, execution: Execution) -> Attempt:
+        """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
+        seen = {placed.id: placed.location for placed in self.scene().items}
+        attempt = replace(attempt, truly_in=self._true_place(attempt.item))
+        if not self.has_seen:
+            reason = f"{execution.stopped or 'it was moved'}; the time was over before a look"
+            return replace(attempt, outcome=Outcome.NO_TIME, reason=reason)
+        attempt = replace(attempt, seen_in=seen.get(attempt.item, ""))
+        if attempt.seen_in == attempt.into:
+            return replace(attempt, outcome=Outcome.MOVED if attempt.is_aside else Outcome.IN_TOTE)
+        where = f"the item is seen in {attempt.seen_in}" if attempt.seen_in else "the item is not seen again"
+        missed = f"never reached: {', '.join(execution.missed)}" if execution.missed else ""
+        cause = execution.stopped or missed or "it was let go"
+        if not execution.has_item and attempt.seen_in == attempt.out_of:
+            return replace(attempt, outcome=Outcome.NOT_PICKED, reason=f"{cause}; {where}")
+        return replace(attempt, outcome=Outcome.LOST, reason=f"{cause}; {where}")
+
+    def _true_place(self, item: str) -> str:
+        """Where an item really is: for the record alone."""
+        arena = self.crew.arena
+        if arena.held == item:
+            return HELD
+        return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)
+
+
+def _ms_since(began: float) -> float:
+    return 1e3 * (time.perf_counter() - began)

@@ -1,0 +1,93 @@
+"""What to move aside so that a target can be picked, and where to.
+
+Delft moved an item that hid a target into the emptiest bin after two attempts in vain (their task planner).
+Here the failed plan says itself what is in the way, and planning without it says whether moving it helps.
+What no bin takes goes into the tote: the published penalties of 2016 name none for an item there that was not
+ordered, as long as the output file says that it is there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+from pickcli.errors import NoPlanError
+from pickcli.geometry import inverse
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.trial.order_file import Target
+
+MOST_IN_THE_WAY = 5  # items of which all must go before a target can be picked
+MOST_DESTINATIONS = 4  # bins that are asked to take what is moved aside
+
+WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or raises NoPlanError
+
+
+def in_the_way(
+    what_if: WhatIf,
+    scene: Scene,
+    bin_name: str,
+    is_hopeful: bool = False,
+    blamed: Sequence[str] | None = None,
+) -> tuple[str, ...]:
+    """Ids of items of the bin without which the target can be picked; () if nothing of the kind helps.
+
+    The item that is blamed most is thought away, until there is a plan; then those that it can do with.
+
+    Args:
+        what_if: Plans the pick in a scene.
+        scene: As it is seen.
+        bin_name: Where the target lies.
+        is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
+            to blame for: that may be another one once the target can be reached, or is seen anew.
+        blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
+    """
+    here = {placed.id for placed in scene.in_location(bin_name)}
+    away: list[str] = []
+    if blamed is None:
+        blamed = _blamed(what_if, scene, away)
+    while blamed is not None:
+        first = next((name for name in blamed if name in here - set(away)), None)
+        if first is None or len(away) == MOST_IN_THE_WAY:
+            return tuple(away) if is_hopeful else ()
+        away.append(first)
+        blamed = _blamed(what_if, scene, away)
+    for name in away[:-1]:  # what was blamed first need not be in the way of what was found in the end
+        others = [other for other in away if other != name]
+        if _blamed(what_if, scene, others) is None:
+            away = others
+    return tuple(away)
+
+
+def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str, ...]:
+    """Ids of the other items of the bin that the tool might hold, the one nearest to the mouth first.
+
+    Any of them that can be moved may give room to what cannot be yet. () where the target cannot be picked
+    without all of them either.
+    """
+    here = from_the_mouth(scene, scene.in_location(target.location))
+    others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
+    return others if others and _blamed(what_if, scene, others) is None else ()
+
+
+def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str] | None:
+    """What is in the way of a plan without some items, the most blamed first; None if there is one."""
+    for name in away:
+        scene = scene.without(name)
+    try:
+        what_if(scene)
+    except NoPlanError as error:
+        return error.in_the_way
+    return None
+
+
+def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem]:
+    """Items in bins, the one nearest to its mouth first."""
+    T_pod_world = inverse(scene.T_world_pod)
+    return sorted(items, key=lambda placed: (float((T_pod_world @ placed.T_world_item)[0, 3]), placed.id))
+
+
+def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
+    """Other bins, the emptiest first, those in which targets still lie after them; a few at most."""
+    waiting = {target.bin for target in still_open}
+    others = [name for name in scene.cell.pod.bins if name != bin_name]
+    others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))
+    yield from others[:MOST_DESTINATIONS]

@@ -1,0 +1,36 @@
+"""From the scenes before and after a trial to the state that the rules judge."""
+
+from __future__ import annotations
+
+from pickcli.geometry import inverse
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.simulation.places import OUTSIDE, bounds
+from pickcli.trial.order_file import Order
+from pickcli.trial.output_file import claim
+from pickcli.trial.score import HELD, Damage, Drop, FinalItem, FinalState
+
+
+def final_state(
+    order: Order,
+    before: Scene,
+    after: Scene,
+    belief: Scene,
+    held: str | None,
+    drops: tuple[Drop, ...],
+    damages: tuple[tuple[str, Damage], ...] = (),
+) -> FinalState:
+    """Where every item of ``before`` is in ``after`` (true scenes), and what ``belief`` makes us claim."""
+    now = {placed.id: placed for placed in after.items}
+    items = []
+    for placed in before.items:
+        there = now.get(placed.id)
+        end = HELD if placed.id == held else OUTSIDE if there is None else there.location
+        out = 0.0 if there is None else protrusion(after, there)
+        items.append(FinalItem(placed.id, placed.item.name, placed.location, end, out))
+    return FinalState(tuple(items), claim(order, belief.items), drops, damages)
+
+
+def protrusion(scene: Scene, placed: PlacedItem) -> float:
+    """How far, in m, an item stands out beyond the plane of the pod's front face; 0 if it does not."""
+    lower, _ = bounds(placed.item.shape, inverse(scene.T_world_pod) @ placed.T_world_item)
+    return max(0.0, -float(lower[0]))

@@ -1,0 +1,42 @@
+"""The official task output file: where everything lies after the task, as far as we know."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from pickcli.files.atomic_write import write_text
+from pickcli.scene.scene import TOTE, PlacedItem
+from pickcli.trial.order_file import Order, OrderKind
+
+
+def claim(order: Order, items: Iterable[PlacedItem]) -> Order:
+    """The order as it is after the task, from where the items are believed to lie.
+
+    An item believed to lie in no bin and not in the tote stands nowhere in it.
+    """
+    placed = sorted(items, key=lambda i: i.id)
+    by_bin = {b: tuple(i.item.name for i in placed if i.location == b) for b in order.bin_contents}
+    tote = tuple(i.item.name for i in placed if i.location == TOTE)
+    return Order(OrderKind.OUTPUT, order.year, by_bin, tote, ())
+
+
+def order_text(order: Order) -> str:
+    """An order as the official JSON of its year: one bin per line.
+
+    Outputs have no ``work_order``, as the official sample output; orders of 2015 no ``tote_contents``.
+    """
+    bins = ",\n".join(f"    {json.dumps(b)}: {json.dumps(names)}" for b, names in order.bin_contents.items())
+    parts = [f'  "bin_contents": {{\n{bins}\n  }}']
+    if order.year != 2015 or order.kind is OrderKind.OUTPUT:
+        parts.append(f'  "tote_contents": {json.dumps(order.tote_contents)}')
+    if order.kind is OrderKind.PICK:
+        targets = [json.dumps({"bin": t.bin, "item": t.item}) for t in order.work_order]
+        parts.append('  "work_order": [\n    ' + ",\n    ".join(targets) + "\n  ]")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def write_output(path: Path, order: Order) -> None:
+    """Write an order or output file, whole or not at all. Raises InputError where that is impossible."""
+    write_text(path, order_text(order))

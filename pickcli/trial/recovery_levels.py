@@ -1,0 +1,215 @@
+"""After a stop: bring what may be in the cup to where it may lie, then bring the arm out, whatever it takes.
+
+Nothing here gives up but time: where no level of recovery leads anywhere, the robot waits, looks again and
+tries them all with another seed. See docs/recovery.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState
+from pickcli.errors import NoPlanError
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.seeds import derived_seed
+from pickcli.simulation.protective_stop import StopCause
+from pickcli.trial.attempt_runner import Player
+from pickcli.trial.trial_interfaces import LET_GO_TIME
+from pickcli.trial.trial_result import Attempt, RecoveryStep
+
+LET_GO = "let go"  # the step in which the vacuum is switched off
+WAIT = "wait"
+FIRST_WAIT = 5.0  # s, doubled each time
+LONGEST_WAIT = 60.0  # s
+IN_THE_CUP = 0.02  # m from where it would hang at which an item that is seen may be the one in the cup
+HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at home
+VACUUM_GONE = (StopCause.SEAL_LOST, StopCause.NOT_SEALED)  # measured in the cup, not a sensor's yes or no
+
+
+def recover(player: Player, attempt: Attempt, before: Scene) -> tuple[RecoveryStep, ...]:
+    """Bring the arm to a safe place after an attempt that did not end as planned.
+
+    Args:
+        player: Who plays; its clock goes on.
+        attempt: The attempt with its execution.
+        before: The scene as it was seen when the attempt was planned.
+
+    Returns:
+        Every step that was tried, in the order of time. The last one that moved ended in a safe place, unless
+        the time was over before: then ``player.stuck`` says that nothing led out, or ``player.cut_short``
+        that there was no time for what did.
+    """
+    return _Recovery(player, attempt, before).play()
+
+
+class _Recovery:
+    """The state of one recovery."""
+
+    def __init__(self, player: Player, attempt: Attempt, before: Scene) -> None:
+        assert attempt.execution is not None and attempt.plan is not None
+        self.player, self.attempt, self.before = player, attempt, before
+        self.steps: list[RecoveryStep] = []
+        self.round = 0
+        self.late = ""  # the way out for which no time was left
+        self.is_done = not attempt.execution.stopped  # it stands where its plan ends
+        path_time = attempt.plan.trajectory.duration if self.is_done else attempt.execution.path_time
+        # Motions, each begun where the one before stopped.
+        self.trail = [] if path_time is None else [StoppedMotion(attempt.plan, path_time)]
+        self.is_whole = path_time is not None  # the trail leads back to where it all began
+        self.first = 0  # level with which the next round begins: what has just met something is not repeated
+
+    @property
+    def stopped(self) -> StoppedMotion | None:
+        """The last motion, if the robot still stands where it stopped."""
+        return self.trail[-1] if self.trail else None
+
+    def play(self) -> tuple[RecoveryStep, ...]:
+        """First the item, then the arm."""
+        if self.stopped is not None and self._may_hold():
+            self._bring_item()
+        if not self.player.clock.has_time_for(LET_GO_TIME):
+            self.player.cut_short = "the time was over before the cup had let go"
+            self.steps.append(RecoveryStep(LET_GO, self.player.cut_short))
+            return tuple(self.steps)
+        self.steps.append(RecoveryStep(LET_GO, "", self.player.let_go()))
+        if not self.is_done:
+            self._bring_arm_out()
+        return tuple(self.steps)
+
+    def _may_hold(self) -> bool:
+        """Whether the item can be in the cup, for all that a robot knows.
+
+        A sensor can be wrong. What is seen elsewhere than where the cup would have it is not in the cup,
+        whatever closes that; where it is seen nowhere, only a vacuum that broke down says that it is gone.
+        """
+        player, attempt = self.player, self.attempt
+        assert attempt.execution is not None
+        has_vacuum = player.crew.arena.has_vacuum()
+        seen = next((placed for placed in player.scene().items if placed.id == attempt.item), None)
+        if seen is None:
+            return has_vacuum or attempt.execution.stop_cause not in VACUUM_GONE
+        return has_vacuum and self._is_in_the_cup(seen)
+
+    def _is_in_the_cup(self, seen: PlacedItem) -> bool:
+        """Whether an item is seen where it hangs if the cup took it as planned."""
+        arena, robot, stopped = self.player.crew.arena, self.before.cell.robot, self.stopped
+        if stopped is None or stopped.plan.grasp is None:
+            return False
+        pivot = stopped.plan.grasp.pivot if arena.pivot is PivotState.MOVING else arena.pivot
+        T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
+        T_world_hanging = Arm(robot).tip(arena.q, pivot) @ T_tip_item
+        off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])
+        return bool(off <= IN_THE_CUP + self.player.settings.noise.position)
+
+    def _bring_item(self) -> None:
+        """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
+        assert self.attempt.execution is not None and self.stopped is not None
+        ways = [Bringing.BACK, Bringing.ON]
+        if self.attempt.execution.stop_cause in (None, StopCause.SENSOR):
+            ways.reverse()
+        scene, stopped = self._with_item_held(self.player.scene(), self.stopped), self.stopped
+        for way in ways:
+            seed = derived_seed("bring", self.player.settings.seed, self.attempt.item, self.attempt.number)
+
+            def plan(scene: Scene = scene, way: Bringing = way, seed: int = seed) -> Plan:
+                return self.player.crew.bring(scene, stopped, way, seed)
+
+            if self._tried(f"bring {way}", plan, scene) is not None:
+                self.is_done = False  # it stands elsewhere now
+                return
+
+    def _with_item_held(self, scene: Scene, stopped: StoppedMotion) -> Scene:
+        """The scene with the item in the cup, as it was to be taken, and nowhere else."""
+        item = self.attempt.item
+        held = stopped.in_the_cup(scene.cell.robot, self.before.find(item))
+        return replace(scene, items=tuple(p for p in scene.items if p.id != item), held=held)
+
+    def _bring_arm_out(self) -> None:
+        """Level after level, again and again, until the arm is out or the time is over."""
+        player, patience = self.player, FIRST_WAIT
+        self.late = ""
+        while not self.late and player.has_time_to_plan:
+            moved = self._round()
+            if self.is_done:
+                return
+            if not moved and not self.late:
+                self.first = 0
+                duration = min(patience, player.clock.left)
+                player.wait(duration)
+                self.steps.append(RecoveryStep(WAIT, f"nothing led out; waited {duration:.0f} s"))
+                patience = min(2.0 * patience, LONGEST_WAIT)
+            self.round += 1
+            player.look_again()
+        levels = [step.reason for step in self.steps if step.what in list(RecoveryLevel) and step.reason]
+        if self.late or not levels:
+            why = self.late or "nothing was tried any more"
+            player.cut_short = f"the time was over with the arm on its way out: {why}"
+        else:
+            player.stuck = f"the arm could not be brought out before the time was over; last: {levels[-1]}"
+
+    def _round(self) -> bool:
+        """Every level once, until one has moved the arm. Returns whether one did."""
+        player, arena, attempt = self.player, self.player.crew.arena, self.attempt
+        scene = player.scene()
+        levels = list(RecoveryLevel)
+        for i in (*range(self.first, len(levels)), *range(self.first)):
+            if not player.has_time_to_plan:
+                break
+            level = levels[i]
+            names = (attempt.item, attempt.number, self.round, str(level))
+            seed = derived_seed("recover", player.settings.seed, *names)
+
+            def plan(level: RecoveryLevel = level, seed: int = seed) -> Plan:
+                return player.crew.recover(scene, arena.q, arena.pivot, seed, level, self.stopped)
+
+            ended = self._tried(str(level), plan, scene)
+            if ended is not None:
+                is_back = level is RecoveryLevel.BACKWARDS and self.is_whole and not self.trail
+                self.is_done = ended and (level in HOME_LEVELS or is_back)
+                self.first = 0 if ended else (i + 1) % len(levels)
+                self.late = ""
+                return True
+        return False
+
+    def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
+        """Plan, verify and execute one step. Whether it went to its end; None if it did not move at all."""
+        player = self.player
+        if not player.has_time_to_plan:
+            self.steps.append(RecoveryStep(what, "no time is left to plan it"))
+            return None
+        player.charge()
+        along = None if self.stopped is None else self.stopped.plan.trajectory
+        try:
+            certified = player.certified(plan(), scene, along)
+        except NoPlanError as error:
+            self.steps.append(RecoveryStep(what, error.summary()))
+            return None
+        if isinstance(certified, str):
+            self.steps.append(RecoveryStep(what, f"rejected: {certified}"))
+            return None
+        if not player.has_time_for(certified):
+            self.late = (
+                f"{what} takes {certified.trajectory.duration:.1f} s, {player.clock.left:.1f} s are left"
+            )
+            self.steps.append(RecoveryStep(what, self.late))
+            return None
+        execution = player.execute(certified)
+        self.steps.append(RecoveryStep(what, execution.stopped, execution))
+        if execution.duration == 0.0:  # refused at its start
+            return None
+        path_time = execution.path_time
+        if what == RecoveryLevel.BACKWARDS and not execution.stopped:
+            self.trail.pop()
+        elif what != RecoveryLevel.BACKWARDS and path_time is not None:
+            stopped = StoppedMotion(certified, path_time)
+            self.trail += [stopped] if stopped.has_moved else []
+        else:  # from here nothing leads back
+            self.trail.clear()
+            self.is_whole = False
+        return not execution.stopped

@@ -1,0 +1,227 @@
+"""The simulated world as a trial sees it, and the crew that plays in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from pickcli.cell.device import DeviceKind
+from pickcli.cell.robot import PivotState
+from pickcli.errors import InputError
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.recovery_plan import plan_recovery
+from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.scene.scene import Scene
+from pickcli.simulation.camera import overview
+from pickcli.simulation.execute import check_start, execute, fall_of
+from pickcli.simulation.execution import Execution as Run
+from pickcli.simulation.execution import Fall, FiredEvent
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.simulation.suction import Release
+from pickcli.simulation.world import ROBOT, World
+from pickcli.trial.disturbance import Disturbance, Fate, disturbances
+from pickcli.trial.score import Drop, Rules
+from pickcli.trial.trial_interfaces import LET_GO_TIME, Crew, Execution
+from pickcli.verification.verify import verify
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from pickcli.planning.planning_context import Planner
+    from pickcli.simulation.contacts import Collision
+
+HOME = "home"
+LONGEST_FALL = 2.0  # s: over the shelf, down from the top row to the floor of the hall, and to rest
+FALL_STEP = 0.02  # s
+FALLING = 0.2  # m/s
+
+
+class SimulatedArena:
+    """A world in pybullet, with the robot at home and the items where ``scene`` says they truly are."""
+
+    def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
+        home = scene.cell.configurations[HOME]
+        self._world = World(scene, home.q, home.pivot, reality=reality, seed=seed)
+        self._recorded = scene  # the truth when something was recorded last
+
+    @property
+    def q(self) -> Array:
+        """Measured configuration (n,)."""
+        return self._world.q
+
+    @property
+    def pivot(self) -> PivotState:
+        """State of the pivoting cup."""
+        return self._world.pivot
+
+    @property
+    def held(self) -> str | None:
+        """Id of the item that is truly in the cup."""
+        return self._world.held
+
+    @property
+    def collisions(self) -> tuple[Collision, ...]:
+        """Every contact so far that no plan allowed, in motion or not, once and with its largest force."""
+        return self._world.contacts.collisions
+
+    def now(self) -> Scene:
+        """Where everything really is, without the item that is held."""
+        return self._world.now()
+
+    def has_vacuum(self) -> bool:
+        """What the vacuum sensor answers now."""
+        devices = self._world.scene.cell.devices.values()
+        sensor = next(device.name for device in devices if device.kind is DeviceKind.SENSOR)
+        return bool(self._world.act(sensor, "read"))
+
+    def close(self) -> None:
+        """Give back what the simulation holds."""
+        self._world.close()
+
+    def wait(self, duration: float) -> None:
+        """Stand still for a time in s."""
+        self._world.wait(duration)
+
+    def execute(self, plan: Plan) -> Execution:
+        """Carry out a certified plan to its end or to a stop."""
+        world = self._world
+        try:
+            check_start(plan, world)
+        except InputError as error:  # nothing has moved: the way out starts from where the robot is
+            return Execution(0.0, stopped=str(error))
+        run = execute(plan, world)
+        target = "" if plan.grasp is None else plan.grasp.item
+        return self._settled(_recorded(run), run.t_start, run.releases, target)
+
+    def release(self) -> Execution:
+        """Close the valve where the robot stands and wait until the item is let go."""
+        world = self._world
+        began, n_releases = world.t, len(world.suction.releases)
+        _let_go(world, LET_GO_TIME)
+        return self._settled(Execution(LET_GO_TIME), began, world.suction.releases[n_releases:], "")
+
+    def _settled(self, run: Execution, began: float, releases: Iterable[Release], target: str) -> Execution:
+        """The record of what began at a time, once nothing falls any more.
+
+        With contacts, falls, and what else has moved since the record before; of the target, only a fall.
+        """
+        world = self._world
+        self._let_fall()
+        drops = _drops(fall_of(world, release) for release in releases)
+        now = self.now()
+        found = disturbances(self._recorded, now, {drop.item for drop in drops}, Rules.drop_limit)
+        self._recorded = now
+        return replace(
+            run,
+            duration=world.t - began,
+            collisions=world.contacts.since(began),
+            drops=drops,
+            disturbed=tuple(d for d in found if d.item != target or d.fate is Fate.FELL),
+        )
+
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        """What has moved since the last record, though nobody meant it to: while the robot stood."""
+        return disturbances(self._recorded, self.now(), (), Rules.drop_limit)
+
+    def _let_fall(self) -> None:
+        """Wait, for a while, until nothing falls any more: a fall is over before it is recorded."""
+        world, began = self._world, self._world.t
+        items = [placed.id for placed in world.scene.items]
+        while world.t - began < LONGEST_FALL and any(
+            world.engine.speed(item)[0] > FALLING for item in items if item != world.held
+        ):
+            world.wait(FALL_STEP)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""
+        return overview(self._world.engine, self.now())
+
+
+def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
+    """The real crew: our planner, the independent verifier, the simulated arena."""
+
+    def plan(
+        scene: Scene,
+        bin_name: str,
+        item: str,
+        into: str,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        exclude: Sequence[Grasp | GraspKind],
+    ) -> Plan:
+        return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude, into=into)
+
+    def recover(
+        scene: Scene,
+        q: Array,
+        pivot: PivotState,
+        seed: int,
+        level: RecoveryLevel,
+        stopped: StoppedMotion | None,
+    ) -> Plan:
+        return plan_recovery(planner, scene, Start(q, pivot), seed, level, stopped)
+
+    def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+        return bring_item(stopped, bringing, scene, planner.arm.limits, seed)
+
+    return Crew(plan, recover, bring, verify, arena)
+
+
+def _let_go(world: World, duration: float) -> None:
+    """Pump and valve off where the robot stands.
+
+    What the cup, and the item in it, touch by then they may go on touching, until the robot moves again.
+    """
+    bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
+    touched = {touch.b for body in bodies for touch in world.engine.touches(body)}
+    world.touching |= frozenset(touched | set(bodies))
+    for device in world.scene.cell.devices.values():
+        if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+            world.act(device.name, "off")
+    world.wait(duration)
+
+
+def _drops(falls: Iterable[Fall]) -> tuple[Drop, ...]:
+    """One drop per item: what is left of the vacuum may draw it on again before it is off for good."""
+    drops: dict[str, Drop] = {}
+    for fall in falls:
+        known = drops.get(fall.item, Drop(fall.item, 0.0, True))
+        height, is_release = max(known.height, fall.height), known.is_release and fall.is_wanted
+        drops[fall.item] = Drop(fall.item, height, is_release)
+    return tuple(drops.values())
+
+
+def _recorded(run: Run) -> Execution:
+    return Execution(
+        duration=run.duration,
+        stopped=_why(run),
+        has_item=run.has_item,
+        limit_violations=tuple(str(violation) for violation in run.limit_violations),
+        events=tuple(_event(fired) for fired in run.events),
+        missed=tuple(f"{event.device} {event.action}" for event in run.missed),
+        max_lag=run.max_lag,
+        max_load=run.max_load,
+        stop_cause=run.stop_cause,
+        path_time=run.path_time,
+    )
+
+
+def _why(run: Run) -> str:
+    where = f" in the {run.stopped_in}" if run.stopped and run.stopped_in is not None else ""
+    return run.stopped + where
+
+
+def _event(fired: FiredEvent) -> dict[str, object]:
+    return {
+        "device": fired.event.device,
+        "action": fired.event.action,
+        "t": round(fired.t, 6),
+        "distance": round(fired.distance, 6),
+        "reading": fired.reading,
+    }

@@ -1,0 +1,198 @@
+"""What to do next: whatever promises most points per second, as long as there is something new to try.
+
+Delft retried failed picks for ever, at the end, and moved away what hid a target. Here a chance is kept for
+every job: it starts from a prior, falls with every attempt in vain, and learns from what happened to the same
+item and in the same bin. What failed is tried again only where something about it is new: another grasp, a
+scene that has changed, or another look at one that has not.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+from pickcli.cell.cell import Cell
+from pickcli.trial.order_file import Order, Target
+from pickcli.trial.score import target_points
+
+PICK_SECONDS = 12.0  # of an item of which no plan is known yet: the figure to reach, leaving to released
+TIME_LIMIT = {2015: 20 * 60.0, 2016: 15 * 60.0}  # s
+PLANNING_CHARGE = 1.5  # s per planning call: at most 0.5 s of planning and 1 s of verification
+
+PRIOR = 4.0  # successes that every item and every bin starts with
+RETRY_CHANCE = 0.5  # by which each attempt in vain at one target lowers the chance of the next
+AGAIN_CHANCE = 0.2  # of a plan where another look found none: the error of the poses is another one
+CLEAR_CHANCE = 0.5  # that moving something aside helps
+CLEAR_CALLS = 4  # planning calls that finding out what is in the way takes, about
+
+MOST_FAILURES = 8  # motions in vain for one target
+MOST_REFUSALS = 12  # looks at one unchanged scene that may lead to no plan
+MOST_CLEARED = 8  # items that are moved aside for one target
+MOST_CLEARINGS = 4  # looks at one unchanged scene with nothing found that could be moved
+
+
+class Move(StrEnum):
+    """What can be done for a target."""
+
+    PICK = "pick"
+    CLEAR = "clear"  # move something aside that is in its way
+
+
+@dataclass(frozen=True)
+class Job:
+    """One target and what is known of it. A job is replaced, never changed.
+
+    Attributes:
+        index: Place in the work order, which breaks ties.
+        target: What is to be picked, and from where.
+        points: What the item gives in the tote.
+        seconds: Estimated duration of the next attempt.
+        can_hold: Whether the tool can hold it at all; what it cannot hold is asked for once, at the end.
+        attempts: Attempts so far, whatever became of them.
+        failures: Motions in vain.
+        cleared: Motions by which something was moved aside for it, or should have been.
+        refusals: Looks at the scene as it is now that led to no plan.
+        clearings: Looks at the scene as it is now in which nothing was found that could be moved aside.
+    """
+
+    index: int
+    target: Target
+    points: int
+    seconds: float
+    can_hold: bool = True
+    attempts: int = 0
+    failures: int = 0
+    cleared: int = 0
+    refusals: int = 0
+    clearings: int = 0
+
+    def tried(self) -> Job:
+        """The job after one more attempt."""
+        return replace(self, attempts=self.attempts + 1)
+
+    def timed(self, seconds: float) -> Job:
+        """The job with the duration of a plan for it in place of the estimate."""
+        return replace(self, seconds=seconds)
+
+    def failed(self) -> Job:
+        """The job after a motion in vain."""
+        return replace(self, failures=self.failures + 1)
+
+    def refused(self) -> Job:
+        """The job after a look that led to no plan."""
+        return replace(self, refusals=self.refusals + 1)
+
+    def renewed(self) -> Job:
+        """The job in a scene that has changed where it matters."""
+        return replace(self, refusals=0, clearings=0)
+
+    @property
+    def can_pick(self) -> bool:
+        """Whether another attempt could end otherwise than the last."""
+        if not self.can_hold:
+            return self.attempts == 0
+        return self.failures < MOST_FAILURES and self.refusals < MOST_REFUSALS
+
+    @property
+    def can_clear(self) -> bool:
+        """Whether it is known that it cannot be picked as it lies, and something might be moved aside."""
+        is_open = self.cleared < MOST_CLEARED and self.clearings < MOST_CLEARINGS
+        return self.can_hold and self.refusals > 0 and self.failures < MOST_FAILURES and is_open
+
+
+@dataclass
+class Experience:
+    """How often executed attempts at an item, and in a bin, went well and ill in this trial."""
+
+    successes: Counter[str] = field(default_factory=Counter)
+    failures: Counter[str] = field(default_factory=Counter)
+
+    def note(self, target: Target, is_success: bool) -> None:
+        """Learn from one executed attempt."""
+        (self.successes if is_success else self.failures).update((target.item, target.bin))
+
+    def chance(self, target: Target) -> float:
+        """That an attempt at the target goes well, for all that happened to others like it."""
+        shares = [
+            (PRIOR + self.successes[name]) / (PRIOR + self.successes[name] + self.failures[name])
+            for name in (target.item, target.bin)
+        ]
+        return shares[0] * shares[1]
+
+
+@dataclass(frozen=True)
+class Option:
+    """One thing that could be done next. rate: expected points per second."""
+
+    job: Job
+    move: Move
+    rate: float
+
+
+def options(jobs: Iterable[Job], experience: Experience, may_clear: bool) -> Iterator[Option]:
+    """All that is worth trying for the open jobs."""
+    for job in jobs:
+        chance = experience.chance(job.target) * RETRY_CHANCE**job.failures if job.can_hold else 0.0
+        if job.can_pick:
+            seen = AGAIN_CHANCE**job.refusals
+            yield Option(job, Move.PICK, chance * seen * job.points / (job.seconds + PLANNING_CHARGE))
+        if may_clear and job.can_clear:
+            seconds = 2 * job.seconds + CLEAR_CALLS * PLANNING_CHARGE
+            left = CLEAR_CHANCE ** (1 + job.cleared + job.clearings)
+            yield Option(job, Move.CLEAR, chance * left * job.points / seconds)
+
+
+def best_option(found: Iterable[Option]) -> Option | None:
+    """The option with the most points per second; the earlier line of the order where equal."""
+    return max(found, key=lambda o: (o.rate, -o.job.index, o.move is Move.PICK), default=None)
+
+
+def may_move_others(year: int) -> bool:
+    """Whether the rules let items that are no targets go elsewhere: 2015 took 12 points for each."""
+    return year != 2015
+
+
+def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[Job, ...]:
+    """One job per line of a pick order."""
+    jobs = []
+    for index, target in enumerate(order.work_order):
+        item = cell.item(target.item, order.year)
+        points = target_points(order, target.bin, target.item, bonus)
+        # Only the second half of a pick carries the item; slow items stretch that half.
+        seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
+        jobs.append(Job(index, target, points, seconds, can_hold=item.suction))
+    return tuple(jobs)
+
+
+@dataclass(frozen=True)
+class TrialClock:
+    """The clock of a trial: simulated time and a fixed charge per planning call, never wall time."""
+
+    limit: float  # s
+    simulated: float = 0.0  # s
+    n_plans: int = 0
+    charge: float = PLANNING_CHARGE
+
+    @property
+    def now(self) -> float:
+        """s since the start of the trial."""
+        return self.simulated + self.n_plans * self.charge
+
+    @property
+    def left(self) -> float:
+        """s until the limit; never negative."""
+        return max(0.0, self.limit - self.now)
+
+    def planned(self) -> TrialClock:
+        """The clock after one more planning call."""
+        return replace(self, n_plans=self.n_plans + 1)
+
+    def moved(self, seconds: float) -> TrialClock:
+        """The clock after some simulated seconds."""
+        return replace(self, simulated=self.simulated + seconds)
+
+    def has_time_for(self, seconds: float) -> bool:
+        """Whether something that long still ends within the limit."""
+        return self.now + seconds <= self.limit

@@ -1,0 +1,215 @@
+"""The trial JSON: everything that was measured in a trial. The format is described in docs/formats/trial.md.
+
+All wall-clock figures stand under ``statistics`` and nowhere else: without that key, two runs of one trial
+with one seed give the same bytes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import pickcli
+from pickcli.cell.pod_tolerance import yaw_of
+from pickcli.files.atomic_write import write_text
+from pickcli.motion.plan import Plan
+from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
+from pickcli.trial.disturbance import Disturbance
+from pickcli.trial.trial_interfaces import Execution
+from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
+
+FORMAT, VERSION = "apc-trial", 1
+CLAIM = (
+    "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
+    "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much. For the poses that "
+    "they saw, and all within the bounds of the error, every executed motion was certified "
+    "beforehand: in this model it keeps the clearance and limits that its certificate states. This is "
+    "evidence about the model, not a statement about the safety of a cell."
+)
+_PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
+
+
+def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
+    """The whole trial as JSON data, the figures that people ask for first.
+
+    order_file: name of the order, for the reader; wall_s: duration of the trial by the wall clock, s
+    """
+    return {
+        "score": result.score.total,
+        "max_score": result.score.maximum,
+        "items_in_tote": result.items_in_tote,
+        "misjudged": result.n_misjudged,
+        "items": [_target(target) for target in result.targets],
+        "collisions": result.n_collisions,
+        "limit_violations": result.n_limit_violations,
+        "drops": len(result.drops),
+        "disturbed": len({d.item for d in result.disturbed}),
+        "damages": [[what, str(damage)] for what, damage in result.final.damages],
+        "simulated_s": _rounded(result.simulated),
+        "clock_s": _rounded(result.clock),
+        "aborted": result.aborted,
+        "cut_short": result.cut_short,
+        "pose_noise": {
+            "position_mm": _rounded(1e3 * result.noise.position),
+            "angle_deg": _rounded(np.degrees(result.noise.angle)),
+        },
+        "pod_shift": _pod_shift(result.before),
+        "reality": result.reality.as_dict(),
+        "score_lines": [dataclasses.asdict(line) for line in result.score.lines],
+        "final_places": {item.id: item.end for item in result.final.items},
+        "contacts": [dataclasses.asdict(collision) for collision in result.collisions],
+        "attempts": [_attempt(attempt) for attempt in result.attempts],
+        "disturbed_last": [_disturbance(d) for d in result.disturbed_last],
+        "claim": CLAIM,
+        "made_from": _made_from(result, order_file),
+        "statistics": _statistics(result, wall_s),
+    }
+
+
+def record_text(record: Mapping[str, Any]) -> str:
+    """The record as JSON text."""
+    return json.dumps(record, indent=2, allow_nan=False) + "\n"
+
+
+def write_record(path: Path, record: Mapping[str, Any]) -> None:
+    """Write the record, whole or not at all. Raises InputError where that is impossible."""
+    write_text(path, record_text(record))
+
+
+def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:
+    versions = {"apc-pick": pickcli.__version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            versions[package] = "not installed"
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "order": order_file,
+        "seed": result.seed,
+        "cell": result.before.cell.name,
+        "cell_fingerprint": result.before.cell.fingerprint,
+        "scene_hash": scene_hash(result.before),
+        "versions": versions,
+    }
+
+
+def _pod_shift(scene: Scene) -> dict[str, float]:
+    """Where the pod truly stands, from its place."""
+    x, y = (_rounded(1e3 * v) for v in scene.T_nominal_pod[:2, 3])
+    return {"x_mm": x, "y_mm": y, "yaw_deg": _rounded(np.degrees(yaw_of(scene.T_nominal_pod)))}
+
+
+def _target(target: TargetResult) -> dict[str, Any]:
+    return {
+        "bin": target.target.bin,
+        "item": target.target.item,
+        "outcome": str(target.outcome),
+        "reason": target.reason,
+        "points": target.points,
+        "attempts": len(target.attempts),
+        "motion_s": _rounded(sum(e.duration for a in target.attempts for e in a.executions)),
+    }
+
+
+def _attempt(attempt: Attempt) -> dict[str, Any]:
+    return {
+        "bin": attempt.target.bin,
+        "item": attempt.item or attempt.target.item,
+        "out_of": attempt.out_of,
+        "into": attempt.into,
+        "is_aside": attempt.is_aside,
+        "number": attempt.number,
+        "outcome": str(attempt.outcome),
+        "reason": attempt.reason,
+        "t_start": _rounded(attempt.t_start),
+        "plan": None if attempt.plan is None else _plan(attempt.plan),
+        "execution": None if attempt.execution is None else _execution(attempt.execution),
+        "recovery": [_step(step) for step in attempt.recovery],
+        "seen_in": attempt.seen_in,
+        "truly_in": attempt.truly_in,
+    }
+
+
+def _step(step: RecoveryStep) -> dict[str, Any]:
+    execution = None if step.execution is None else _execution(step.execution)
+    return {"what": step.what, "reason": step.reason, "execution": execution}
+
+
+def _plan(plan: Plan) -> dict[str, Any]:
+    grasp, certificate = plan.grasp, plan.certificate
+    return {
+        "query": plan.query,
+        "seed": plan.seed,
+        "duration": _rounded(plan.trajectory.duration),
+        "grasp": None
+        if grasp is None
+        else {
+            "kind": grasp.kind,
+            "face": grasp.face,
+            "pivot": str(grasp.pivot),
+            "load_ratio": _rounded(grasp.load_ratio),
+        },
+        "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
+        "certificate": None if certificate is None else dataclasses.asdict(certificate),
+    }
+
+
+def _execution(execution: Execution) -> dict[str, Any]:
+    return {
+        "duration": _rounded(execution.duration),
+        "stopped": execution.stopped,
+        "stop_cause": None if execution.stop_cause is None else str(execution.stop_cause),
+        "has_item": execution.has_item,
+        "collisions": [dataclasses.asdict(collision) for collision in execution.collisions],
+        "limit_violations": list(execution.limit_violations),
+        "drops": [dataclasses.asdict(drop) for drop in execution.drops],
+        "disturbed": [_disturbance(d) for d in execution.disturbed],
+        "events": [dict(event) for event in execution.events],
+        "missed_events": list(execution.missed),
+        "max_lag": _rounded(execution.max_lag),
+        "max_load": _rounded(execution.max_load),
+    }
+
+
+def _disturbance(d: Disturbance) -> dict[str, Any]:
+    return {
+        "item": d.item,
+        "fate": str(d.fate),
+        "moved": _rounded(d.moved),
+        "turned": _rounded(d.turned),
+        "fell": _rounded(d.fell),
+        "out_of": d.out_of,
+        "into": d.into,
+    }
+
+
+def _statistics(result: TrialResult, wall_s: float) -> dict[str, Any]:
+    planning = [a.statistics["planning_ms"] for a in result.attempts if a.plan is not None]
+    verifying = [
+        a.statistics["verification_ms"] for a in result.attempts if "verification_ms" in a.statistics
+    ]
+    return {
+        "wall_s": wall_s,
+        "planning_ms": {"median": _median(planning), "max": max(planning, default=None)},
+        "verification_ms": {"median": _median(verifying), "max": max(verifying, default=None)},
+        "attempts": [dict(attempt.statistics) for attempt in result.attempts],
+    }
+
+
+def _median(values: list[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+def _rounded(value: float) -> float:
+    """To a microsecond or micrometre: figures that a person can read."""
+    return round(float(value), 6)

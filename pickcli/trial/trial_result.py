@@ -1,0 +1,166 @@
+"""What a trial leaves behind: attempts, targets, final state, score."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from pickcli.motion.plan import Plan
+from pickcli.scene.scene import TOTE, PoseNoise, Scene
+from pickcli.simulation.reality import Reality
+from pickcli.trial.disturbance import Disturbance
+from pickcli.trial.order_file import Order, Target
+from pickcli.trial.score import FinalState, Score
+from pickcli.trial.trial_interfaces import Execution
+
+if TYPE_CHECKING:
+    from pickcli.simulation.contacts import Collision
+
+
+class Outcome(StrEnum):
+    """How an attempt ended."""
+
+    IN_TOTE = "in tote"
+    MOVED = "moved aside"  # into another bin, or the tote, so that a target can be picked
+    NO_PLAN = "no plan"
+    REJECTED = "rejected"  # by the verifier: nothing was executed
+    NOT_PICKED = "not picked"  # the sensor read no vacuum after the retreat
+    LOST = "lost"  # it was held, but did not arrive
+    MISSING = "missing"  # no such item is left in its bin
+    NO_TIME = "no time"
+
+
+@dataclass(frozen=True, eq=False)
+class RecoveryStep:
+    """One thing that was tried after a stop.
+
+    what: a level of recovery, "bring on", "bring back", "let go" or "wait"
+    reason: why it came to nothing, or stopped; "" if it did not
+    execution: what was carried out, None if nothing was
+    """
+
+    what: str
+    reason: str = ""
+    execution: Execution | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One try at one target, or at moving aside what is in its way.
+
+    item: id of what is to be moved; out_of, into: from where and where to, a bin for what is moved aside
+    number: 1 for the first try at this target
+    t_start: s on the clock of the trial
+    is_aside: whether it was to make room for the target
+    outcome: what the robot believes
+    seen_in, truly_in: where the item was seen afterwards, "" if it was not, and where it really was
+    plan: what was executed (or rejected); recovery: what was tried to bring item and arm out afterwards
+    statistics: wall-clock figures
+    """
+
+    target: Target
+    item: str  # id, "" if there was none
+    number: int
+    t_start: float
+    outcome: Outcome
+    reason: str = ""
+    into: str = TOTE
+    out_of: str = ""
+    is_aside: bool = False
+    plan: Plan | None = None
+    execution: Execution | None = None
+    recovery: tuple[RecoveryStep, ...] = ()
+    seen_in: str = ""
+    truly_in: str = ""
+    in_the_way: tuple[str, ...] = ()  # ids that the failed plan blames, the most blamed first
+    statistics: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def executions(self) -> tuple[Execution, ...]:
+        """All that was executed in this attempt."""
+        steps = (self.execution, *(step.execution for step in self.recovery))
+        return tuple(execution for execution in steps if execution is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class TargetResult:
+    """One line of the order, played.
+
+    outcome: what the robot believes; points: what it truly gave
+    """
+
+    target: Target
+    outcome: Outcome
+    reason: str
+    points: int
+    attempts: tuple[Attempt, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class TrialResult:
+    """A whole trial.
+
+    collisions: every contact that no plan allowed, in motion or not, once, in the order of their start
+    clock: s on the clock of the trial: simulated time and the charge of the planning calls
+    aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
+    cut_short: what the end of the time left undone although there was a way, "" if nothing
+    disturbed_last: what moved without being meant to after the last execution, during the last look
+    """
+
+    order: Order
+    seed: int
+    noise: PoseNoise
+    reality: Reality
+    targets: tuple[TargetResult, ...]  # in the order of the work order
+    attempts: tuple[Attempt, ...]  # in the order of time
+    before: Scene
+    after: Scene
+    final: FinalState
+    score: Score
+    collisions: tuple[Collision, ...]
+    simulated: float  # s
+    clock: float
+    aborted: str
+    cut_short: str = ""
+    disturbed_last: tuple[Disturbance, ...] = ()
+
+    @property
+    def executions(self) -> tuple[Execution, ...]:
+        """Everything that was executed, in the order of time."""
+        return tuple(e for attempt in self.attempts for e in attempt.executions)
+
+    @property
+    def n_collisions(self) -> int:
+        """Contacts that no plan allowed."""
+        return len(self.collisions)
+
+    @property
+    def n_limit_violations(self) -> int:
+        """Executed motions beyond a limit."""
+        return sum(len(e.limit_violations) for e in self.executions)
+
+    @property
+    def drops(self) -> tuple[str, ...]:
+        """Ids of items that the cup lost."""
+        return tuple(d.item for e in self.executions for d in e.drops if not d.is_release)
+
+    @property
+    def disturbed(self) -> tuple[Disturbance, ...]:
+        """What moved without being meant to, in the order of time."""
+        return (*(d for e in self.executions for d in e.disturbed), *self.disturbed_last)
+
+    @property
+    def items_in_tote(self) -> int:
+        """Targets that truly lie in the tote."""
+        return sum(target.points > 0 for target in self.targets)
+
+    @property
+    def n_misjudged(self) -> int:
+        """Targets of which the robot believes something else than is true."""
+        return sum((t.outcome is Outcome.IN_TOTE) != (t.points > 0) for t in self.targets)
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether it ran through, touched nothing and kept every limit."""
+        return not self.aborted and self.n_collisions == 0 and self.n_limit_violations == 0

@@ -1,0 +1,81 @@
+"""Rows of the table at the end of a trial. Drawing it is the command's business."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pickcli.cell.pod_tolerance import pod_stand
+from pickcli.simulation.reality import Reality
+from pickcli.trial.disturbance import Disturbance, Fate
+from pickcli.trial.trial_result import TargetResult, TrialResult
+
+
+@dataclass(frozen=True)
+class Row:
+    """One target as people want to read it.
+
+    planning_ms: wall-clock time of all planning calls for it; None if there was none
+    motion_s: simulated seconds of all motion for it
+    """
+
+    bin: str
+    item: str
+    outcome: str
+    points: int
+    planning_ms: float | None
+    motion_s: float
+    reason: str
+
+
+def rows(result: TrialResult) -> tuple[Row, ...]:
+    """One row per target, in the order of the work order."""
+    return tuple(_row(target) for target in result.targets)
+
+
+def _row(target: TargetResult) -> Row:
+    planning = [a.statistics["planning_ms"] for a in target.attempts if "planning_ms" in a.statistics]
+    motion = math.fsum(e.duration for attempt in target.attempts for e in attempt.executions)
+    # A retry that worked still has a story worth telling.
+    told = next((f"after: {a.reason}" for a in target.attempts if a.reason), "")
+    return Row(
+        target.target.bin, target.target.item, str(target.outcome), target.points,
+        sum(planning) if planning else None, motion, target.reason or told,
+    )  # fmt: skip
+
+
+def summary(result: TrialResult) -> tuple[str, ...]:
+    """The sentences under the table."""
+    n_targets = len(result.targets)
+    lines = [
+        f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}; "
+        f"{result.items_in_tote} of {n_targets} targets in the tote",
+        f"{result.clock:.1f} s on the trial's clock, {result.simulated:.1f} s of them simulated motion",
+        f"collisions {result.n_collisions}, limit violations {result.n_limit_violations}, "
+        f"drops {len(result.drops)}",
+        f"planning saw poses with an error of up to {1e3 * result.noise.position:g} mm and "
+        f"{math.degrees(result.noise.angle):g} degrees{_outliers(result.reality)}",
+        f"the pod stood {pod_stand(result.before.T_nominal_pod)}",
+    ]
+    lines += [
+        f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
+    ]
+    lines += [_told(d) for d in result.disturbed if d.fate is not Fate.PUSHED]
+    lines += [line for line in (result.aborted, result.cut_short) if line]
+    return tuple(lines)
+
+
+def _outliers(reality: Reality) -> str:
+    """Which poses were off by more than planning was told."""
+    if not reality.pose_outlier_share:
+        return ""
+    share, scale = 100 * reality.pose_outlier_share, reality.pose_outlier_scale
+    return f", {share:g} % of them of up to {scale:g} times as much"
+
+
+def _told(d: Disturbance) -> str:
+    """A neighbour that was more than pushed aside."""
+    where = d.out_of if d.into == d.out_of else f"{d.out_of}, now {d.into}"
+    fell = f", {d.fell:.2f} m down" if d.fell > 0.01 else ""
+    how_far = f"{1e3 * d.moved:.0f} mm and {math.degrees(d.turned):.0f} degrees"
+    return f"{d.item} in {where}: {d.fate}, {how_far}{fell}"

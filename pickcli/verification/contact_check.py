@@ -1,0 +1,137 @@
+"""Planned contact is a touch, and no deeper than poses and bellows explain: an upper bound per pair.
+
+Measured on the solids as they are perceived, not grown. Two items lie in each other, as their poses say, at
+most as deep as both may be off; taken out, the item may go no deeper into a neighbour than it lies where it
+is taken, but for what a pose that is off in angle leads astray, and what it is clear of there it may come to
+by no more than that. The same holds backwards where it is set down.
+
+The bellows give along the axis of the cup only: one that is pressed in by its whole stroke must be clear of
+what it touches, but for what the pose of that may be off; and in a motion that is not along that axis the cup
+goes no deeper than it stands at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.scene.solid_overlap import TOUCH
+from pickcli.scene.supports import supports_of
+from pickcli.verification.contact_exemptions import ends_at_rest
+from pickcli.verification.exemptions import Exemptions
+from pickcli.verification.forward_kinematics import T_lance_cup, pivot_angle
+from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.state_sampling import States
+from pickcli.verification.static_solids import Standing
+from pickcli.verification.straightness_check import FIRST_LIFT
+
+ROUNDING = 0.0015  # m: lines are followed only nearly, and depths are bounds from above
+PUSHED = 0.001  # m that the item may come nearer to what rolls if it is pushed: lines are only nearly so
+GRAZE = 1e-4  # m that solids which just meet may measure
+
+
+def check_touch(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
+    exempt: Sequence[Exemptions],
+) -> tuple[Reason, ...]:  # fmt: skip
+    """The depth of every planned contact at every state of its segment."""
+    reasons: list[Reason] = []
+    takes = plan.grasp is not None and any(s.kind is SegmentKind.CONTACT for s in plan.segments)
+    rolling = supports_of(scene).rolling(plan.grasp.item) if takes and plan.grasp is not None else ()
+    for k, segment in enumerate(plan.segments):
+        if not exempt[k].touching:
+            continue
+        first, last = states.between(segment.t_start, segment.t_end)
+        at_rest = last if ends_at_rest(plan, k) else first
+        for fixture in world.of(k):
+            if fixture.name not in exempt[k].touching:
+                continue
+            for part in moving[k]:
+                if part.is_cup or part.is_held:
+                    pair = _Pair(scene, segment, k, part, fixture, states)
+                    reasons += pair.too_deep(range(first, last + 1), at_rest)
+                    if part.is_held and fixture.name in rolling and segment.kind is SegmentKind.LIFT:
+                        reasons += pair.pushed(range(first, last + 1))
+    return tuple(reasons)
+
+
+class _Pair:
+    """One part of the tool and what it may touch in one segment."""
+
+    def __init__(
+        self, scene: Scene, segment: Segment, k: int, part: Part, fixture: Fixture, states: States
+    ) -> None:
+        self.scene, self.segment, self.k, self.states = scene, segment, k, states
+        self.part, self.fixture = part, fixture
+
+    def too_deep(self, at: range, at_rest: int) -> Iterator[Reason]:
+        """Reasons against the deepest state. at_rest: the state where what it touches is at rest."""
+        if self.part.is_held:
+            yield from self._deeper(self.part, at, self._explained(self._gap(at_rest)))
+            return
+        stands = self._depth(self.part, at_rest)
+        off = self._uncertain(self.fixture.name)
+        if self.segment.kind is not SegmentKind.CONTACT:  # which is along the axis of the cup
+            yield from self._deeper(self.part, at, max(stands, off) + ROUNDING)
+        pressed = self._pressed_in()
+        stands = self._depth(pressed, at_rest) if self.k == 0 else 0.0  # out of where it is already, not in
+        yield from self._deeper(pressed, at, max(stands, off) + ROUNDING)
+
+    def pushed(self, at: range) -> Iterator[Reason]:
+        """At most one reason: the state at which the item has come nearest, against the first."""
+        gaps = [self._gap(i) for i in at]
+        if min(gaps) < gaps[0] - PUSHED:
+            t = self.states.times[at[gaps.index(min(gaps))]]
+            by = f"{(gaps[0] - min(gaps)) * 1e3:.1f} mm nearer at {t:.3f} s, it rolls away"
+            where = f"segment {self.k} ({self.segment.kind})"
+            yield Reason("pushes what rolls", where, f"{self.part.name} comes to {self.fixture.name}, {by}")
+
+    def _deeper(self, part: Part, at: range, allowed: float) -> Iterator[Reason]:
+        """At most one reason: the deepest state."""
+        depths = [self._depth(part, i) for i in at]
+        deepest = max(depths)
+        if deepest > allowed:
+            t = self.states.times[at[depths.index(deepest)]]
+            depth = f"{deepest * 1e3:.1f} mm deep, {allowed * 1e3:.1f} explained"
+            where = f"segment {self.k} ({self.segment.kind})"
+            detail = f"{self.part.name} and {self.fixture.name} at {t:.3f} s, {depth}"
+            yield Reason("planned contact too deep", where, detail)
+
+    def _explained(self, gap: float) -> float:
+        """m that the held item may lie in the fixture. gap: m between them at rest, negative in overlap."""
+        explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
+        return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + ROUNDING)
+
+    def _gap(self, i: int) -> float:
+        """m at state i, negative where they overlap."""
+        depth = self._depth(self.part, i)
+        return -depth if depth > 0.0 else self.part.solid.distance(self.fixture.solid)
+
+    def _depth(self, part: Part, i: int) -> float:
+        at: Array = self.states.links[part.link, i] @ part.T_link_shape
+        part.solid.place(at)
+        return part.solid.depth(self.fixture.solid)
+
+    def _pressed_in(self) -> Part:
+        """The cup with the whole stroke of its bellows pressed in."""
+        robot = self.scene.cell.robot
+        T_lance_tip = T_lance_cup(robot, pivot_angle(robot, self.segment.pivot)) @ robot.tool.T_cup_tip
+        back = pose(-robot.tool.cup_stroke * T_lance_tip[:3, 2])
+        return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
+
+    def _uncertain(self, name: str) -> float:
+        """m that any point of a solid may be from where its pose says."""
+        if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
+            return self.scene.noise.bound(self.scene.item(name))
+        for body in self.scene.pod_bodies:
+            if body.name == name:
+                reach = np.linalg.norm(body.T_parent_shape[:2, 3]) + np.linalg.norm(body.shape.extents) / 2
+                return self.scene.pod_error.bound(float(reach))
+        return 0.0

@@ -1,0 +1,148 @@
+"""The grasp: the cup meets the item where the plan says, seals inside a face, and holds on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.cell.robot import PivotState, Tool
+from pickcli.cell.shapes import ShapeKind
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse, rotation_angle
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.load_check import check_load
+
+ON_SURFACE = 0.001  # m between the grasp's tip and the item's surface
+ASIDE = 0.002  # m between grasp and tip at contact, across the tool axis
+TURNED = np.radians(1.0)
+ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top of what the cup takes up
+
+
+def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
+    """All that concerns the cup and the item; () for a plan without a grasp."""
+    if plan.grasp is None or T_tip_item is None:
+        return ()
+    grasp, item = plan.grasp, scene.item(plan.grasp.item)
+    reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
+    if grasp.pivot is PivotState.MOVING:
+        reasons.append(
+            Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
+        )
+    for k, segment in enumerate(plan.segments):
+        if segment.kind is SegmentKind.CONTACT:
+            if segment.pivot is not grasp.pivot:
+                reasons.append(
+                    Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.pivot}")
+                )
+            reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
+            reasons += _kind(scene, grasp)
+    if plan.segments[0].held is not None and scene.held is not None:
+        reasons += _as_grasped(scene, grasp, inverse(scene.held.T_tip_item), "in the cup")
+    if not item.suction:
+        reasons.append(Reason("cannot be held by suction", grasp.item, item.why_not))
+    return (*reasons, *check_load(plan, scene, T_tip_item, _share_at(item, grasp)))
+
+
+def _face(grasp: Grasp, item: Item) -> Iterator[Reason]:
+    """The face is the one that the tip is on."""
+    face = _face_at(item, grasp.T_item_tip[:3, 3])[0]
+    if grasp.face != face:
+        yield Reason("wrong face", "grasp", f"{grasp.face} stated, the tip is on {face}")
+
+
+def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
+    """The tip lies on the surface, points inwards, and the whole cup is inside the face."""
+    tip, axis = grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2]
+    face, off, normal, room = _face_at(item, tip)
+    if abs(off) > ON_SURFACE:
+        yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
+    if axis @ -normal < np.cos(ON_NORMAL + tool.cup_tilt):
+        yield Reason(
+            "cup not square on the face", grasp.item, f"{np.degrees(np.arccos(axis @ -normal)):.1f} deg"
+        )
+    if item.seals[face] <= 0.0:
+        yield Reason("cup not on a face that seals", grasp.item, f"{face}; {item.seal_source}")
+    inset = tool.cup_radius + item.seal_inset
+    if room < inset - 1e-6:
+        yield Reason(
+            "cup beyond the edge", grasp.item, f"{room * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
+        )
+
+
+def _share_at(item: Item, grasp: Grasp) -> float:
+    """The share of full vacuum that the face under the cup keeps."""
+    return item.seals[_face_at(item, grasp.T_item_tip[:3, 3])[0]]
+
+
+def _face_at(item: Item, p: Array) -> tuple[str, float, Array, float]:
+    """Of the face nearest to a point (3,): name, height of the point over it, normal, room to its edge, m.
+
+    The edge is that of the part that seals.
+    """
+    shape, half = item.shape, item.shape.extents / 2
+    if shape.kind is ShapeKind.SPHERE:
+        r = float(np.linalg.norm(p))
+        return "sphere", r - shape.size[0], p / max(r, 1e-9), np.inf
+    if shape.kind is ShapeKind.BOX:
+        axis = int(np.argmax(np.abs(p) - half))
+        normal = np.sign(p[axis]) * np.eye(3)[axis]
+        name = _sign(p[axis]) + "xyz"[axis]
+        room = min(float(np.delete(half - np.abs(p), axis).min()), _to_the_end(item, name, p))
+        return name, float(abs(p[axis]) - half[axis]), normal, room
+    radius, length = shape.size
+    r = float(np.hypot(p[0], p[1]))
+    if abs(p[2]) - length / 2 > r - radius:  # an end
+        normal = np.array([0.0, 0.0, np.sign(p[2])])
+        name = _sign(p[2]) + "z"
+        room = min(radius - r, _to_the_end(item, name, p))
+        return name, float(abs(p[2]) - length / 2), normal, room
+    normal = np.array([p[0], p[1], 0.0]) / max(r, 1e-9)
+    return "mantle", r - radius, normal, min(float(length / 2 - abs(p[2])), _to_the_end(item, "mantle", p))
+
+
+def _to_the_end(item: Item, face: str, p: Array) -> float:
+    """How far inside the part of a face that seals a point (3,) lies, m; infinite where all of it does."""
+    rooms = [
+        min(float(p["xyz".index(axis)]) - least, greatest - float(p["xyz".index(axis)]))
+        for axis, (least, greatest) in item.areas.get(face, {}).items()
+    ]
+    return min(rooms, default=np.inf)
+
+
+def _sign(value: float) -> str:
+    return "+" if value > 0.0 else "-"
+
+
+def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
+    """At the end of contact the tip is where the grasp says."""
+    robot = scene.cell.robot
+    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.pivot)[0]
+    yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
+
+
+def _kind(scene: Scene, grasp: Grasp) -> Iterator[Reason]:
+    """The kind is that of the pod's axis which the cup's, where it takes the item, is nearest to."""
+    T_pod_tip = inverse(scene.T_world_pod) @ scene.find(grasp.item).T_world_item @ grasp.T_item_tip
+    into, aside, up = T_pod_tip[:3, 2]
+    kind = max((into, "frontal"), (-up, "top-down"), (abs(aside), "side"))[1]
+    if grasp.kind != kind:
+        yield Reason("wrong kind", "grasp", f"{grasp.kind} stated, by the cup's axis it is {kind}")
+
+
+def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> Iterator[Reason]:
+    """The tip (4, 4) is where the grasp says, pressed on by what noise and bellows allow."""
+    off = inverse(grasp.T_item_tip) @ T_item_tip
+    aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
+    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.cup_stroke
+    if not -ON_SURFACE <= pressed <= most:
+        yield Reason(
+            "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"
+        )
+    if aside > ASIDE or rotation_angle(off[:3, :3]) > TURNED:
+        turned = np.degrees(rotation_angle(off[:3, :3]))
+        yield Reason("misses the item", where, f"{aside * 1e3:.1f} mm aside, turned {turned:.1f} deg")

@@ -1,0 +1,28 @@
+"""How the item hangs on the cup."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+
+
+def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
+    """Pose (4, 4) of the held item in the tool frame; None for a plan without a grasp.
+
+    An item that is picked here stays where it lies until the lift: what the cup is pressed on goes into
+    the bellows. One that is held from the start hangs as the scene says.
+    """
+    if plan.grasp is None:
+        return None
+    contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
+    if contact is None:
+        return None if scene.held is None else scene.held.T_tip_item
+    robot = scene.cell.robot
+    q = plan.trajectory.sample(contact.t_end)
+    T_world_tip = tip_poses(robot, link_poses(robot, q), contact.pivot)[0]
+    return np.asarray(inverse(T_world_tip) @ scene.find(plan.grasp.item).T_world_item)

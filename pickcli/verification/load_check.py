@@ -1,0 +1,136 @@
+"""The load on the cup at every millisecond that it carries, from differences of the executed curve.
+
+The item is a rigid body of uniform density that hangs where the grasp says. Its centre and its turn are
+followed by the verifier's own kinematics; Newton and Euler give the force and the torque that move it so, and
+the cell says whether the cup bears them together, with an item as heavy as it may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pickcli.cell.item import Item
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.scene.scene import Scene
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+
+GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like
+STEP = 1e-3  # s
+SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples otherwise
+
+
+def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
+    """Whether lip and friction of the cup bear the item from the contact to its release.
+
+    Args:
+        plan: With segments that hold an item, or none.
+        scene: The plan's.
+        T_tip_item: (4, 4) the item as it hangs in the cup.
+        vacuum_share: What the face under the cup keeps of full vacuum.
+    """
+    if vacuum_share <= 0.0:  # told elsewhere; there is nothing to divide by
+        return
+    times, wrenches = held_wrenches(plan, scene, T_tip_item)
+    if len(times) == 0:
+        return
+    assert plan.grasp is not None
+    item, limits = scene.item(plan.grasp.item), scene.cell.robot.tool.cup_limits
+    for what, ratios in (
+        ("pull and moment", limits.lip(wrenches, vacuum_share)),
+        ("shear and twist", limits.slip(wrenches, vacuum_share)),
+    ):
+        i = int(np.argmax(ratios))
+        if ratios[i] > 1.0:
+            at = f"{ratios[i]:.2f} of what the cup bears at {times[i]:.3f} s: {_told(wrenches[i])}"
+            yield Reason("does not hold", f"{item.name}, {what}", at)
+    yield from _stated(plan.grasp, wrenches, float(limits.ratio(wrenches, vacuum_share).max()))
+
+
+def _stated(grasp: Grasp, wrenches: Array, ratio: float) -> Iterator[Reason]:
+    """What the plan says of the load is what the load is."""
+    found = {
+        "pull": float(np.maximum(0.0, -wrenches[:, 2]).max()),
+        "shear": float(np.hypot(wrenches[:, 0], wrenches[:, 1]).max()),
+        "moment": float(np.hypot(wrenches[:, 3], wrenches[:, 4]).max()),
+        "twist": float(np.abs(wrenches[:, 5]).max()),
+        "load_ratio": ratio,
+    }
+    for name, value in found.items():
+        stated = float(getattr(grasp, name))
+        if abs(value - stated) > max(SAME_LEAST, SAME_SHARE * value):
+            yield Reason("load not as stated", f"grasp.{name}", f"{stated:.3f} stated, {value:.3f} found")
+
+
+def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, Array]:
+    """What the cup exerts on the item, as heavy as it may be.
+
+    Args:
+        plan: With a grasp.
+        scene: The plan's.
+        T_tip_item: (4, 4) the item as it hangs in the cup.
+
+    Returns:
+        Times (N,) in s, every millisecond that it is held, and (N, 6) forces in N and torques in Nm about
+        the cup's tip, in the tool frame.
+    """
+    held = [segment for segment in plan.segments if segment.held is not None]
+    if not held:
+        return np.empty(0), np.empty((0, 6))
+    assert plan.grasp is not None
+    # Before the start and after the end of the trajectory the arm is at rest.
+    n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
+    times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
+    robot = scene.cell.robot
+    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].pivot)
+    return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), STEP)
+
+
+def wrenches(tips: Array, T_tip_item: Array, item: Item, step: float) -> Array:
+    """Force and torque on a held item at the tool's tip, by differences over neighbouring poses.
+
+    Args:
+        tips: (N, 4, 4) poses of the tool frame in the world, ``step`` s apart.
+        T_tip_item: (4, 4) the item in the tool frame.
+        item: Its heaviest mass counts.
+        step: s; the differences are exact to its square.
+
+    Returns:
+        (N - 2, 6) at all poses but the first and last, in the tool frame: force, then torque about the tip.
+    """
+    R, centre = tips[:, :3, :3], tips[:, :3, :3] @ T_tip_item[:3, 3] + tips[:, :3, 3]
+    acceleration = (centre[2:] - 2.0 * centre[1:-1] + centre[:-2]) / step**2
+    force = item.heaviest * _turned_back(R[1:-1], acceleration + GRAVITY)
+    # Turn rates half-way between the poses, each seen in the middle one.
+    steps = _rotation_vectors(np.swapaxes(R[:-1], 1, 2) @ R[1:]) / step
+    before, after = steps[:-1], steps[1:]
+    rate, change = (before + after) / 2.0, (after - before) / step
+    axes = T_tip_item[:3, :3]
+    inertia = axes @ (item.inertia * (1.0 + item.mass_error)) @ axes.T
+    spin = change @ inertia + np.cross(rate, rate @ inertia)
+    return np.hstack([force, spin + np.cross(T_tip_item[:3, 3], force)])
+
+
+def _turned_back(R: Array, v: Array) -> Array:
+    """World vectors (N, 3) in the frames R (N, 3, 3)."""
+    return np.asarray(np.einsum("nji,nj->ni", R, v))
+
+
+def _rotation_vectors(R: Array) -> Array:
+    """Axis times angle (N, 3) of small rotations (N, 3, 3), under a quarter turn."""
+    twice_sine = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1)
+    sine = np.minimum(1.0, np.linalg.norm(twice_sine, axis=1) / 2.0)
+    return np.asarray(
+        twice_sine / 2.0 * np.where(sine > 0.0, np.arcsin(sine) / np.maximum(sine, 1e-300), 1.0)[:, None]
+    )
+
+
+def _told(wrench: Array) -> str:
+    fx, fy, fz, tx, ty, tz = wrench
+    return (
+        f"pull {max(0.0, -fz):.1f} N, shear {np.hypot(fx, fy):.1f} N, "
+        f"moment {np.hypot(tx, ty):.2f} Nm, twist {abs(tz):.2f} Nm"
+    )

@@ -1,0 +1,155 @@
+"""What moves and what stands: the solids of robot and held item, and of the world, in each segment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.shapes import Body, Shape
+from pickcli.geometry import Array
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment
+from pickcli.scene.scene import Scene
+from pickcli.verification.fcl_solids import Balls, Solid, cover
+from pickcli.verification.forward_kinematics import T_lance_cup, pivot_angle, pivot_index, reaches
+
+SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the pivoting cup
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One solid of the robot, or the held item.
+
+    The cup and what it holds are posed in the link that carries the pivot, at the angle they stand at;
+    while the cup pivots there is one part for each of many angles. ``slack``: how far outside of its shape
+    any point of the part may be, for the angles in between, and for what the pose of a held item may be off.
+    """
+
+    name: str  # link name, or id of the held item
+    link: int  # index of the link it is fixed to
+    T_link_shape: Array  # (4, 4)
+    shape: Shape
+    solid: Solid
+    balls: Balls
+    reach: Array  # (n,) m per unit of each joint, see arm.reaches
+    slack: float = 0.0  # m
+    is_cup: bool = False
+    is_held: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Fixture:
+    """One solid of the world that stands still. slack: m that any point may be outside of its shape."""
+
+    name: str  # body name or item id
+    T_world_shape: Array  # (4, 4)
+    shape: Shape
+    solid: Solid
+    slack: float = 0.0
+
+
+def fixtures(scene: Scene) -> tuple[Fixture, ...]:
+    """Pod, tote, obstacles and items: the pod grown by what its pose may be off, items with a slack of it."""
+    cell = scene.cell
+    found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
+    found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
+    for placed in scene.items:
+        bound = scene.noise.bound(placed.item)
+        found.append(_fixture(placed.id, placed.T_world_item, placed.item.shape, bound))
+    return tuple(found)
+
+
+def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
+    solid = Solid(shape)
+    solid.place(T)
+    return Fixture(name, T, shape, solid, slack)
+
+
+def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
+    """Everything that the arm moves in a segment. T_tip_item: (4, 4) of the item where one is held."""
+    robot = scene.cell.robot
+    cup = pivot_index(robot) + 1
+    found = [
+        _part(robot, link.name, i, body.T_parent_shape, body.shape)
+        for i, link in enumerate(robot.links)
+        if i < cup
+        for body in link.shapes
+    ]
+    for body in robot.links[cup].shapes:
+        found += _pivoted(robot, segment.pivot, body)
+    if segment.held is not None and T_tip_item is not None:
+        bound = scene.noise.bound(scene.item(segment.held))
+        found += _pivoted(robot, segment.pivot, held_body(scene, segment.held, T_tip_item), bound, True)
+    return tuple(found)
+
+
+def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
+    """The parts of every segment; segments with the same pivot state and held item share theirs."""
+    known: dict[tuple[PivotState, str | None], tuple[Part, ...]] = {}
+    for segment in plan.segments:
+        key = (segment.pivot, segment.held)
+        if key not in known:
+            known[key] = parts(scene, segment, T_tip_item)
+    return [known[segment.pivot, segment.held] for segment in plan.segments]
+
+
+def farthest(moving: tuple[Part, ...]) -> Array:
+    """(n,) m per unit of each joint, of whatever reaches farthest."""
+    return np.asarray(np.max([part.reach for part in moving], axis=0))
+
+
+def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
+    """The held item in the cup link."""
+    return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
+
+
+def _pivoted(
+    robot: Robot, pivot: PivotState, body: Body, slack: float = 0.0, is_held: bool = False
+) -> list[Part]:
+    """A body in the cup link as parts of the link before it: one, or many where the cup pivots."""
+    lance = pivot_index(robot)
+    name = body.name if is_held else robot.links[lance + 1].name
+    angles = [pivot_angle(robot, pivot)]
+    if pivot is PivotState.MOVING:
+        positions = robot.tool.pivot_positions
+        way = abs(positions[PivotState.DOWN] - positions[PivotState.STRAIGHT])
+        radius = _radius(body.T_parent_shape, body.shape)
+        n = int(np.ceil(way * radius / SWEEP_STEP)) + 1
+        angles = list(np.linspace(positions[PivotState.STRAIGHT], positions[PivotState.DOWN], n))
+        slack += way / (n - 1) * (radius + slack) / 2
+    return [
+        _part(
+            robot,
+            name,
+            lance,
+            T_lance_cup(robot, angle) @ body.T_parent_shape,
+            body.shape,
+            slack,
+            not is_held,
+            is_held,
+        )
+        for angle in angles
+    ]
+
+
+def _part(
+    robot: Robot,
+    name: str,
+    link: int,
+    T: Array,
+    shape: Shape,
+    slack: float = 0.0,
+    is_cup: bool = False,
+    is_held: bool = False,
+) -> Part:
+    reach = reaches(robot, link, _radius(T, shape))
+    return Part(name, link, T, shape, Solid(shape), cover(shape), reach, slack, is_cup, is_held)
+
+
+def _radius(T: Array, shape: Shape) -> float:
+    """Greatest distance in m of a point of the posed shape from the frame it stands in."""
+    balls = cover(shape)
+    centers = balls.centers @ T[:3, :3].T + T[:3, 3]
+    return float(np.linalg.norm(centers, axis=1).max()) + balls.radius

@@ -1,0 +1,218 @@
+"""What a way out of a stop may do that no other plan may, by the level that it claims. See docs/recovery.md.
+
+A robot that was stopped can stand nearer to something than the clearance, or against it. From the level
+``opening`` on, pairs that are near when the motion begins are followed one by one instead of being refused:
+each may open, and none may come nearer again than it has been since the start. Such a motion leads out of the
+pod, or along the motion that stopped, and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pickcli.errors import Reason
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
+from pickcli.verification.exemptions import Exemptions
+from pickcli.verification.fcl_solids import distances_to_boxes
+from pickcli.verification.forward_kinematics import tip_poses
+from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.state_sampling import States
+from pickcli.verification.static_solids import Standing
+
+CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
+SLOW = 0.1  # of the velocity limits
+JOG_WAY = 0.03  # m that any link and the tool may go in a jog
+INWARDS = 0.015  # m deeper into the pod than it has been: what it takes to come free of a lip
+OFF_PATH = 0.005  # rad or m, of any joint, between a way back and the motion that it goes back along
+LEFT_OUT = 4 * OFF_PATH  # rad or m of that motion that may be left out at once, where it turns round
+PATH_STEP, PATH_WAY = (
+    1e-3,
+    OFF_PATH / 10,
+)  # s between samples of that, and rad or m where it goes slowly or rests
+IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """Pairs (part, fixture), by name, that were near at the start, and every reason against their motion."""
+
+    pairs: frozenset[tuple[str, str]] = frozenset()
+    reasons: tuple[Reason, ...] = ()
+
+
+def needed_clearance(plan: Plan, scene: Scene) -> float:
+    """m that pairs which are not near at the start keep, on top of what poses may be off."""
+    return 0.0 if plan.recovery in IGNORES_ERROR else scene.cell.clearance
+
+
+def check_recovery(
+    plan: Plan, scene: Scene, states: States, velocity: float, opening: Opening, stopped: Trajectory | None
+) -> tuple[Reason, ...]:
+    """Whether the plan is what its level says, apart from what it is near to. () for any other plan.
+
+    velocity: worst share of a velocity limit. opening: what it is near to at its start. stopped: the motion
+    that a way back goes back along, None where that is not known
+    """
+    if plan.recovery is None:
+        return ()
+    return (*_claims(plan, scene, states, velocity), *_leads(plan, scene, states, opening, stopped))
+
+
+def _leads(
+    plan: Plan, scene: Scene, states: States, opening: Opening, stopped: Trajectory | None
+) -> Iterator[Reason]:
+    """Out of the pod, or back along the motion that stopped, in its order."""
+    where = f"recovery {plan.recovery}"
+    if plan.recovery is RecoveryLevel.AS_PLANNED:
+        return
+    if plan.recovery is RecoveryLevel.BACKWARDS and stopped is not None:
+        if (strayed := _strayed(states.Q, stopped)) is not None:
+            i, how = strayed
+            yield Reason("not back the way it came", where, f"at {states.times[i]:.3f} s {how}")
+        return
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    depths = np.maximum(0.0, (inverse(scene.T_world_pod) @ tips)[:, 0, 3])
+    if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
+        yield Reason("not a way out", where, "it begins outside of the pod, and near to nothing")
+    deeper = depths - np.minimum.accumulate(depths)
+    if (worst := float(deeper.max())) > INWARDS:
+        at = f"{worst * 1e3:.0f} mm at {states.times[int(np.argmax(deeper))]:.3f} s"
+        told = f"the tool goes deeper into the pod again, {at}; at most {INWARDS * 1e3:.0f} mm are allowed"
+        if plan.recovery is RecoveryLevel.BACKWARDS:
+            told += ", unless the motion that stopped is known (apc verify --stopped)"
+        yield Reason("leads into the pod", where, told)
+
+
+def _strayed(Q: Array, stopped: Trajectory) -> tuple[int, str] | None:
+    """The first of the configurations Q (N, n) that does not go on backwards along a trajectory, and how not.
+
+    Where a configuration may be on the trajectory is kept as a set, as the trajectory may pass one place more
+    than once: all samples that are near enough, that do not come later than one where the configuration
+    before may have been, and between which and that one no more of the motion lies than may be left out.
+    """
+    n = int(np.ceil(stopped.duration / PATH_STEP)) + 1
+    path = stopped.sample(np.linspace(0.0, stopped.duration, n))
+    gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)).max(axis=1))])
+    kept = np.unique(np.append(np.unique(gone // PATH_WAY, return_index=True)[1], n - 1))
+    path, gone = path[kept], gone[kept]
+    steps = np.abs(np.diff(Q, axis=0, prepend=Q[:1])).max(axis=1)
+    tree, may_be_at = cKDTree(path), np.arange(len(path))
+    for i, q in enumerate(Q):
+        near = np.array(tree.query_ball_point(q, OFF_PATH, p=np.inf, return_sorted=True), dtype=np.intp)
+        if len(near) == 0:
+            off = float(tree.query(q, p=np.inf)[0])
+            most = f"at most {OFF_PATH} are allowed"
+            return i, f"a joint is {off:.4f} rad or m off the motion that stopped, {most}"
+        before = may_be_at[np.minimum(np.searchsorted(may_be_at, near), len(may_be_at) - 1)]
+        is_next = (before >= near) & ((i == 0) | (gone[before] - gone[near] <= steps[i] + LEFT_OUT))
+        if not is_next.any():
+            return i, "it does not go on backwards along the motion that stopped"
+        may_be_at = near[is_next]
+    return None
+
+
+def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterator[Reason]:
+    assert plan.recovery is not None
+    where = f"recovery {plan.recovery}"
+    if plan.events or any(segment.kind is SegmentKind.CONTACT for segment in plan.segments):
+        yield Reason("not a way out", where, "it switches devices or takes an item")
+    if plan.recovery in IGNORES_ERROR and any(segment.held is not None for segment in plan.segments):
+        yield Reason("not a way out", where, "it carries an item")
+    if plan.recovery in IGNORES_ERROR and velocity > SLOW * (1.0 + 1e-6):
+        yield Reason("not slow", where, f"{velocity:.3f} of the velocity limit, at most {SLOW} is allowed")
+    if plan.recovery is RecoveryLevel.JOG and (way := _longest_way(plan, scene, states)) > JOG_WAY:
+        yield Reason(
+            "not a jog", where, f"{way * 1e3:.1f} mm of way, at most {JOG_WAY * 1e3:.0f} are allowed"
+        )
+
+
+def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
+    """m, of the origin of the link, or of the tool, that goes farthest."""
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    points = np.concatenate([states.links[:, :, :3, 3], tips[None, :, :3, 3]])
+    return float(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max())
+
+
+def check_opening(
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
+    exempt: Sequence[Exemptions],
+) -> Opening:  # fmt: skip
+    """The pairs that are near at the start of a way out, each followed to the end of the motion."""
+    if plan.recovery in (None, RecoveryLevel.AS_PLANNED):
+        return Opening()
+    clearance = scene.cell.clearance
+    near = _near_at_start(states, moving[0], world.of(0), clearance)
+    # What creeps into an item by no more than its pose is uncertain pushes it, at worst, by that much.
+    exact = frozenset(placed.id for placed in scene.items) if plan.recovery in IGNORES_ERROR else frozenset()
+    # What the tool is planned to touch here has its depth bounded by ``check_touch``.
+    tool = {part.name for part in moving[0] if part.is_cup or part.is_held}
+    touched = {(name, other) for name in tool for other in exempt[0].touching}
+    pairs = {pair for pair in near if frozenset(pair) not in exempt[0].allowed} - touched
+    nearest = dict.fromkeys(sorted(pairs), -np.inf)
+    reasons: dict[tuple[str, str], Reason] = {}
+    for k, segment in enumerate(plan.segments):
+        first, last = states.between(segment.t_start, segment.t_end)
+        fixtures = {f.name: replace(f, slack=0.0) if f.name in exact else f for f in world.of(k)}
+        for pair in nearest:
+            parts = [part for part in moving[k] if part.name == pair[0]]
+            if pair[1] in fixtures and parts and pair not in reasons:
+                found = _followed(
+                    states, parts, fixtures[pair[1]], range(first, last + 1), clearance, nearest
+                )
+                reasons.update({pair: found.at(f"segment {k} ({segment.kind})")} if found else {})
+    return Opening(frozenset(pairs), tuple(reasons.values()))
+
+
+def _followed(
+    states: States, parts: Sequence[Part], fixture: Fixture, at: range, clearance: float,
+    nearest: dict[tuple[str, str], float],
+) -> Reason | None:  # fmt: skip
+    """Follow a pair over some states; ``nearest``: how far apart it has been so far, up to the clearance."""
+    pair = parts[0].name, fixture.name
+    travel = states.travel @ np.max([part.reach for part in parts], axis=0)
+    i = at.start
+    while i < at.stop:
+        separation = min(_separation(states, part, fixture, i) for part in parts)
+        if separation < nearest[pair] - CLOSING:
+            apart, before = 1e3 * separation, 1e3 * nearest[pair]
+            what = (
+                f"{pair[0]} and {pair[1]} at {states.times[i]:.3f} s, {apart:.1f} mm apart after {before:.1f}"
+            )
+            return Reason("closes again", "", what)
+        nearest[pair] = max(nearest[pair], min(separation, clearance))
+        # As long as the two cannot have come near again there is nothing to measure.
+        free = travel[i] + max(0.0, separation - clearance)
+        i = max(i + 1, int(np.searchsorted(travel, free, side="right")) - 1)
+    return None
+
+
+def _near_at_start(
+    states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float
+) -> Iterator[tuple[str, str]]:
+    """Pairs, by name, that are at most so far apart, in m, at the first state. Balls around the parts say
+    which of them are worth measuring."""
+    T = np.array([fixture.T_world_shape for fixture in fixtures])
+    half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
+    slack = np.array([fixture.slack for fixture in fixtures])
+    for part in parts:
+        T_part = states.links[part.link, 0] @ part.T_link_shape
+        centers = part.balls.centers @ T_part[:3, :3].T + T_part[:3, 3]
+        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack - slack
+        for b in np.flatnonzero(apart <= most).tolist():
+            if _separation(states, part, fixtures[b], 0) <= most:
+                yield part.name, fixtures[b].name
+
+
+def _separation(states: States, part: Part, fixture: Fixture, i: int) -> float:
+    """Distance in m of two solids at state i, negative where they overlap: then their depth."""
+    part.solid.place(states.links[part.link, i] @ part.T_link_shape)
+    distance, slack = part.solid.distance(fixture.solid), part.slack + fixture.slack
+    return (distance if distance > 0.0 else -part.solid.depth(fixture.solid)) - slack

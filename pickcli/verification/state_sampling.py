@@ -1,0 +1,79 @@
+"""The states at which a motion is looked at: so many that no point moves far between two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.robot import Robot
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.verification.forward_kinematics import link_poses
+from pickcli.verification.quintic import variation
+
+MAX_STEP = 0.002  # m, farthest that any point of robot or held item moves between two states
+MAX_STATES = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Times, configurations and link poses, and how far the joints travelled up to each."""
+
+    times: Array  # (N,) s
+    Q: Array  # (N, n)
+    links: Array  # (L, N, 4, 4)
+    travel: Array  # (N, n) rad or m, an upper bound of each joint's way since the start
+    max_step: float  # m, what was reached
+    robot: Robot
+    trajectory: Trajectory
+
+    def between(self, t_start: float, t_end: float) -> tuple[int, int]:
+        """Indices of the states at two times that are among the states' (segment ends are)."""
+        i, j = np.searchsorted(self.times, (t_start - 1e-9, t_end - 1e-9))
+        return int(i), int(min(j, len(self.times) - 1))
+
+    def finer(self, i: int, n: int) -> States:
+        """The stretch from state i to the next one, cut into n equal parts."""
+        times = np.linspace(self.times[i], self.times[i + 1], n + 1)
+        way = variation(self.trajectory, times)
+        Q = self.trajectory.sample(times)
+        travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
+        links = link_poses(self.robot, Q)
+        return States(times, Q, links, travel, self.max_step, self.robot, self.trajectory)
+
+
+def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
+    """Split the trajectory until no point moves more than MAX_STEP between two states.
+
+    also: times (K,) that must be among the states'. reach: (n,) m per unit of each joint, of whatever
+    reaches farthest.
+    """
+    times = _merged(np.concatenate([trajectory.times, also]))
+    while True:
+        way = variation(trajectory, times)
+        steps = way @ reach
+        if not np.ceil(steps / MAX_STEP).sum() <= MAX_STATES:  # before they are integers, which overflow
+            break
+        n = np.ceil(steps / MAX_STEP).astype(np.int64)
+        if n.max() <= 1:
+            break
+        times = np.concatenate([_split(times, np.maximum(n, 1)), times[-1:]])
+    Q = trajectory.sample(times)
+    travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
+    return States(times, Q, link_poses(robot, Q), travel, float(steps.max()), robot, trajectory)
+
+
+def _merged(times: Array) -> Array:
+    """Sorted, without repetitions closer than a nanosecond (keeps the first of each)."""
+    times = np.sort(times)
+    keep = np.concatenate([[True], np.diff(times) > 1e-9])
+    return np.asarray(times[keep])
+
+
+def _split(times: Array, n: NDArray[np.int64]) -> Array:
+    """Every stretch between two times cut into n equal parts; starts of the parts."""
+    start, h = np.repeat(times[:-1], n), np.repeat(np.diff(times) / n, n)
+    k = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
+    return np.asarray(start + k * h)

@@ -1,0 +1,111 @@
+"""Straight segments are straight, the cup comes along its axis, slowly, and touching ends early."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from pickcli.cell.robot import PivotState, Robot
+from pickcli.errors import Reason
+from pickcli.geometry import Array, rotation_vector
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.state_sampling import States
+
+STRAIGHT = (
+    SegmentKind.PREAPPROACH,
+    SegmentKind.APPROACH,
+    SegmentKind.CONTACT,
+    SegmentKind.LIFT,
+    SegmentKind.RETREAT,
+    SegmentKind.INSERT,
+    SegmentKind.PLACE,
+    SegmentKind.DEPART,
+)
+OFF_LINE = 0.002  # m
+OFF_ANGLE = np.radians(1.0)
+FIRST_LIFT = 0.055  # m of the lift, or last of the place, in which the item may touch support and neighbours
+CONTACT_WAY = 0.025  # m: some before the cup can meet an uncertain item, and the stroke of its bellows
+TOUCHED_WAY = {
+    SegmentKind.CONTACT: CONTACT_WAY,
+    SegmentKind.LIFT: FIRST_LIFT,
+    SegmentKind.PLACE: FIRST_LIFT,
+    SegmentKind.DEPART: FIRST_LIFT,
+}
+SPEED_TOLERANCE = 1e-3  # of the contact speed
+
+
+def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
+    """All that is promised of the tool's way in single segments."""
+    reasons: list[Reason] = []
+    touched = dict.fromkeys(TOUCHED_WAY, 0.0)
+    for k, segment in enumerate(plan.segments):
+        first, last = states.between(segment.t_start, segment.t_end)
+        tips = tip_poses(robot, states.links[:, first : last + 1], segment.pivot)
+        where = f"segment {k} ({segment.kind})"
+        if segment.kind in STRAIGHT:
+            reasons += _straight(tips, where)
+        if segment.kind is SegmentKind.CONTACT:
+            reasons += _contact(plan, robot, segment, tips, where)
+        if segment.kind in touched and segment.touching:
+            touched[segment.kind] += float(np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1).sum())
+    return (*reasons, *_touched_too_long(touched))
+
+
+def _straight(tips: Array, where: str) -> Iterator[Reason]:
+    """Every pose (N, 4, 4) lies near the line from the first to the last."""
+    along = tips[-1, :3, 3] - tips[0, :3, 3]
+    squared = float(along @ along)
+    off = tips[:, :3, 3] - tips[0, :3, 3]
+    s = np.clip(off @ along / squared, 0.0, 1.0) if squared > 1e-12 else np.zeros(len(tips))
+    distance = float(np.linalg.norm(off - s[:, None] * along, axis=1).max())
+    if distance > OFF_LINE:
+        yield Reason("not straight", where, f"{distance * 1e3:.2f} mm off the line")
+    angle = _largest_angle(tips, s)
+    if angle > OFF_ANGLE:
+        yield Reason("not straight", where, f"turned {np.degrees(angle):.2f} deg away from the line")
+
+
+def _largest_angle(tips: Array, s: Array) -> float:
+    """Largest angle in rad between a pose and the one that the line has at the same place."""
+    if s.max() <= 0.0:
+        s = np.linspace(0.0, 1.0, len(tips))
+    v = rotation_vector(tips[0, :3, :3].T @ tips[-1, :3, :3])
+    angle = float(np.linalg.norm(v))
+    K = np.cross(np.eye(3), v / max(angle, 1e-12))  # K @ x is axis x x: how the line turns, if it does
+    sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
+    line = tips[0, :3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K))
+    traces = np.einsum("nij,nij->n", line, tips[:, :3, :3])
+    return float(np.arccos(np.clip((traces.min() - 1.0) / 2.0, -1.0, 1.0)))
+
+
+def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str) -> Iterator[Reason]:
+    """The cup moves along its own axis, outwards, and no faster than the bellows take."""
+    way = tips[-1, :3, 3] - tips[0, :3, 3]
+    axis = tips[-1, :3, 2]
+    aside = float(np.linalg.norm(way - (way @ axis) * axis))
+    if way @ axis <= 0.0 or aside > OFF_LINE:
+        yield Reason("not along the tool axis", where, f"{aside * 1e3:.2f} mm aside")
+    speed = fastest_tip(plan, robot, segment.pivot, segment.t_start, segment.t_end)
+    limit = robot.tool.contact_speed
+    if speed > limit * (1.0 + SPEED_TOLERANCE):
+        yield Reason("contact speed", where, f"{speed:.4f} m/s, the tool takes {limit}")
+
+
+def fastest_tip(plan: Plan, robot: Robot, pivot: PivotState, t_start: float, t_end: float) -> float:
+    """Greatest speed of the tip in m/s over every millisecond between two times, the cup in one place."""
+    n = max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1)
+    times = np.linspace(t_start, t_end, n)
+    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), pivot)[:, :3, 3]
+    # The chord over a millisecond is the mean speed in it.
+    return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())
+
+
+def _touched_too_long(touched: Mapping[SegmentKind, float]) -> Iterator[Reason]:
+    """Contact is planned over a stated way of the tool, all segments of a kind together."""
+    for kind, way in touched.items():
+        if way > (most := TOUCHED_WAY[kind]):
+            told = f"{way * 1e3:.1f} mm of way name what may be touched; at most {most * 1e3:.0f} mm may"
+            yield Reason("touching too long", str(kind), told)

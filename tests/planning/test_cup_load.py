@@ -1,0 +1,81 @@
+"""The load on the cup: planner and verifier derive it by different means and must agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.robot import PivotState
+from pickcli.geometry import inverse, pose, rotation_axis_angle
+from pickcli.grasping.holding import Hold
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.cup_load import carried_load
+from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.load_check import STEP, wrenches
+
+
+@pytest.fixture(scope="module")
+def arm(cell: Cell) -> Arm:
+    return Arm(cell.robot)
+
+
+AGREE = 2e-4  # of the largest figure: differences over 1 ms against derivatives
+
+
+def random_motion(cell: Cell, rng: np.random.Generator, n: int = 6) -> Trajectory:
+    """Smooth and fast, from rest to rest: speeds and accelerations up to about the joints' limits."""
+    limits = cell.robot.limits
+    low, high = np.maximum(limits.lower, -1.5), np.minimum(limits.upper, 1.5)
+    middle, half = (low + high) / 2, 0.3 * (high - low)
+    inner = rng.uniform(-1.0, 1.0, (n, cell.robot.n_joints))
+    velocities = 0.5 * limits.velocity * rng.uniform(-1.0, 1.0, inner.shape)
+    accelerations = 0.5 * limits.acceleration * rng.uniform(-1.0, 1.0, inner.shape)
+    velocities[[0, -1]] = accelerations[[0, -1]] = 0.0
+    times = 0.6 * np.arange(n)
+    return Trajectory(cell.robot.joint_names, times, middle + half * inner, velocities, accelerations)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    item = list(cell.items.values())[int(rng.integers(len(cell.items)))]
+    axis = rng.normal(size=3)
+    T_tip_item = pose(
+        rng.uniform(-0.08, 0.08, 3), R=rotation_axis_angle(axis / np.linalg.norm(axis), rng.uniform(0, 3))
+    )
+    pivot = (PivotState.STRAIGHT, PivotState.DOWN)[seed % 2]
+    trajectory = random_motion(cell, rng)
+    face = item.shape.face_names[0]
+    hold = Hold.of(item, face, T_tip_item, cell.robot.tool)
+    times = np.arange(1, int(trajectory.duration / STEP) - 1) * STEP
+    states = trajectory.sample(np.concatenate([[times[0] - STEP], times, [times[-1] + STEP]]))
+    by_verifier = wrenches(
+        tip_poses(cell.robot, link_poses(cell.robot, states), pivot), T_tip_item, item, STEP
+    )
+    motion = arm.tip_motion(*(trajectory.sample(times, d) for d in range(3)), pivot)
+    by_planner = hold.body.wrench(motion)
+    # Differences that reach over a point of the trajectory, where the jerk jumps, see a little of both sides.
+    smooth = np.abs(times[:, None] - trajectory.times).min(axis=1) > 1.5 * STEP
+    most = np.abs(by_planner).max(axis=0)
+    assert most[:3].min() > 0.0
+    np.testing.assert_allclose(by_verifier[smooth, :3], by_planner[smooth, :3], atol=AGREE * most[:3].max())
+    np.testing.assert_allclose(by_verifier[smooth, 3:], by_planner[smooth, 3:], atol=AGREE * most[3:].max())
+    load = carried_load(arm, pivot, trajectory, hold)
+    assert load.twist == pytest.approx(np.abs(by_verifier[:, 5]).max(), rel=0.02)
+    assert load.moment == pytest.approx(np.hypot(*by_verifier[:, 3:5].T).max(), rel=0.02)
+    share = max(item.seals[face], 1e-9)
+    if item.seals[face] > 0.0:
+        worst = float(cell.robot.tool.cup_limits.ratio(by_verifier, share).max())
+        assert load.ratio == pytest.approx(worst, rel=0.02)
+
+
+def test_an_item_hangs_where_the_pressed_cup_left_it(cell: Cell, arm: Arm) -> None:
+    """At rest with the cup straight down the lever is that of the hanging item, not that of the grasp."""
+    item = cell.item("crayola_24_ct", 2016)
+    grasp, pressed = pose([0.02, 0.0, 0.0125], rpy=[np.pi, 0.0, 0.0]), pose([0.0, 0.0, 0.005])
+    hold = Hold.of(item, "+z", inverse(grasp @ pressed), cell.robot.tool)
+    load = hold.at_rest(np.diag([1.0, -1.0, -1.0])[None])
+    assert load.moment == pytest.approx(item.heaviest * 9.81 * 0.02)
+    assert hold.body.p_tip_com[2] == pytest.approx(0.0125 - 0.005)

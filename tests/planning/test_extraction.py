@@ -1,0 +1,129 @@
+"""Ways out that are planned: proven, repeatable, rolled over where nothing else goes through."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.errors import Reason
+from pickcli.geometry import Array, pose
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.extraction import MOST_PUSHES, planned_corridors
+from pickcli.planning.first_stretch import climbed
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.ways_out import WaysOut
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+
+BIN = "bin_E"
+
+
+def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> WaysOut:
+    """Of the first of the items (name, pose in the bin's frame)."""
+    cell = planner.cell
+    T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
+    items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
+    scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
+    return BinQuery(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID, seed).ways_out
+
+
+def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
+    height = float(cell.item(name).shape.extents[2])
+    return name, pose([x, y, cell.pod.bins[BIN].floor_back + height / 2 + 0.0005])
+
+
+def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
+    radius = float(cell.item(name).shape.size[0])
+    T = pose([x, y, cell.pod.bins[BIN].floor_back + radius + 0.0005], rpy=[np.pi / 2, 0.0, 0.0])
+    return name, T
+
+
+def planned(ways: WaysOut, seed: int = 0) -> list[Array]:
+    found = planned_corridors(ways.T_bin_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
+    return [np.stack([c.freed, c.lift, *c.retreat]) for c in found]
+
+
+@pytest.fixture(scope="module")
+def behind(planner: Planner) -> WaysOut:
+    """A bottle that stands too tall to be lifted over the can that lies across in front of it."""
+    cell = planner.cell
+    bottle = standing(cell, "up_glucose_bottle", 0.33, 0.0)
+    return ways_out(planner, bottle, lying_across(cell, "folgers_classic_roast_coffee", 0.2, 0.0))
+
+
+def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> bool:
+    is_left = leaving.is_valid_path(np.stack([np.zeros(6), D[0]]))
+    return is_left and carrying.is_valid_path(D)
+
+
+def test_what_is_planned_is_proven_and_short(behind: WaysOut) -> None:
+    found = planned(behind)
+    assert found
+    for D in found:
+        assert is_proven(behind.leaving, behind.carrying, D)
+        assert np.linalg.norm(D[0, :3]) <= behind.first
+        assert len(D) - 2 <= MOST_PUSHES
+
+
+def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: WaysOut) -> None:
+    assert not isinstance(behind.corridors, Reason)
+    for corridor in behind.corridors:
+        assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
+
+
+def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: Planner) -> None:
+    bottle = standing(planner.cell, "up_glucose_bottle", 0.33, 0.0)
+    can = lying_across(planner.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
+    first, again, other = (ways_out(planner, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
+    assert not isinstance(first, Reason) and not isinstance(again, Reason) and not isinstance(other, Reason)
+    assert np.array_equal(first[0].freed, again[0].freed)
+    assert not np.array_equal(first[0].freed, other[0].freed)
+
+
+def test_the_same_seed_gives_the_same_ways(behind: WaysOut) -> None:
+    first, again = planned(behind, 5), planned(behind, 5)
+    assert len(first) == len(again)
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+
+
+def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: Planner) -> None:
+    cell = planner.cell
+    target = standing(cell, "crayola_24_ct", 0.3, 0.0)
+    cover = standing(cell, "peva_shower_curtain_liner", 0.25, 0.0)
+    cover[1][2, 3] += float(cell.item("crayola_24_ct").shape.extents[2]) + 0.001
+    reason = ways_out(planner, target, cover).corridors
+    assert isinstance(reason, Reason)
+    assert reason.in_the_way == "peva_shower_curtain_liner"
+
+
+@pytest.fixture(scope="module")
+def mailer(planner: Planner) -> WaysOut:
+    """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
+    cell = planner.cell
+    cell_bin = cell.pod.bins["bin_I"]
+    T_bin = cell.T_world_pod @ cell_bin.T_pod_bin
+    item = cell.item("scotch_bubble_mailer")
+    at = [0.33, sum(cell_bin.y_range) / 2, cell_bin.floor_back + item.shape.extents[2] / 2 + 0.0005]
+    placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
+    scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
+    return BinQuery(planner, scene, cell_bin, placed, Neighbours.AVOID).ways_out
+
+
+def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: WaysOut) -> None:
+    found = climbed(mailer.leaving, mailer.carrying, mailer.first, np.random.default_rng(0))
+    assert found
+    for d in found:
+        assert is_proven(mailer.leaving, mailer.carrying, d[None])
+        assert np.linalg.norm(d[:3]) <= mailer.first + 1e-12
+        assert d[2] >= 0.0
+
+
+def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: WaysOut) -> None:
+    found = planned(mailer)
+    assert found
+    width = float(mailer.shape.extents.max())
+    for D in found:
+        assert is_proven(mailer.leaving, mailer.carrying, D)
+        assert np.abs(D[:, 5]).max() > np.arccos(mailer.cell_bin.mouth_width / width)

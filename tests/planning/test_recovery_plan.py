@@ -1,0 +1,171 @@
+"""The way out from where a motion stopped: home, whatever the cup touches, certified."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import NoPlanError
+from pickcli.geometry import pose
+from pickcli.grasping.candidates import sample_grasps
+from pickcli.motion.plan import RecoveryLevel
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning import grasps
+from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.recovery_plan import plan_recovery
+from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.scene.scene import Scene
+from pickcli.verification.verify import verify
+
+SceneWith = Callable[..., Scene]
+
+
+@pytest.fixture(scope="module")
+def home(cell: Cell) -> Start:
+    named = cell.configurations["home"]
+    return Start(named.q, named.pivot)
+
+
+def stopped_at_contact(planner: Planner, scene: Scene, home: Start, bin_name: str, item: str) -> Start:
+    plan = plan_pick(planner, scene, bin_name, item, home)
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    return Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+
+
+def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    out = plan_recovery(planner, scene, stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct"))
+    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
+    assert out.segments[0].kind is SegmentKind.DEPART
+    assert verify(out, scene).reasons == ()
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.004])
+def test_beside_a_tall_item_the_cup_goes_back_first(
+    planner: Planner, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch, moved: float
+) -> None:
+    """Upwards it would scrape along; moved: m that the item has come towards the cup since."""
+
+    def from_the_side(*args: Any) -> Any:
+        found = sample_grasps(*args)
+        return replace(found, grasps=tuple(g for g in found.grasps if g.kind == "side"))
+
+    monkeypatch.setattr(grasps, "sample_grasps", from_the_side)
+    scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
+    stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
+    tip = planner.arm.tip(stuck.q, stuck.pivot)
+    (box,) = scene.items
+    T = pose(-moved * tip[:3, 2]) @ box.T_world_item
+    scene = replace(scene, items=(replace(box, T_world_item=T),))
+    out = plan_recovery(planner, scene, stuck)
+    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
+    freed = planner.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.pivot)
+    assert (freed - tip)[:3, 3] @ tip[:3, 2] < -0.015
+    assert verify(out, scene).reasons == ()
+
+
+@pytest.fixture(scope="module")
+def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scene, StoppedMotion, Start]:
+    """Stopped at contact, with a soap bar seen 1 mm from the lance, where 3 mm are wanted."""
+    free = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plan = plan_pick(planner, free, "bin_B", "crayola_24_ct", home)
+    contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0), ("dove_beauty_bar", "bin_B", 0.16, 0.043))
+    bar = scene.find("dove_beauty_bar")
+    T = bar.T_world_item.copy()
+    T[2, 3] = scene.find("crayola_24_ct").T_world_item[2, 3] + 0.0245
+    scene = scene.moved(replace(bar, T_world_item=T))
+    start = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+    return scene, StoppedMotion(plan, contact.t_end), start
+
+
+def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, stopped, start = squeezed
+    with pytest.raises(NoPlanError, match="dove_beauty_bar"):
+        plan_recovery(planner, scene, start)
+    for level in RecoveryLevel:
+        if level is RecoveryLevel.AS_PLANNED:
+            continue
+        out = plan_recovery(planner, scene, start, level=level, stopped=stopped)
+        assert out.recovery is level
+        assert verify(out, scene).reasons == ()
+
+
+@pytest.mark.parametrize("level", [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING])
+def test_the_strict_levels_lead_home(
+    planner: Planner, scene_with: SceneWith, home: Start, level: RecoveryLevel
+) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    stuck = stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct")
+    out = plan_recovery(planner, scene, stuck, level=level)
+    np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
+
+
+def test_a_motion_that_stopped_where_it_began_has_not_moved(
+    squeezed: tuple[Scene, StoppedMotion, Start],
+) -> None:
+    _, stopped, _ = squeezed
+    assert stopped.has_moved
+    assert [replace(stopped, path_time=t).has_moved for t in (0.0, 5e-4, 0.01)] == [False] * 3
+
+
+def test_backwards_is_the_way_it_came(planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]) -> None:
+    scene, stopped, start = squeezed
+    back = plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)
+    np.testing.assert_allclose(back.trajectory.positions[0], start.q, atol=1e-9)
+    np.testing.assert_allclose(back.trajectory.positions[-1], stopped.plan.trajectory.positions[0], atol=1e-9)
+    way = stopped.plan.trajectory.sample(np.linspace(0.0, stopped.path_time, 20_000))
+    for q in back.trajectory.sample(np.linspace(0.0, back.trajectory.duration, 60)):
+        assert np.abs(way - q).max(axis=1).min() < 2e-4
+    with pytest.raises(NoPlanError, match="nothing to go back along"):
+        plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS)
+
+
+def test_a_jog_is_short_and_takes_what_is_nearest_apart(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, _, start = squeezed
+    jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
+    nearest = planner.checker(scene, start.pivot)
+    before, after = (nearest.clearance(q).distance for q in jog.trajectory.positions[[0, -1]])
+    assert after > before
+    tips = planner.arm.tips(jog.trajectory.positions, start.pivot)[:, :3, 3]
+    assert np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() < 0.03
+
+
+@pytest.mark.parametrize("bringing", list(Bringing))
+@pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
+def test_what_may_be_in_the_cup_is_brought_on_or_back(
+    planner: Planner, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
+) -> None:
+    scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
+    plan = plan_pick(planner, scene, "bin_B", "crayola_24_ct", home)
+    taken = next(s.t_start for s in plan.segments if s.held is not None)
+    stopped = StoppedMotion(plan, taken + after)
+    placed = scene.find("crayola_24_ct")
+    scene = replace(scene.without(placed.id), held=stopped.in_the_cup(planner.cell.robot, placed))
+    brought = bring_item(stopped, bringing, scene, planner.arm.limits, 0)
+    assert verify(brought, scene, plan.trajectory).reasons == ()
+    assert {segment.held for segment in brought.segments} == {"crayola_24_ct"} and brought.events == ()
+    np.testing.assert_allclose(
+        brought.trajectory.positions[0], plan.trajectory.sample(stopped.path_time)[0], atol=1e-9
+    )
+    end = {Bringing.ON: stopped.let_go_at, Bringing.BACK: stopped.taken_at}[bringing]
+    assert end is not None
+    np.testing.assert_allclose(brought.trajectory.positions[-1], plan.trajectory.sample(end)[0], atol=1e-9)
+
+
+def test_where_nothing_is_carried_there_is_nothing_to_bring(
+    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
+    scene, stopped, _ = squeezed
+    with pytest.raises(NoPlanError, match="not carried"):
+        bring_item(stopped, Bringing.BACK, scene, planner.arm.limits, 0)

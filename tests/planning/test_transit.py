@@ -1,0 +1,49 @@
+"""Coarse motions tell everything that kept them from every goal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.item import Item
+from pickcli.cell.robot import PivotState
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import Failures, NoPlanError
+from pickcli.planning.move import plan_move
+from pickcli.planning.pick import Start
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.transit import plan_coarse
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+
+GOALS = ("bin_A", "bin_L")
+
+
+def carton(name: str) -> Item:
+    shape = Shape(ShapeKind.BOX, (0.1, 0.1, 0.1))
+    return Item(name, 2016, shape, 0.2, 0, dict.fromkeys(shape.face_names, 1.0), "test", "", 0.0, 1.0, "", "")
+
+
+@pytest.fixture(scope="module")
+def blocked(cell: Cell, planner: Planner) -> Scene:
+    """An item around the tip of the tool in each of two configurations."""
+    tips = [planner.arm.tip(cell.configurations[name].q, PivotState.STRAIGHT) for name in GOALS]
+    items = (PlacedItem(f"at_{g}", carton("carton"), g, T) for g, T in zip(GOALS, tips, strict=True))
+    return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
+
+
+def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
+    checker = planner.checker(blocked, PivotState.STRAIGHT)
+    goals = np.stack([cell.configurations[name].q for name in GOALS])
+    found = plan_coarse(planner, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
+    assert isinstance(found, Failures)
+    assert set(found.in_the_way) == {"at_bin_A", "at_bin_L"}
+    assert {reason.where for reason in found} == {"transit, goal 0", "transit, goal 1"}
+
+
+def test_what_stands_where_a_move_begins_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
+    start = Start(cell.configurations["bin_A"].q, PivotState.STRAIGHT)
+    with pytest.raises(NoPlanError) as caught:
+        plan_move(planner, blocked, start, cell.configurations["home"].q)
+    assert caught.value.in_the_way == ("at_bin_A",)
+    assert [reason.where for reason in caught.value.reasons] == ["move, start"]

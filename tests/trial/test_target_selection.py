@@ -1,0 +1,122 @@
+"""What comes next: points per second, learning from what happened, and nothing without something new."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pickcli.trial.order_file import Target
+from pickcli.trial.target_selection import (
+    MOST_CLEARINGS,
+    MOST_FAILURES,
+    MOST_REFUSALS,
+    Experience,
+    Job,
+    Move,
+    TrialClock,
+    best_option,
+    options,
+)
+
+JOB = Job(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
+TARGETS = [Target(f"bin_{b}", item) for b in "ABC" for item in ("crayola_24_ct", "jane_eyre_dvd")]
+
+jobs = st.builds(
+    Job,
+    index=st.integers(0, 20),
+    target=st.sampled_from(TARGETS),
+    points=st.integers(10, 23),
+    seconds=st.floats(5.0, 30.0),
+    can_hold=st.booleans(),
+    attempts=st.integers(0, 9),
+    failures=st.integers(0, MOST_FAILURES),
+    refusals=st.integers(0, MOST_REFUSALS),
+    cleared=st.integers(0, 9),
+    clearings=st.integers(0, MOST_CLEARINGS),
+)
+
+
+def chosen(*candidates: Job, experience: Experience | None = None, may_clear: bool = True) -> Job:
+    best = best_option(options(candidates, experience or Experience(), may_clear))
+    assert best is not None
+    return best.job
+
+
+@given(st.lists(jobs, min_size=1, max_size=8, unique_by=lambda job: job.index), st.booleans())
+def test_nothing_beats_what_is_chosen_in_whatever_order_it_is_asked(candidates: list[Job], may: bool) -> None:
+    found = list(options(candidates, Experience(), may))
+    best = best_option(found)
+    assert best == best_option(reversed(found))
+    assert best is None or all(option.rate <= best.rate for option in found)
+
+
+def test_more_points_or_less_time_come_first_and_what_failed_waits() -> None:
+    richer = replace(JOB, index=1, points=20)
+    faster = replace(JOB, index=2, seconds=5.0)
+    assert chosen(JOB, richer) is richer
+    assert chosen(JOB, richer, faster) is faster
+    assert chosen(JOB, richer.failed().failed()) is JOB
+    assert chosen(JOB, richer.refused()) is JOB
+
+
+def test_what_happened_to_the_same_item_or_in_the_same_bin_counts() -> None:
+    same_item = replace(JOB, index=1, target=Target("bin_B", "crayola_24_ct"))
+    same_bin = replace(JOB, index=2, target=Target("bin_A", "jane_eyre_dvd"))
+    other = replace(JOB, index=3, target=Target("bin_C", "dove_beauty_bar"))
+    experience = Experience()
+    experience.note(JOB.target, is_success=False)
+    assert chosen(same_item, same_bin, other, experience=experience) is other
+    for _ in range(3):
+        experience.note(JOB.target, is_success=True)
+    experience.note(other.target, is_success=False)
+    assert chosen(other, same_item, experience=experience) is same_item
+
+
+@given(jobs)
+def test_every_job_comes_to_an_end_of_options(job: Job) -> None:
+    """Whatever is tried in vain in a scene that does not change, in the end nothing is left."""
+    for _ in range(MOST_FAILURES + MOST_REFUSALS + MOST_CLEARINGS + 20):
+        best = best_option(options([job], Experience(), True))
+        if best is None:
+            return
+        clearings = job.clearings + (best.move is Move.CLEAR)
+        job = replace(job.tried().refused() if best.move is Move.PICK else job, clearings=clearings)
+    pytest.fail("options without end")
+
+
+def test_a_changed_scene_gives_new_looks_but_no_new_failures() -> None:
+    spent = replace(JOB, refusals=MOST_REFUSALS, clearings=MOST_CLEARINGS)
+    assert not spent.can_pick and not spent.can_clear
+    assert spent.renewed().can_pick
+    assert not replace(spent, failures=MOST_FAILURES).renewed().can_pick
+
+
+def test_something_is_moved_aside_only_for_what_was_refused_and_where_the_rules_let_it() -> None:
+    moves = {option.move for option in options([JOB.refused()], Experience(), True)}
+    assert moves == {Move.PICK, Move.CLEAR}
+    assert {option.move for option in options([JOB], Experience(), True)} == {Move.PICK}
+    assert {option.move for option in options([JOB.refused()], Experience(), False)} == {Move.PICK}
+
+
+def test_what_the_tool_cannot_hold_is_asked_for_once_and_last() -> None:
+    hopeless = replace(JOB, points=23, can_hold=False)
+    assert chosen(hopeless, replace(JOB, index=1).failed().refused()).index == 1
+    assert list(options([hopeless.tried().refused()], Experience(), True)) == []
+
+
+def test_a_known_duration_replaces_the_estimate() -> None:
+    assert JOB.timed(7.5).seconds == 7.5
+    assert JOB.tried().seconds == JOB.seconds and JOB.tried().attempts == 1
+
+
+@given(st.integers(0, 50), st.floats(0, 500), st.floats(0, 1000))
+def test_the_clock_adds_motion_and_planning_calls(n_plans: int, motion: float, ask: float) -> None:
+    clock = TrialClock(900.0).moved(motion)
+    for _ in range(n_plans):
+        clock = clock.planned()
+    assert clock.now == pytest.approx(motion + n_plans * clock.charge)
+    assert clock.has_time_for(ask) == (clock.now + ask <= 900.0)
+    assert 0.0 <= clock.left <= 900.0

@@ -1,0 +1,81 @@
+"""What a trial leaves on disk is whole, readable again, and never replaces anything unasked."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell_file import load_cell
+from pickcli.errors import InputError
+from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.trial.attempt_runner import TrialSettings
+from pickcli.trial.loop import run_trial
+from pickcli.trial.order_file import OrderKind, read_order
+from pickcli.trial.trial_folder import refuse_existing_folder, write_folder
+from pickcli.trial.trial_record import record_text, trial_record
+from support.fake_crew import FakeCrew, scene_of
+from support.order_builders import pick_order
+
+CELL = load_cell("apc2016_delft")
+ORDER = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))
+
+
+def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    record = trial_record(result, "order.json", wall_s=0.5)
+    picture = np.zeros((4, 6, 3), np.uint8)
+    folder = tmp_path / "runs" / "order-0"
+    paths = write_folder(folder, result, record, {"before": picture, "after": picture})
+    names = {"output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png"}
+    assert {p.name for p in paths} == {p.name for p in folder.iterdir()} == names
+    output = read_order(folder / "output.json", CELL)
+    assert output.bin_contents["bin_A"] == ("jane_eyre_dvd",)
+    assert output.tote_contents == ("crayola_24_ct",)
+    assert "work_order" not in json.loads((folder / "output.json").read_text())
+    assert (folder / "trial.json").read_text() == record_text(record)
+
+
+def test_an_empty_output_is_read_as_such(tmp_path: Path) -> None:
+    fake = FakeCrew(scene_of(ORDER, CELL), rejects=frozenset({"pick"}))
+    result = run_trial(ORDER, fake.crew())
+    write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})
+    output = read_order(tmp_path / "output.json", CELL)
+    assert output.kind is OrderKind.OUTPUT
+    assert output.bin_contents == ORDER.bin_contents
+
+
+def test_the_record_keeps_the_levels_of_reality(tmp_path: Path) -> None:
+    levels = replace(DEFAULT, mass_error=0.25, look_time=3.0)
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew(), TrialSettings(reality=levels))
+    written = json.loads(record_text(trial_record(result, "order.json", wall_s=0.5)))
+    assert Reality(**written["reality"]) == levels
+
+
+def test_a_folder_with_files_needs_a_word(tmp_path: Path) -> None:
+    refuse_existing_folder(tmp_path / "new", overwrite=False)
+    refuse_existing_folder(tmp_path, overwrite=False)
+    (tmp_path / "a").write_text("")
+    with pytest.raises(InputError, match="--overwrite"):
+        refuse_existing_folder(tmp_path, overwrite=False)
+    refuse_existing_folder(tmp_path, overwrite=True)
+
+
+def test_a_folder_that_cannot_be_made_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    with pytest.raises(InputError, match="cannot be made"):
+        write_folder(tmp_path / "file" / "sub", result, {}, {})
+
+
+def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> None:
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    (tmp_path / "after.json").mkdir()
+    with pytest.raises(InputError) as told:
+        write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})
+    assert "after.json: is a folder" in str(told.value) and "--overwrite" in str(told.value)
+    assert "written: output.json, scene.json, trial.json; not written: after.json; " in str(told.value)
+    assert {p.name for p in tmp_path.iterdir() if p.is_file()} == {"output.json", "scene.json", "trial.json"}

@@ -1,0 +1,176 @@
+"""The proven minimum against brute force: every pair at very many times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from pickcli.cell.robot import PivotState
+from pickcli.geometry import Array, pose
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import Scene
+from pickcli.verification.clearance_check import FAR, RESOLUTION, Clearance, check_clearance
+from pickcli.verification.exemptions import exemptions
+from pickcli.verification.forward_kinematics import link_poses
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.moving_parts import parts, parts_of_segments
+from pickcli.verification.state_sampling import MAX_STEP
+from pickcli.verification.static_solids import standing
+from pickcli.verification.verify import sampled, verify
+from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
+
+
+def check(plan: Plan, scene: Scene) -> Clearance:
+    T_tip_item = pose_in_tool(plan, scene)
+    moving = parts_of_segments(plan, scene, T_tip_item)
+    world = standing(plan, scene, T_tip_item)
+    states = sampled(plan, scene, moving)
+    return check_clearance(plan, states, moving, world, exemptions(plan, scene, states, moving, world))
+
+
+def proven(plan: Plan, scene: Scene) -> float:
+    found = check(plan, scene)
+    assert found.reasons == ()
+    return found.minimum
+
+
+def brute_force(plan: Plan, scene: Scene, only: range, dt: float = 0.06) -> float:
+    """Smallest distance over every pair that is not exempt, dt apart and finely around the nearest state.
+
+    No sieve, no bounds.
+    """
+    smallest = FAR
+    for k in only:
+        segment = plan.segments[k]
+        coarse = np.linspace(segment.t_start, segment.t_end, int((segment.t_end - segment.t_start) / dt) + 2)
+        near = coarse[np.argmin(found := distances(plan, scene, k, coarse))]
+        fine = np.clip(np.linspace(near - dt, near + dt, 20), segment.t_start, segment.t_end)
+        smallest = min(smallest, *found, *distances(plan, scene, k, fine))
+    return smallest
+
+
+def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
+    """The smallest distance at each time of segment k."""
+    T_tip_item = pose_in_tool(plan, scene)
+    all_moving, standing_there = parts_of_segments(plan, scene, T_tip_item), standing(plan, scene, T_tip_item)
+    states = sampled(plan, scene, all_moving)
+    exempt = exemptions(plan, scene, states, all_moving, standing_there)[k]
+    moving, world = parts(scene, plan.segments[k], T_tip_item), standing_there.of(k)
+    pairs = [(a, b) for a in moving for b in world if not exempt.is_world_pair_untested(a, b.name)]
+    pairs += [(a, b) for a, b in combinations(moving, 2) if not exempt.is_own_pair_untested(a, b)]
+    links = link_poses(scene.cell.robot, plan.trajectory.sample(times))
+    smallest = []
+    for i in range(len(times)):
+        for part in moving:
+            part.solid.place(links[part.link, i] @ part.T_link_shape)
+        smallest.append(min(a.solid.distance(b.solid) for a, b in pairs))
+    return smallest
+
+
+def assert_tight(proven_minimum: float, measured: float) -> None:
+    """Never above what brute force finds, and not much below."""
+    assert proven_minimum <= measured + 1e-6
+    assert proven_minimum >= measured - MAX_STEP / 2 - RESOLUTION - 1e-3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_moves(seed: int) -> None:
+    """Between random configurations among boxes that just leave the ends free."""
+    rng = np.random.default_rng(seed)
+    names = ["bin_A", "bin_E", "bin_I", "bin_K", "home", "tote", "midway", "cam_F"]
+    a, b = (cell().configurations[n].q for n in rng.choice(names, 2, replace=False))
+    builder = Builder(a)
+    builder.joint(SegmentKind.TRANSIT, b, 2.0)
+    scene = make_scene(
+        place("kleenex_tissue_box", tuple(rng.uniform((-0.7, -0.4, 1.0), (-0.3, 0.4, 1.5))), "bin_A")
+    )
+    plan = move_plan(scene, builder)
+    found = check(plan, scene)
+    measured = brute_force(plan, scene, range(1))
+    assert found.minimum <= measured + 1e-6
+    assert (found.minimum <= 0.0) == bool(found.reasons)
+    if not found.reasons and found.minimum < FAR - MAX_STEP:
+        assert_tight(found.minimum, measured)
+
+
+def test_the_lines_of_a_pick() -> None:
+    """From the approach to the retreat, where clearance is smallest."""
+    plan, scene = pick()
+    kinds = [s.kind for s in plan.segments]
+    span = range(kinds.index(SegmentKind.APPROACH), kinds.index(SegmentKind.RETREAT) + 1)
+    measured = brute_force(plan, scene, span)
+    assert_tight(proven(plan, scene), measured)
+
+
+def test_an_item_that_was_taken_is_not_an_obstacle_any_more() -> None:
+    plan, scene = pick()
+    held = [k for k, s in enumerate(plan.segments) if s.held is not None]
+    world = standing(plan, scene, pose_in_tool(plan, scene))
+    stands = [CRAYOLA in {f.name for f in world.of(k)} for k in range(len(plan.segments))]
+    assert stands == [k < held[0] for k in range(len(plan.segments))]
+
+
+def test_the_arm_may_not_touch_itself() -> None:
+    """The forearm folded back onto the upper arm, and the lance turned onto the base."""
+    builder = Builder(cell().configurations["home"].q)
+    folded = builder.q.copy()
+    folded[4], folded[6] = -2.26, -1.9
+    builder.joint(SegmentKind.TRANSIT, folded, 2.0)
+    scene = make_scene()
+    plan = move_plan(scene, builder)
+    found = check(plan, scene)
+    links = {link.name for link in cell().robot.links}
+    assert any(all(n in links for n in r.detail.split(" at ")[0].split(" and ")) for r in found.reasons)
+
+
+def test_moving_pivot_covers_both_states() -> None:
+    """The angles that are checked while the cup pivots reach from state to state without a gap."""
+    builder = Builder(cell().configurations["bin_H"].q)
+    builder.wait(SegmentKind.TRANSIT, 0.4, pivot=PivotState.MOVING)
+    scene = make_scene()
+    cups = [p for p in parts(scene, builder.segments[0], None) if p.is_cup]
+    assert len(cups) > 10
+    # neighbouring angles leave no gap wider than the slack on either side
+    far = [c.T_link_shape @ np.array([0.015, 0.0, 0.015, 1.0]) for c in cups]
+    steps = [np.linalg.norm(p - q) for p, q in pairwise(far)]
+    assert max(steps) / 2 <= cups[0].slack + 1e-9
+
+
+@pytest.mark.parametrize(("apart", "is_accepted"), [(0.0027, False), (0.0033, True)])
+def test_the_clearance_of_the_cell_is_kept_as_it_is_stated(apart: float, is_accepted: bool) -> None:
+    """A box beside the lance, which stands still: nearer than the clearance is too near, touching or not."""
+    builder = Builder(cell().configurations["bin_H"].q)
+    builder.wait(SegmentKind.TRANSIT, 0.5)
+    empty = make_scene()
+    box = place("kleenex_tissue_box", (0.0, 0.0, 0.0), "bin_H")
+    near = np.array([-0.3, 0.0, 0.0])
+    tip = link_poses(cell().robot, builder.q[None])[-1, 0, :3, 3]
+    for _ in range(30):  # towards the tool until it is as near as wanted
+        scene = make_scene(replace(box, T_world_item=pose(tip + near)))
+        plan = move_plan(scene, builder)
+        smallest = min(distances(plan, scene, 0, np.array([0.0])))
+        if smallest > 0.0 and abs(smallest - apart) < 1e-6:
+            break
+        near = near + np.array([smallest - apart, 0.0, 0.0]) if smallest > 0.0 else near * 1.1
+    assert abs(smallest - apart) < 1e-6
+    verdict = verify(plan, scene)
+    assert verdict.is_accepted is is_accepted, verdict.reasons
+    assert is_accepted or [r.what for r in verdict.reasons] == ["too close"]
+    assert verify(move_plan(empty, builder), empty).is_accepted
+
+
+def test_between_states_that_do_not_prove_the_clearance_more_are_looked_at() -> None:
+    """A plan that passes at 3.3 mm: no two neighbouring states, 2 mm apart, prove 3 mm by themselves."""
+    plan, scene = pick()
+    states = sampled(plan, scene, parts_of_segments(plan, scene, pose_in_tool(plan, scene)))
+    i = int(np.argmax(np.diff(states.travel.sum(axis=1))))
+    finer = states.finer(i, 16)
+    assert finer.times[0] == states.times[i] and finer.times[-1] == pytest.approx(states.times[i + 1])
+    np.testing.assert_allclose(finer.Q[[0, -1]], states.Q[[i, i + 1]], atol=1e-12)
+    way = states.travel[i + 1] - states.travel[i]
+    assert (finer.travel[-1] <= way + 1e-9).all()
+    assert np.diff(finer.travel.sum(axis=1)).max() < 0.25 * way.sum()
