@@ -1,18 +1,23 @@
 """Trials played twice from one seed: are they the same bytes?
 
     python -m bench.repeat [--trials 10] [--seed 0] [--time-limit SECONDS]
+    python -m bench.repeat --kept FOLDER
 
 Each of the fresh orders of ``apc make-order`` is played in two processes at once, which share the machine
 with a third that keeps it busy. They differ in all that must not matter: the seed of Python's string hashes
 (the order of sets), the layout of the heap (the addresses of the engine's bodies), and pictures: one takes
 none, the other before the start and before every attempt. Compared is all of trial.json but its
 ``statistics``, which hold the wall clock.
+
+With --kept, trials that ``bench.fresh`` kept (FOLDER: one of those below runs/fresh) are played once more by
+``apc run-trial``, with other string hashes, and compared in the same way.
 """
 
 from __future__ import annotations
 
 import argparse
 import ctypes
+import json
 import os
 import random
 import subprocess
@@ -34,6 +39,8 @@ from pickcli.trial.trial_record import record_text, trial_record
 FRAGMENTS, KEPT = 50_000, 15_000  # blocks of the size of the engine's own, allocated first, then left
 BLOCKS = (48, 64, 80, 96, 112, 128, 144)  # bytes
 BUSY = "while True: pass"
+HASH_SEED = 4242  # of a trial that is played again
+ENDED = (0, 6)  # exit codes of a trial that was played, clean or not
 
 
 @dataclass(frozen=True)
@@ -116,6 +123,32 @@ def _started(
     return subprocess.Popen(command, env={**os.environ, "PYTHONHASHSEED": str(manner.hash_seed)})
 
 
+def is_repeated_later(folder: Path) -> bool:
+    """Whether a kept trial is the same bytes when it is played again."""
+    kept = json.loads((folder / "trial.json").read_text())
+    with TemporaryDirectory() as again:
+        order, seed = folder.with_suffix(".json"), str(kept["made_from"]["seed"])
+        command = [sys.executable, "-m", "pickcli", "run-trial", str(order), "--seed", seed]
+        environment = {**os.environ, "PYTHONHASHSEED": str(HASH_SEED)}
+        done = subprocess.run([*command, "-o", again, "--overwrite"], env=environment, capture_output=True)
+        if done.returncode not in ENDED:
+            raise RuntimeError(f"{folder}: exit code {done.returncode}")
+        played = json.loads((Path(again) / "trial.json").read_text())
+    for record in (kept, played):
+        del record["statistics"]
+    return bool(kept == played)
+
+
+def measure_kept(folder: Path) -> dict[str, Any]:
+    """How many of the trials kept in a folder were the same bytes, and which were not."""
+    differing, folders = [], sorted(path.parent for path in folder.glob("*/after.png"))
+    for kept in folders:
+        same = is_repeated_later(kept)
+        print(f"{kept.name}: {'same bytes' if same else 'DIFFERENT'}", flush=True)
+        differing += [] if same else [kept.name]
+    return {"trials": len(folders), "same": len(folders) - len(differing), "differing": differing}
+
+
 def measure(seeds: Sequence[int], time_limit: float | None = None) -> dict[str, Any]:
     """How many trials were the same bytes, and which were not."""
     differing = []
@@ -132,13 +165,15 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0, help="of the first order")
     parser.add_argument("--time-limit", type=float, help="s on the trial's clock, to play only its beginning")
+    parser.add_argument("--kept", type=Path, metavar="FOLDER", help="play the trials kept there once more")
     parser.add_argument("--play", type=Path, metavar="FILE", help="play one trial and write its record")
     parser.add_argument("--pictures", action="store_true", help="with --play: take pictures on the way")
     parser.add_argument("--bare", action="store_true", help="with --play: plan without the cell's files")
     parser.add_argument("--heap", type=int, help="with --play: seed of a fragmented heap")
     given = parser.parse_args()
     if given.play is None:
-        figures = measure(range(given.seed, given.seed + given.trials), given.time_limit)
+        seeds = range(given.seed, given.seed + given.trials)
+        figures = measure(seeds, given.time_limit) if given.kept is None else measure_kept(given.kept)
         print(f"{figures['same']} of {figures['trials']} the same bytes")
         sys.exit(bool(figures["differing"]))
     if given.heap is not None:

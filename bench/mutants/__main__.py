@@ -78,7 +78,7 @@ PACKAGES = (
          "tests/verification/test_quintic.py",
          "tests/verification/test_load_check.py", "tests/verification/test_planned_touch.py",
          "tests/verification/test_verify.py", "tests/verification/test_clearance_check.py",
-         "tests/verification/test_recovery_levels.py"),
+         "tests/verification/test_recovery_levels.py", "tests/verification/test_held_from_start.py"),
     ),
     Package(
         "contact rules",

@@ -24,7 +24,7 @@ WhatIf = Callable[[Scene], object]  # plans a pick of the target in a scene, or 
 def in_the_way(
     what_if: WhatIf,
     scene: Scene,
-    bin_name: str,
+    target: PlacedItem,
     is_hopeful: bool = False,
     blamed: Sequence[str] | None = None,
 ) -> tuple[str, ...]:
@@ -35,12 +35,12 @@ def in_the_way(
     Args:
         what_if: Plans the pick in a scene.
         scene: As it is seen.
-        bin_name: Where the target lies.
+        target: The target as it is seen; it is never in its own way, though the tool may not reach it for it.
         is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
             to blame for: that may be another one once the target can be reached, or is seen anew.
         blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
     """
-    here = {placed.id for placed in scene.in_location(bin_name)}
+    here = {placed.id for placed in scene.in_location(target.location)} - {target.id}
     away: list[str] = []
     if blamed is None:
         blamed = _blamed(what_if, scene, away)

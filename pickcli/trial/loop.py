@@ -202,7 +202,7 @@ class _Trial:
 
         known = self.refused.get(job.index)
         blamed = known[2] if known is not None and known[0] is scene and known[1] == placed.id else None
-        queue = [*in_the_way(what_if, scene, placed.location, job.clearings > 0, blamed)]
+        queue = [*in_the_way(what_if, scene, placed, job.clearings > 0, blamed)]
         if is_reachable:  # seen anew since it was refused: it is to be picked by what is seen now
             self.open[job.index] = replace(self.open[job.index], refusals=0)
             return

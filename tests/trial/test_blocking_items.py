@@ -24,6 +24,7 @@ from pickcli.trial.trial_result import Outcome
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
 
+TARGET = "crayola_24_ct"
 NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct", *NAMES), "bin_B": ("dasani_water_bottle",)}, ("bin_A", "crayola_24_ct")
@@ -54,27 +55,35 @@ class Planner:
 @given(st.sets(st.sampled_from(NAMES), max_size=3))
 def test_those_and_no_others_are_found(scene: Scene, needed: set[str]) -> None:
     ranked = (*sorted(needed), *(name for name in NAMES if name not in needed))
-    assert set(in_the_way(Planner(frozenset(needed), ranked), scene, "bin_A")) == needed
+    assert set(in_the_way(Planner(frozenset(needed), ranked), scene, scene.find(TARGET))) == needed
+
+
+def test_a_target_is_never_in_its_own_way(scene: Scene) -> None:
+    """A tool that cannot get at one of its faces for the item itself names that item."""
+    planner = Planner(frozenset(NAMES[:1]), (TARGET, *NAMES))
+    assert in_the_way(planner, scene, scene.find(TARGET)) == NAMES[:1]
+    refused_before = in_the_way(Planner(frozenset()), scene, scene.find(TARGET), blamed=(TARGET, NAMES[1]))
+    assert TARGET not in refused_before
 
 
 def test_decoys_are_dropped_again(scene: Scene) -> None:
     decoy, needed = NAMES[0], NAMES[1]
-    assert in_the_way(Planner(frozenset({needed}), NAMES), scene, "bin_A") == (needed,)
+    assert in_the_way(Planner(frozenset({needed}), NAMES), scene, scene.find(TARGET)) == (needed,)
     assert decoy != needed
 
 
 def test_too_many_in_the_way_or_something_that_is_fixed_is_no_help(scene: Scene) -> None:
     endless = Planner(frozenset(NAMES) | {"crayola_24_ct"})
-    assert in_the_way(endless, scene, "bin_A") == ()
+    assert in_the_way(endless, scene, scene.find(TARGET)) == ()
     elsewhere = Planner(frozenset({"dasani_water_bottle"}), ("dasani_water_bottle",))
-    assert in_the_way(elsewhere, scene, "bin_A") == ()
+    assert in_the_way(elsewhere, scene, scene.find(TARGET)) == ()
     assert elsewhere.n_calls == 1
 
 
 @pytest.mark.parametrize("needed", [*combinations(NAMES, MOST_IN_THE_WAY)])
 def test_the_planner_is_asked_a_bounded_number_of_times(scene: Scene, needed: tuple[str, ...]) -> None:
     planner = Planner(frozenset(needed))
-    in_the_way(planner, scene, "bin_A")
+    in_the_way(planner, scene, scene.find(TARGET))
     assert planner.n_calls <= 2 * MOST_IN_THE_WAY
 
 
@@ -100,8 +109,8 @@ def test_what_lies_on_a_blocker_is_moved_before_it(scene: Scene) -> None:
 
 def test_what_is_blamed_is_moved_at_last_even_if_that_alone_does_not_help(scene: Scene) -> None:
     stubborn = Planner(frozenset({"up_glucose_bottle", "crayola_24_ct"}), ("up_glucose_bottle",))
-    assert in_the_way(stubborn, scene, "bin_A") == ()
-    assert in_the_way(stubborn, scene, "bin_A", is_hopeful=True) == ("up_glucose_bottle",)
+    assert in_the_way(stubborn, scene, scene.find(TARGET)) == ()
+    assert in_the_way(stubborn, scene, scene.find(TARGET), is_hopeful=True) == ("up_glucose_bottle",)
 
 
 def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: Scene) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -12,16 +13,25 @@ from pickcli.cell.robot import PivotState
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.scene.scene import Scene
-from pickcli.verification.clearance_check import FAR, RESOLUTION, Clearance, check_clearance
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.verification.broad_phase import relative_reach
+from pickcli.verification.clearance_check import (
+    FAR,
+    FINER,
+    RESOLUTION,
+    ROUNDING,
+    Clearance,
+    Pair,
+    check_clearance,
+)
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.held_pose import pose_in_tool
-from pickcli.verification.moving_parts import parts, parts_of_segments
+from pickcli.verification.moving_parts import Part, parts, parts_of_segments
 from pickcli.verification.state_sampling import MAX_STEP
 from pickcli.verification.static_solids import standing
 from pickcli.verification.verify import sampled, verify
-from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place
+from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place, solve, tip
 
 
 def check(plan: Plan, scene: Scene) -> Clearance:
@@ -174,3 +184,82 @@ def test_between_states_that_do_not_prove_the_clearance_more_are_looked_at() -> 
     way = states.travel[i + 1] - states.travel[i]
     assert (finer.travel[-1] <= way + 1e-9).all()
     assert np.diff(finer.travel.sum(axis=1)).max() < 0.25 * way.sum()
+
+
+@cache
+def near_pairs() -> tuple[tuple[Pair, ...], Plan]:
+    """The lance among the walls of a bin, before a box of uncertain pose: its pairs that are near, apart.
+
+    All joints move a little, then the rail alone, there and back.
+    """
+    front = cell().configurations["bin_H"].q
+    start = solve(pose((0.4, 0.0, 0.0)) @ tip(front), front)
+    builder = Builder(start)
+    builder.joint(SegmentKind.TRANSIT, start + np.array([5, -20, 20, 20, -20, 30, 30, 50]) * 1e-3, 1.0)
+    turned = builder.q
+    builder.joint(SegmentKind.TRANSIT, turned + 0.02 * np.eye(len(start))[0], 1.0)
+    builder.joint(SegmentKind.TRANSIT, turned, 1.0)
+    ahead = tip(turned)[:3, 3] + cell().item("kleenex_tissue_box").shape.extents * [0.5, 0.0, 0.0]
+    box = place("kleenex_tissue_box", (ahead[0] + 0.04, ahead[1], ahead[2]), "bin_H")
+    scene = make_scene(box, noise=PoseNoise(0.002))
+    plan = move_plan(scene, builder)
+    moving, world = parts_of_segments(plan, scene, None)[0], standing(plan, scene, None).of(0)
+    states = sampled(plan, scene, [moving])
+    pairs = [Pair(0, a, b, states, a.reach) for a in moving for b in world]
+    pairs += [Pair(0, a, b, states, relative_reach(a, b)) for a, b in combinations(moving, 2)]
+    return tuple(p for p in pairs if 0.0 < p.distance(0) < 0.1 and p.travel[-1] > 0.01), plan
+
+
+def smallest_between(pair: Pair, t_start: float, t_end: float) -> float:
+    """Smallest distance in m at many times, whatever the states; less what may be outside of the shapes."""
+    times = np.linspace(t_start, t_end, 3 * FINER + 1)
+    links = link_poses(cell().robot, pair.states.trajectory.sample(times))
+    found = []
+    for i in range(len(times)):
+        for part in (pair.a, pair.b):
+            if isinstance(part, Part):
+                part.solid.place(links[part.link, i] @ part.T_link_shape)
+        found.append(pair.a.solid.distance(pair.b.solid))
+    return max(0.0, min(found) - pair.a.slack - pair.b.slack)
+
+
+def test_no_distance_between_two_states_is_below_their_bound() -> None:
+    """Nor is the bound farther below the nearer of the two than half of what the pair moves in between."""
+    pairs, _ = near_pairs()
+    assert any(p.b.slack > 0.0 for p in pairs) and any(isinstance(p.b, Part) for p in pairs)
+    rng = np.random.default_rng(0)
+    for pair in pairs:
+        times = pair.states.times
+        for n in (1, 4, 16, 64):
+            i = int(rng.integers(len(times) - n))
+            bound, way = pair.bound(i, i + n), pair.travel[i + n] - pair.travel[i]
+            assert bound <= smallest_between(pair, times[i], times[i + n]) + ROUNDING
+            assert bound >= min(pair.distance(i), pair.distance(i + n)) - way / 2 - 1e-9
+
+
+def test_a_bound_is_reached_by_what_moves_straight_there_and_back() -> None:
+    """No higher bound would hold of all motions: the rail takes the lance straight to the box and back."""
+    pairs, plan = near_pairs()
+    states = pairs[0].states
+    i, j = states.between(plan.segments[1].t_start, plan.segments[2].t_end)
+    spare = [
+        smallest_between(p, states.times[i], states.times[j]) - p.bound(i, j)
+        for p in pairs
+        if not isinstance(p.b, Part)
+    ]
+    assert abs(min(spare)) < ROUNDING
+
+
+def test_what_is_looked_at_more_finely_proves_more() -> None:
+    """The finer bound is below every distance, and nearer to the smallest by about as much as it is finer."""
+    pairs, _ = near_pairs()
+    rng = np.random.default_rng(0)
+    for pair in pairs:
+        for i in rng.integers(len(pair.states.times) - 1, size=4).tolist():
+            measured, bound = pair.finer(i)
+            smallest = smallest_between(pair, pair.states.times[i], pair.states.times[i + 1])
+            way = pair.travel[i + 1] - pair.travel[i]
+            assert bound <= smallest + ROUNDING
+            assert bound >= smallest - way / FINER - ROUNDING
+            assert smallest <= measured + ROUNDING
+            assert measured <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING

@@ -137,3 +137,23 @@ def test_what_is_taken_lies_at_most_3_mm_deep_where_poses_are_exact() -> None:
         sunk = replace(target, T_world_item=pose((0.0, 0.0, -down)) @ target.T_world_item)
         lower = scene.moved(sunk)
         assert ("3.0 explained" in told(bound(plan, lower), lower)) is is_refused
+
+
+def test_contact_that_is_not_planned_is_a_collision_and_nothing_else() -> None:
+    """The item stands too deep in a floor that it is not said to touch, beside a bar that it may touch."""
+    plan, scene = pick()
+    target, bar = scene.find(CRAYOLA), cell().item("dove_beauty_bar")
+    beside = (target.item.shape.extents[1] + bar.shape.extents[1]) / 2 + 0.001
+    sunk = replace(target, T_world_item=pose((0.0, 0.0, -0.0035)) @ target.T_world_item)
+    y, z = float(beside), float(scene.find("dove_beauty_bar").T_world_item[2, 3])
+    there = make_scene(sunk, place("dove_beauty_bar", (float(sunk.T_world_item[0, 3]), y, z), "bin_B"))
+    lift = [s.kind for s in plan.segments].index(SegmentKind.LIFT)
+    for touching, what in (
+        (("dove_beauty_bar",), "collision"),
+        (("dove_beauty_bar", *plan.segments[lift].touching), "planned contact too deep"),
+    ):
+        segments = list(plan.segments)
+        segments[lift] = replace(segments[lift], touching=touching)
+        reasons = verify(bound(replace(plan, segments=tuple(segments)), there), there).reasons
+        at = f"segment {lift} (lift)"
+        assert {r.what for r in reasons if "floor_flat" in r.detail and r.where == at} == {what}

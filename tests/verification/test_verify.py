@@ -15,8 +15,10 @@ from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise
 from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.moving_parts import parts_of_segments
 from pickcli.verification.state_sampling import MAX_STEP
-from pickcli.verification.verify import certify, verify
+from pickcli.verification.straightness_check import check_lines
+from pickcli.verification.verify import certify, sampled, verify
 from support.handmade_plans import (
     CRAYOLA,
     DOWN,
@@ -291,6 +293,29 @@ def test_the_cup_ends_where_the_sealing_part_of_the_face_ends(beyond: float, is_
     T[axis, 3] = item.shape.extents[axis] / 2 - tool.cup_radius - item.seal_inset + beyond
     verdict = verify(replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), scene)
     assert ("cup beyond the edge" in {reason.what for reason in verdict.reasons}) is is_refused
+
+
+@pytest.mark.parametrize(
+    ("way", "is_refused"),
+    [
+        ((0.0, 0.0, 0.02), False),
+        ((0.0019, 0.0, 0.02), False),
+        ((0.0021, 0.0, 0.02), True),
+        ((0.0, -0.0021, 0.02), True),
+        ((0.0, 0.0, -0.02), True),
+        ((0.0, 0.0, 0.0), True),
+    ],
+)
+def test_the_cup_meets_its_item_along_its_own_axis(way: tuple[float, ...], is_refused: bool) -> None:
+    """way: m along the axes of the tool, of which at most 2 mm aside, and some forward."""
+    builder = Builder(cell().configurations["home"].q)
+    if any(way):
+        builder.line(SegmentKind.CONTACT, tip(builder.q) @ pose(way), 2.0)
+    else:
+        builder.wait(SegmentKind.CONTACT, 2.0)
+    plan, scene = move_plan(make_scene(), builder), make_scene()
+    reasons = check_lines(plan, cell().robot, sampled(plan, scene, parts_of_segments(plan, scene, None)))
+    assert [r.what for r in reasons] == ["not along the tool axis"] * is_refused
 
 
 def test_a_slow_item_in_a_slow_cell_is_carried_at_the_product_of_both() -> None:
