@@ -52,14 +52,15 @@ def command(
     """
     from pickcli.cell.load import load_cell
     from pickcli.cell.scene_file import scene_hash, write_scene
-    from pickcli.trial.order import read_order
+    from pickcli.trial.order import order_file, read_order
 
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
-    refuse_output(output, overwrite, order_path, cell_name)
+    inputs = (order_file(order_path), cell_name)
+    refuse_output(output, overwrite, *inputs)
     if picture is not None:
-        refuse_output(picture, overwrite, order_path, cell_name)
+        refuse_output(picture, overwrite, *inputs)
 
     from pickcli.trial.make_scene import make_scene, refuse_too_much
 

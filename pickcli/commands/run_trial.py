@@ -15,8 +15,8 @@ from pickcli.commands.options import (
     cell_option,
     json_option,
     order_argument,
-    overwrite_option,
     reality_option,
+    refuse_reading,
     seed_option,
 )
 from pickcli.commands.planner import artifact_options, load_planner
@@ -73,7 +73,9 @@ def standing(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
     help="Folder to write.  [default: runs/ORDER-SEED]",
 )  # fmt: skip
-@overwrite_option
+@click.option("--overwrite", is_flag=True,
+              help="Replace scene.json, after.json, trial.json, output.json, before.png and after.png in a "
+                   "folder that exists; its other files stay.")  # fmt: skip
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @pod_shift_option("random, unless --reality says otherwise")
@@ -100,9 +102,9 @@ def command(
     """
     from pickcli.cell.load import load_cell
     from pickcli.simulation.reality import read_reality
-    from pickcli.trial.folder import refuse_existing_folder, write_folder
+    from pickcli.trial.folder import NAMES, refuse_existing_folder, write_folder
     from pickcli.trial.loop import require_pick, run_trial
-    from pickcli.trial.order import read_order
+    from pickcli.trial.order import order_file, read_order
     from pickcli.trial.player import TrialSettings
     from pickcli.trial.record import trial_record
 
@@ -111,6 +113,8 @@ def command(
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
+    for name in NAMES:
+        refuse_reading(folder / name, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
 
     from pickcli.trial.arena import SimulatedArena, crew_of
     from pickcli.trial.make_scene import make_scene, refuse_too_much

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+# Everything that is written into the folder, and so replaced in one that exists. The first is there only
+# after a trial that can claim something.
+NAMES = ("output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png")
+
+
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
     """Raise InputError, before any work is done, where the results could not be written in the end."""
     if folder.exists() and not folder.is_dir():

@@ -1,0 +1,35 @@
+"""What is written never takes the place of what is read, nor of another file that is written."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from command_line import Made, apc, refused
+
+from pickcli.trial.folder import NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("option", ["", "--reality", "--roadmap", "--trajectories"])
+def test_a_trial_replaces_nothing_that_it_reads(option: str, name: str, made: Made, tmp_path: Path) -> None:
+    read = tmp_path / name
+    shutil.copy(made.order, read)
+    if option == "--reality":
+        read.write_text("format: apc reality\nversion: 1\n")
+    argv = ("run-trial", made.order, option, read) if option else ("run-trial", read)
+    before = read.read_bytes()
+    refused(apc(*argv, "-o", tmp_path, "--overwrite"), 3, read, "is what this command reads")
+    assert [p.name for p in tmp_path.iterdir()] == [name] and read.read_bytes() == before
+
+
+def test_links_in_the_folder_of_a_trial_are_looked_through(made: Made, tmp_path: Path) -> None:
+    order, folder = tmp_path / "order.json", tmp_path / "runs"
+    shutil.copy(made.order, order)
+    folder.mkdir()
+    (folder / "scene.json").symlink_to(order)
+    before = order.read_bytes()
+    answer = apc("run-trial", order, "-o", folder, "--overwrite")
+    refused(answer, 3, folder / "scene.json", "is what this command reads")
+    assert order.read_bytes() == before
