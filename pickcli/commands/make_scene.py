@@ -13,6 +13,7 @@ from pickcli.commands.options import (
     order_argument,
     output_option,
     refuse_output,
+    refuse_same,
     seed_option,
 )
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
@@ -61,6 +62,7 @@ def command(
     refuse_output(output, overwrite, *inputs)
     if picture is not None:
         refuse_output(picture, overwrite, *inputs)
+        refuse_same(output, picture)
 
     from pickcli.trial.make_scene import make_scene, refuse_too_much
 

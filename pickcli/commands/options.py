@@ -107,10 +107,19 @@ def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> No
 
 
 def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
-    """Raise InputError for an output, or a link to one, that is among the inputs (a cell by folder or name)."""
+    """Raise InputError for an output that is, or links to, an input (a cell by its folder or name)."""
     for read in _files(inputs):
         if path.exists() and read.exists() and path.samefile(read):
             raise InputError(f"{path}: is what this command reads ({read}); name another file")
+
+
+def refuse_same(*outputs: Path) -> None:
+    """Raise InputError for two outputs that are one file, also through links."""
+    by_target: dict[str, Path] = {}
+    for output in outputs:
+        first = by_target.setdefault(os.path.realpath(output), output)
+        if first is not output:
+            raise InputError(f"{output}: would be written twice, also as {first}; name two files")
 
 
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:

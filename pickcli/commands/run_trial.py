@@ -17,6 +17,7 @@ from pickcli.commands.options import (
     order_argument,
     reality_option,
     refuse_reading,
+    refuse_same,
     seed_option,
 )
 from pickcli.commands.planner import artifact_options, load_planner
@@ -113,8 +114,10 @@ def command(
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
-    for name in NAMES:
-        refuse_reading(folder / name, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
+    outputs = [folder / name for name in NAMES]
+    refuse_same(*outputs)
+    for path in outputs:
+        refuse_reading(path, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
 
     from pickcli.trial.arena import SimulatedArena, crew_of
     from pickcli.trial.make_scene import make_scene, refuse_too_much

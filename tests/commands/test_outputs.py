@@ -33,3 +33,20 @@ def test_links_in_the_folder_of_a_trial_are_looked_through(made: Made, tmp_path:
     answer = apc("run-trial", order, "-o", folder, "--overwrite")
     refused(answer, 3, folder / "scene.json", "is what this command reads")
     assert order.read_bytes() == before
+
+
+def test_a_scene_and_its_picture_are_two_files(made: Made, tmp_path: Path) -> None:
+    scene, folder, link = tmp_path / "new.json", tmp_path / "folder", tmp_path / "link.png"
+    folder.symlink_to(tmp_path)
+    link.symlink_to(scene)  # of what is not there yet
+    for picture in (scene, folder / "new.json", link):
+        for more in ((), ("--overwrite",)):
+            argv = ("make-scene", made.order, "-o", scene, "--picture", picture)
+            refused(apc(*argv, *more), 3, picture, "would be written twice")
+            assert not scene.exists()
+
+
+def test_no_two_files_of_a_trial_are_one(made: Made, tmp_path: Path) -> None:
+    (tmp_path / "after.json").symlink_to("scene.json")
+    answer = apc("run-trial", made.order, "-o", tmp_path, "--overwrite")
+    refused(answer, 3, tmp_path / "after.json", "would be written twice")
