@@ -73,7 +73,7 @@ def command(
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png
 
-        write_png(picture_of(scene), picture)
+        write_png(picture_of(scene), picture, overwrite)
     if as_json:
         bins = {name: [placed.id for placed in scene.in_location(name)] for name in cell.pod.bins}
         emit_json({"scene": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})

@@ -145,7 +145,7 @@ def command(
             emit_json(record)
         else:
             _show(result)
-        paths = write_folder(folder, result, record, pictures)
+        paths = write_folder(folder, result, record, pictures, overwrite)
         if not as_json:
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import Made, apc, refused
 
+from pickcli.cell import atomic
 from pickcli.trial.folder import NAMES
 
 
@@ -50,3 +51,32 @@ def test_no_two_files_of_a_trial_are_one(made: Made, tmp_path: Path) -> None:
     (tmp_path / "after.json").symlink_to("scene.json")
     answer = apc("run-trial", made.order, "-o", tmp_path, "--overwrite")
     refused(answer, 3, tmp_path / "after.json", "would be written twice")
+
+
+WRITERS: dict[str, tuple[object, ...]] = {
+    "make-order": ("make-order", "-o"),
+    "make-scene": ("make-scene", "order", "-o"),
+    "make-scene --picture": ("make-scene", "order", "-o", "fresh", "--picture"),
+    "plan-move": ("plan-move", "--scene", "scene", "--from", "home", "--to", "bin_C", "-o"),
+    "execute": ("execute", "move", "--scene", "scene", "--video"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_another_command_writes_meanwhile_stays(
+    name: str, made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, put = tmp_path / "out.gif", atomic._put
+
+    def put_second(path: Path, content: bytes, replace: bool) -> None:
+        if path == out:
+            out.write_bytes(b"theirs")
+        put(path, content, replace)
+
+    monkeypatch.setattr(atomic, "_put", put_second)
+    files = {**vars(made), "fresh": tmp_path / "fresh.json"}
+    argv = [files.get(str(word), word) for word in WRITERS[name]]
+    answer = apc(*argv, out)
+    assert answer.code == 3 and answer.err.count("error:") == 1
+    assert f"{out}: exists by now, written by another command meanwhile" in answer.err
+    assert out.read_bytes() == b"theirs"
