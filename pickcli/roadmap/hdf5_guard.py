@@ -19,7 +19,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pickcli.cell.file_kind import STORE, refuse_other_kind
+from pickcli.cell.file_kind import PICTURE_MAGICS, STORE, refuse_other_kind
 from pickcli.cell.reading import refuse_special_file
 from pickcli.errors import DamagedError, InputError
 from pickcli.roadmap.hdf5_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
@@ -93,6 +93,8 @@ def check_readable(path: Path) -> None:
                 raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
             head = file.read(HEAD)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
+        if head.startswith(PICTURE_MAGICS):
+            refuse_other_kind(path, head, STORE)
         if text is not None:
             refuse_other_kind(path, text, STORE)
             raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")
