@@ -49,7 +49,7 @@ def command(
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
     with building("building the roadmap", output, jobs, as_json, scheduler) as means:
-        built = make_roadmap(cell, output, settings, means)
+        built = make_roadmap(cell, output, settings, means, overwrite)
     roadmap = read_roadmap(output, cell)
     if as_json:
         emit_json(_summary(output, cell.fingerprint, roadmap, built))

@@ -47,7 +47,7 @@ def command(
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
     with building("building the trajectories", output, jobs, as_json, scheduler) as means:
-        built = make_trajectories(cell, output, settings, means)
+        built = make_trajectories(cell, output, settings, means, overwrite)
     n_motions = len(read_database(output, cell))
     if as_json:
         emit_json(_summary(output, cell.fingerprint, n_motions, built))

@@ -101,7 +101,7 @@ def command(
     else:
         click.echo(execution_text(plans, runs, world))
     if film is not None and video is not None:  # after what was found out, which is worth more than the film
-        film.write(video)
+        film.write(video, overwrite)
         click.echo(f"  wrote {video}", err=as_json)
     world.close()
     if why := trouble(runs):

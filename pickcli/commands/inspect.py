@@ -41,7 +41,7 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
         _check_plot(plot, overwrite, path, cell_name)
     summary = _summary(path, cell_name)
     if plot is not None:
-        _draw(path, plot, cell_name, summary)
+        _draw(path, plot, cell_name, summary, overwrite)
     if as_json:
         emit_json(summary)
     else:
@@ -56,7 +56,9 @@ def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None
     refuse_output(plot, overwrite, *inputs)
 
 
-def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]) -> None:
+def _draw(
+    path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any], overwrite: bool
+) -> None:  # fmt: skip
     """Draw what was described. Raises InputError for what is no roadmap or database."""
     from pickcli.cell.cell_file import load_cell
     from pickcli.drawing.draw import cell_of, draw
@@ -67,7 +69,7 @@ def _draw(path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any]
             f"{path}: --plot draws a roadmap or a trajectory database only, this is: {summary['format']}"
         )
     cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else load_cell(cell_name)
-    draw(path, plot, cell)
+    draw(path, plot, cell, overwrite)
     summary["plot"] = str(plot)
 
 

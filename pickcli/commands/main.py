@@ -75,6 +75,7 @@ class Terminated(KeyboardInterrupt):
 
 def main() -> None:
     """Entry point: maps every outcome to its exit code (docs/commands.md)."""
+    _open_closed_streams()
     with suppress(AttributeError):  # not every stream can be told
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     before = signal.signal(signal.SIGTERM, _terminate)
@@ -83,6 +84,22 @@ def main() -> None:
     finally:
         signal.signal(signal.SIGTERM, before)
     sys.exit(code)
+
+
+def _open_closed_streams() -> None:
+    """Open what the caller closed (``>&-``), or the next file that is opened would get its number.
+
+    On stdout writing fails then, as on a full disk; nobody can be told where stderr is closed.
+    """
+    for name, flags, mode in (
+        ("stdin", os.O_RDONLY, "r"),
+        ("stdout", os.O_RDONLY, "w"),
+        ("stderr", os.O_WRONLY, "w"),
+    ):
+        if getattr(sys, name) is None:
+            handle = os.open(os.devnull, flags)  # gets the lowest number that is free: the stream's own
+            os.set_inheritable(handle, True)
+            setattr(sys, name, os.fdopen(handle, mode, encoding="utf-8"))
 
 
 def _terminate(*_: object) -> None:
@@ -119,6 +136,8 @@ def _outcome() -> int:
         return 0
     except OSError as error:  # a disk that is full, a name that is too long: never our bug
         where = error.filename if error.filename is not None else "output"
+        if error.filename is None:
+            _give_up_stdout()
         click.echo(f"apc: error: {printable(str(where))}: {error.strerror}", err=True)
         return 3
     return code if isinstance(code, int) else 0

@@ -33,7 +33,7 @@ def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_j
 
     refuse_output(output, overwrite)
     order = make_order(OrderKind(task), int(year), seed)
-    write_output(output, order)
+    write_output(output, order, overwrite)
     if as_json:
         emit_json(
             {

@@ -13,6 +13,7 @@ from pickcli.commands.options import (
     order_argument,
     output_option,
     refuse_output,
+    refuse_same,
     seed_option,
 )
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
@@ -52,14 +53,16 @@ def command(
     """
     from pickcli.cell.cell_file import load_cell
     from pickcli.scene.scene_file import scene_hash, write_scene
-    from pickcli.trial.order_file import read_order
+    from pickcli.trial.order_file import order_file, read_order
 
     cell = load_cell(cell_name)
     order = read_order(order_path, cell)
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
-    refuse_output(output, overwrite, order_path, cell_name)
+    inputs = (order_file(order_path), cell_name)
+    refuse_output(output, overwrite, *inputs)
     if picture is not None:
-        refuse_output(picture, overwrite, order_path, cell_name)
+        refuse_output(picture, overwrite, *inputs)
+        refuse_same(output, picture)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
 
@@ -70,7 +73,7 @@ def command(
     if picture is not None:
         from pickcli.simulation.camera import picture_of, write_png
 
-        write_png(picture_of(scene), picture)
+        write_png(picture_of(scene), picture, overwrite)
     if as_json:
         bins = {name: [placed.id for placed in scene.in_location(name)] for name in cell.pod.bins}
         emit_json({"scene": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})

@@ -96,9 +96,7 @@ def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> No
         refuse_special_file(path)
         if path.exists() and not overwrite:
             raise InputError(f"{path}: exists already; choose another name or add --overwrite")
-        for read in _files(inputs):
-            if path.exists() and read.exists() and path.samefile(read):
-                raise InputError(f"{path}: is what this command reads ({read}); name another file")
+        refuse_reading(path, *inputs)
         if not path.parent.is_dir():
             what = "is a file; move that" if path.parent.exists() else "does not exist; make it first"
             raise InputError(f"{path}: the folder {path.parent} {what}, or name another")
@@ -106,6 +104,22 @@ def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> No
         raise InputError(f"{path}: cannot be written: {error.strerror}; name another file") from None
     target = Path(os.path.realpath(path))
     refuse_unwritable(target.parent, path)
+
+
+def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
+    """Raise InputError for an output that is, or links to, an input (a cell by its folder or name)."""
+    for read in _files(inputs):
+        if path.exists() and read.exists() and path.samefile(read):
+            raise InputError(f"{path}: is what this command reads ({read}); name another file")
+
+
+def refuse_same(*outputs: Path) -> None:
+    """Raise InputError for two outputs that are one file, also through links."""
+    by_target: dict[str, Path] = {}
+    for output in outputs:
+        first = by_target.setdefault(os.path.realpath(output), output)
+        if first is not output:
+            raise InputError(f"{output}: would be written twice, also as {first}; name two files")
 
 
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:

@@ -15,8 +15,9 @@ from pickcli.commands.options import (
     cell_option,
     json_option,
     order_argument,
-    overwrite_option,
     reality_option,
+    refuse_reading,
+    refuse_same,
     seed_option,
 )
 from pickcli.commands.planner import artifact_options, load_planner
@@ -73,7 +74,9 @@ def standing(
     "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
     help="Folder to write.  [default: runs/ORDER-SEED]",
 )  # fmt: skip
-@overwrite_option
+@click.option("--overwrite", is_flag=True,
+              help="Replace scene.json, after.json, trial.json, output.json, before.png and after.png in a "
+                   "folder that exists; its other files stay.")  # fmt: skip
 @click.option("--pose-noise", metavar="MM,DEG", callback=parse_noise, default="2,1", show_default=True,
               help="Error of the poses given to planning: up to so many mm and degrees.")  # fmt: skip
 @pod_shift_option("random, unless --reality says otherwise")
@@ -102,8 +105,8 @@ def command(
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_pick, run_trial
-    from pickcli.trial.order_file import read_order
-    from pickcli.trial.trial_folder import refuse_existing_folder, write_folder
+    from pickcli.trial.order_file import order_file, read_order
+    from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
     from pickcli.trial.trial_record import trial_record
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
@@ -111,6 +114,10 @@ def command(
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
     refuse_existing_folder(folder, overwrite)
+    outputs = [folder / name for name in NAMES]
+    refuse_same(*outputs)
+    for path in outputs:
+        refuse_reading(path, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
     from pickcli.trial.simulated_cell import SimulatedArena, crew_of
@@ -133,7 +140,7 @@ def command(
             emit_json(record)
         else:
             _show(result)
-        paths = write_folder(folder, result, record, pictures)
+        paths = write_folder(folder, result, record, pictures, overwrite)
         if not as_json:
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:

@@ -22,9 +22,10 @@ def refuse_suffix(output: Path) -> None:
         raise InputError(f"{output}: a picture is {' or '.join(SUFFIXES)}; name one of these")
 
 
-def draw(stored: Path, output: Path, cell: Cell) -> None:
+def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
     """Draw a roadmap or database of a cell as a PNG or an HTML page, by the suffix of ``output``.
 
+    ``replace``: whether a file that is there may be replaced.
     Raises like reading (StaleError for another cell's file), and InputError for another suffix or a place
     that cannot be written.
     """
@@ -34,11 +35,11 @@ def draw(stored: Path, output: Path, cell: Cell) -> None:
     if output.suffix.lower() == ".png":
         from pickcli.drawing.png import png_bytes
 
-        write_bytes(output, png_bytes(picture))
+        write_bytes(output, png_bytes(picture), replace)
     else:
         from pickcli.drawing.html import html_bytes
 
-        write_bytes(output, html_bytes(picture))
+        write_bytes(output, html_bytes(picture), replace)
 
 
 def picture_of(stored: Path, cell: Cell) -> Picture:

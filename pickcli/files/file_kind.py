@@ -13,6 +13,7 @@ from pathlib import Path
 from pickcli.errors import InputError
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  # PNG, GIF, JPEG
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ CELL = FileKind("a cell", "the folder of a cell.yaml, or a name under data/cells
 ITEMS = FileKind("a file of items", "those of both years are under data/items")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
+PICTURE = FileKind("a picture", "--picture, --plot and --video make some")  # no command reads one
 KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF)
 
 _BY_FORMAT = {
@@ -58,13 +60,32 @@ def kind_of(content: bytes) -> FileKind | None:
     """The kind that a file, or its beginning, says to be. None where it says nothing."""
     if content.startswith(HDF5_MAGIC):
         return STORE
+    if content.startswith(PICTURE_MAGICS):
+        return PICTURE
     if (named := _FORMAT.search(content)) is not None:
         return _BY_FORMAT.get(named[1])
     return next((kind for mark, kind in _BY_MARK if mark.search(content)), None)
 
 
 def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
-    """Raise InputError for a file that says to be of another kind. ``content``: it, or its beginning."""
+    """Raise InputError for a file that says to be of another kind, or is binary where no kind of ours is.
+
+    content: the file, or its beginning
+    """
     found = kind_of(content)
-    if found not in (None, wanted):
-        raise InputError(f"{path}: is {found.name}, but {wanted.name} is wanted here ({wanted.origin})")
+    if found is not None:
+        name = found.name
+    elif b"\0" in content and not _is_utf8(content):
+        name = "a binary file"
+    else:
+        return
+    if found is not wanted:
+        raise InputError(f"{path}: is {name}, but {wanted.name} is wanted here ({wanted.origin})")
+
+
+def _is_utf8(content: bytes) -> bool:
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True

@@ -23,29 +23,39 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
 def make_roadmap(
-    cell: Cell, path: Path, settings: RoadmapSettings | None = None, means: Means | None = None
+    cell: Cell,
+    path: Path,
+    settings: RoadmapSettings | None = None,
+    means: Means | None = None,
+    overwrite: bool = True,
 ) -> RoadmapReport:
     """Build a cell's roadmap and write it. Same cell and settings, same bytes.
 
     Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
-    interrupted build goes on from there.
+    interrupted build goes on from there. ``overwrite``: whether a file that is there by then may be replaced.
     """
     recipe = EdgeRecipe(cell, settings or RoadmapSettings())
     build = Build(recipe, replace(means or Means(), output=path))
     roadmap, report = build_roadmap(recipe, build)
-    write_roadmap(path, roadmap, cell.fingerprint, _made(recipe, report.summary()), report.gaps)
+    made = _made(recipe, report.summary())
+    write_roadmap(path, roadmap, cell.fingerprint, made, report.gaps, overwrite)
     build.finish()
     return report
 
 
 def make_trajectories(
-    cell: Cell, path: Path, settings: TrajectorySettings | None = None, means: Means | None = None
+    cell: Cell,
+    path: Path,
+    settings: TrajectorySettings | None = None,
+    means: Means | None = None,
+    overwrite: bool = True,
 ) -> TrajectoryReport:
     """Build a cell's trajectory database and write it, like ``make_roadmap``."""
     recipe = MotionRecipe(cell, settings or TrajectorySettings())
     build = Build(recipe, replace(means or Means(), output=path))
     database, report = build_trajectories(recipe, build)
-    write_database(path, database, cell.fingerprint, _made(recipe, report.summary()), report.missing)
+    made = _made(recipe, report.summary())
+    write_database(path, database, cell.fingerprint, made, report.missing, overwrite)
     build.finish()
     return report
 

@@ -37,12 +37,15 @@ def write_roadmap(
     fingerprint: str,
     made: Mapping[str, Any],
     gaps: RoadmapGaps | None = None,
+    replace: bool = True,
 ) -> None:
     """Write a roadmap that is valid for the cell of that fingerprint; ``made`` says how it was built.
 
-    The same roadmap gives the same bytes. Raises InputError if the place cannot be written.
+    The same roadmap gives the same bytes. ``replace``: whether a file that is there may be replaced.
+    Raises InputError if the place cannot be written.
     """
-    write_content(path, ROADMAP, roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps()))
+    content = roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps())
+    write_content(path, ROADMAP, content, replace)
 
 
 def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
@@ -68,9 +71,10 @@ def write_database(
     fingerprint: str,
     made: Mapping[str, Any],
     missing: Sequence[Missing] = (),
+    replace: bool = True,
 ) -> None:
     """Write a trajectory database with its timed points; like ``write_roadmap``."""
-    write_content(path, DATABASE, database_content(database, fingerprint, made, missing))
+    write_content(path, DATABASE, database_content(database, fingerprint, made, missing), replace)
 
 
 def read_database(path: Path, cell: Cell | None = None, points: bool = False) -> TrajectoryDatabase:

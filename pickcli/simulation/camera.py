@@ -35,13 +35,13 @@ def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720))
     return engine.picture(view.eye, view.target, view.fov, size)
 
 
-def write_png(picture: NDArray[np.uint8], path: Path) -> None:
-    """Write one picture, whole or not at all. Raises InputError where that is impossible."""
+def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> None:
+    """Write one picture, as ``write_bytes`` does. Raises InputError where that is impossible."""
     from PIL import Image
 
     content = BytesIO()
     Image.fromarray(picture).save(content, format="PNG")
-    write_bytes(path, content.getvalue())
+    write_bytes(path, content.getvalue(), replace)
 
 
 def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
@@ -91,8 +91,8 @@ class Film:
             self._frames.append(take_picture(engine, self._view, self._size))
             self._next = t + self._period
 
-    def write(self, path: Path) -> None:
-        """Write what was seen so far, whole or not at all. Raises InputError when nothing was seen."""
+    def write(self, path: Path, replace: bool = True) -> None:
+        """Write what was seen so far, as ``write_bytes`` does. Raises InputError when nothing was seen."""
         from PIL import Image
 
         if path.suffix.lower() != ".gif":
@@ -107,4 +107,4 @@ class Film:
         frames[0].save(
             content, format="GIF", save_all=True, append_images=frames[1:], duration=duration, loop=0
         )
-        write_bytes(path, content.getvalue())
+        write_bytes(path, content.getvalue(), replace)

@@ -21,7 +21,7 @@ import numpy as np
 
 from pickcli.errors import DamagedError, InputError
 from pickcli.files.bounded_reading import refuse_special_file
-from pickcli.files.file_kind import STORE, refuse_other_kind
+from pickcli.files.file_kind import PICTURE_MAGICS, STORE, refuse_other_kind
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
 
 MAX_FILE = 512 * 2**20  # bytes
@@ -93,6 +93,8 @@ def check_readable(path: Path) -> None:
                 raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
             head = file.read(HEAD)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
+        if head.startswith(PICTURE_MAGICS):
+            refuse_other_kind(path, head, STORE)
         if text is not None:
             refuse_other_kind(path, text, STORE)
             raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")

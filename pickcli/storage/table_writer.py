@@ -34,9 +34,9 @@ from pickcli.storage.table_format import (
 )
 
 
-def write_content(path: Path, kind: Format, content: Content) -> None:
-    """Write a file whole or not at all. Raises InputError if the place cannot be written."""
-    write_bytes(path, to_bytes(kind, content))
+def write_content(path: Path, kind: Format, content: Content, replace: bool = True) -> None:
+    """Write a file, as ``write_bytes`` does. Raises InputError if the place cannot be written."""
+    write_bytes(path, to_bytes(kind, content), replace)
 
 
 def to_bytes(kind: Format, content: Content) -> bytes:

@@ -6,7 +6,7 @@ right what turned out badly.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,15 +27,21 @@ class Contents:
 
 
 def lay_out(
-    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, may_raise: bool = False
+    scene: Scene,
+    bin_name: str,
+    contents: Sequence[Contents],
+    seed: int,
+    may_raise: bool = False,
+    tell: Callable[[], None] = lambda: None,
 ) -> list[tuple[PlacedItem, ...]]:
     """The contents of a bin a little above where they will lie, best first; none if they found no room.
 
     may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    tell: called before every step of the search
     """
     cell_bin = scene.cell.pod.bins[bin_name]
     items = [entry.item for entry in contents]
-    fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise)
+    fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
     full = np.flatnonzero(fillings.is_full())
     best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]

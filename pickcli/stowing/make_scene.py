@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
@@ -36,7 +37,7 @@ def make_scene(
 
     bin_contents: item names by bin
     year: which figures an item of two years has
-    on_progress: called with (bins done, bins in all, name of the bin)
+    on_progress: called with (bins done, bins in all, name of the bin), also between the steps of a search
     T_world_pod: (4, 4) where the pod stands, its place if None
     Raises InputError naming the bin whose items do not fit, and why; UnknownNameError.
     """
@@ -44,21 +45,31 @@ def make_scene(
     ids: dict[str, int] = {}
     items: list[PlacedItem] = []
     for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
-        if on_progress is not None:
-            on_progress(done, len(bin_contents), bin_name)
+        tell = partial(on_progress or _nobody, done, len(bin_contents), bin_name)
         contents = [Contents(_instance_id(name, ids), cell.item(name, year)) for name in names]
-        items.extend(fill_bin(empty, bin_name, contents, seed))
+        items.extend(fill_bin(empty, bin_name, contents, seed, tell))
     return replace(empty, items=tuple(items))
 
 
-def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int) -> tuple[PlacedItem, ...]:
-    """The contents of one bin at rest. Raises InputError when no layout comes to rest."""
+def fill_bin(
+    scene: Scene,
+    bin_name: str,
+    contents: Sequence[Contents],
+    seed: int,
+    tell: Callable[[], None] = lambda: None,
+) -> tuple[PlacedItem, ...]:
+    """The contents of one bin at rest. Raises InputError when no layout comes to rest.
+
+    tell: called before every step, for who waits for it; decides nothing
+    """
+    tell()
     if not contents:
         return ()
     if too_much := _too_much(scene.cell, bin_name, [entry.item for entry in contents]):
         raise InputError(too_much)
     reason = Reason("no room", bin_name, "for all of them at once")
-    for layout in _layouts(scene, bin_name, contents, seed):
+    for layout in _layouts(scene, bin_name, contents, seed, tell):
+        tell()
         rested = settle(scene, layout)
         if not isinstance(rested, Reason):
             return rested
@@ -70,17 +81,19 @@ def fill_bin(scene: Scene, bin_name: str, contents: Sequence[Contents], seed: in
 
 
 def _layouts(
-    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int
+    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, tell: Callable[[], None]
 ) -> Iterator[tuple[PlacedItem, ...]]:
     """Layouts of a bin to try; those in which everything enters the mouth as it stands come first."""
     for attempt in range(N_ATTEMPTS):
-        layouts = lay_out(scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt))
+        layouts = lay_out(
+            scene, bin_name, contents, derived_seed("layout", seed, bin_name, attempt), tell=tell
+        )
         if not layouts:
             break
         yield from layouts
     for attempt in range(N_RAISING):
         key = derived_seed("raised layout", seed, bin_name, attempt)
-        yield from lay_out(scene, bin_name, contents, key, may_raise=True)
+        yield from lay_out(scene, bin_name, contents, key, may_raise=True, tell=tell)
 
 
 def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year: int, where: str) -> None:
@@ -108,6 +121,10 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
         return ""
     count = f"its {len(items)} items take {volume:.0f} litres, the bin has {room:.0f}"
     return f"{bin_name}: {count}; put fewer items into this bin"
+
+
+def _nobody(done: int, total: int, what: str) -> None:
+    """Where nobody waits for progress."""
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

@@ -6,7 +6,7 @@ time, at first also for the worse; now and then the worst are given up for copie
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -26,14 +26,22 @@ STRICT_FROM = 2 / 3  # of the moves, from where on it may not
 GOOD = 0.3  # cost after which no better is sought
 
 
-def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator, may_raise: bool = False) -> Fillings:
+def fill(
+    cell_bin: Bin,
+    items: Sequence[Item],
+    rng: np.random.Generator,
+    may_raise: bool = False,
+    tell: Callable[[], None] = lambda: None,
+) -> Fillings:
     """Fillings of a bin, in no order; those that are not full lack what found no room.
 
     may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
+    tell: called before every step of the search, for who waits for it; decides nothing
     """
-    fillings = _all_in(cell_bin, items, may_raise, rng)
+    fillings = _all_in(cell_bin, items, may_raise, rng, tell)
     n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0
     for k in range(n_moves):
+        tell()
         fillings.tidy_up()
         if fillings.cost[fillings.is_full()].min(initial=np.inf) <= GOOD:
             break
@@ -44,13 +52,15 @@ def fill(cell_bin: Bin, items: Sequence[Item], rng: np.random.Generator, may_rai
     return fillings
 
 
-def _all_in(cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator) -> Fillings:
+def _all_in(
+    cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator, tell: Callable[[], None]
+) -> Fillings:
     """Begun again until everything is in, but not for ever."""
     for _ in range(N_ROUNDS):
         fillings = Fillings.empty(cell_bin, items, N_FILLINGS, may_raise)
         order = _large_first(items, rng)
         for done, k in enumerate(order):
-            _put_in(fillings, k, order[:done], rng)
+            _put_in(fillings, k, order[:done], rng, tell)
         if fillings.is_full().any():
             break
     return fillings
@@ -62,9 +72,12 @@ def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
     return sorted(range(len(items)), key=lambda k: -sizes[k])
 
 
-def _put_in(fillings: Fillings, k: int, others: Sequence[int], rng: np.random.Generator) -> None:
+def _put_in(
+    fillings: Fillings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
+) -> None:
     """Put item k in; where it finds no room, a filling with room takes that one's place."""
     for attempt in range(MOST_TRIES):
+        tell()
         fillings.move(k, rng)
         if attempt >= N_TRIES and fillings.holds(k).any():
             break

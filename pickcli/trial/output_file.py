@@ -37,6 +37,6 @@ def order_text(order: Order) -> str:
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
-def write_output(path: Path, order: Order) -> None:
-    """Write an order or output file, whole or not at all. Raises InputError where that is impossible."""
-    write_text(path, order_text(order))
+def write_output(path: Path, order: Order, replace: bool = True) -> None:
+    """Write an order or output file, as ``write_bytes`` does. Raises InputError where that is impossible."""
+    write_text(path, order_text(order), replace)

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+# Everything that is written into the folder, and so replaced in one that exists. The first is there only
+# after a trial that can claim something.
+NAMES = ("output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png")
+
+
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
     """Raise InputError, before any work is done, where the results could not be written in the end."""
     if folder.exists() and not folder.is_dir():
@@ -41,11 +46,17 @@ def _refuse_unwritable(folder: Path) -> None:
 
 
 def write_folder(
-    folder: Path, result: TrialResult, record: Mapping[str, Any], pictures: Mapping[str, NDArray[np.uint8]]
+    folder: Path,
+    result: TrialResult,
+    record: Mapping[str, Any],
+    pictures: Mapping[str, NDArray[np.uint8]],
+    replace: bool = True,
 ) -> tuple[Path, ...]:
     """Write all files of a trial, each whole or not at all, and return their paths.
 
-    pictures: by name, (height, width, 3). Raises InputError where a file cannot be written, after all others
+    pictures: by name, (height, width, 3)
+    replace: whether files that are there may be replaced
+    Raises InputError where a file cannot be written, after all others
     were: it names both kinds.
     """
     from pickcli.simulation.camera import write_png
@@ -57,13 +68,13 @@ def write_folder(
             f"{folder}: cannot be made: {error.strerror}; name another folder with -o"
         ) from error
     writers: dict[str, Callable[[Path], None]] = {
-        "scene.json": partial(write_scene, result.before),
-        "after.json": partial(write_scene, result.after),
-        "trial.json": lambda path: write_record(path, record),
-        **{f"{name}.png": partial(write_png, picture) for name, picture in pictures.items()},
+        "scene.json": partial(write_scene, result.before, replace=replace),
+        "after.json": partial(write_scene, result.after, replace=replace),
+        "trial.json": partial(write_record, record=record, replace=replace),
+        **{f"{name}.png": partial(write_png, picture, replace=replace) for name, picture in pictures.items()},
     }
     if (claim := result.final.claim) is not None:
-        writers = {"output.json": lambda path: write_output(path, claim), **writers}
+        writers = {"output.json": partial(write_output, order=claim, replace=replace), **writers}
     return _write_all(folder, writers)
 
 
@@ -81,6 +92,6 @@ def _write_all(folder: Path, writers: Mapping[str, Callable[[Path], None]]) -> t
         there = ", ".join(path.name for path in written) or "nothing"
         raise InputError(
             f"{next(iter(failed.values()))}; in {folder} written: {there}; not written: {', '.join(failed)}; "
-            "once there is room, run the same command again with --overwrite"
+            "name another folder, or once there is room run the same command again with --overwrite"
         )
     return tuple(written)

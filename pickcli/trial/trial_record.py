@@ -79,9 +79,9 @@ def record_text(record: Mapping[str, Any]) -> str:
     return json.dumps(record, indent=2, allow_nan=False) + "\n"
 
 
-def write_record(path: Path, record: Mapping[str, Any]) -> None:
-    """Write the record, whole or not at all. Raises InputError where that is impossible."""
-    write_text(path, record_text(record))
+def write_record(path: Path, record: Mapping[str, Any], replace: bool = True) -> None:
+    """Write the record, as ``write_bytes`` does. Raises InputError where that is impossible."""
+    write_text(path, record_text(record), replace)
 
 
 def _made_from(result: TrialResult, order_file: str) -> dict[str, Any]:

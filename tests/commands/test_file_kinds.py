@@ -124,3 +124,22 @@ def test_every_other_kind_is_refused_in_one_line(
         assert wanted is None or wanted.name in answer.err
         assert answer.err.strip().count("\n") == 0
         assert not out.exists()
+
+
+@pytest.mark.parametrize("magic", [b"\x89PNG\r\n\x1a\n", b"GIF89a", b"\xff\xd8\xff\xe0"])
+def test_a_picture_is_called_one_wherever_it_is_handed_in(magic: bytes, made: Made, tmp_path: Path) -> None:
+    picture, out = tmp_path / "file", tmp_path / "out.json"
+    picture.write_bytes(magic + bytes(range(256)) * 4)
+    move = ("plan-move", "--from", "home", "--to", "bin_C", "-o", out, "--scene")
+    calls: list[tuple[tuple[object, ...], str]] = [
+        ((*move, made.scene, "--roadmap", picture), "a roadmap"),
+        ((*move, made.scene, "--trajectories", picture), "trajectory database"),
+        (("check", picture, "--repair"), "a roadmap"), (("inspect", picture), "a roadmap"),
+        ((*move, picture), "a scene"), (("verify", picture, "--scene", made.scene), "a plan"),
+        (("make-scene", picture, "-o", out), "an order"),
+    ]  # fmt: skip
+    for argv, wanted in calls:
+        refused(apc(*argv), 3, picture, "is a picture, but ", wanted, "is wanted here")
+    picture.write_bytes(b"\x7fELF\xff\x00")
+    for argv, wanted in calls[4:]:
+        refused(apc(*argv), 3, picture, "is a binary file, but ", wanted, "is wanted here")

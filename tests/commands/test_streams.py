@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -33,6 +35,37 @@ def test_a_reader_that_has_heard_enough_is_no_failure() -> None:
     )
     os.close(theirs)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1), (1, 2), (0, 1, 2)])
+@pytest.mark.parametrize("what", ["order", "table", "help", "refusal"])
+def test_closed_streams_are_no_bug(closed: tuple[int, ...], what: str, tmp_path: Path) -> None:
+    out = tmp_path / "order.json"
+    argv: dict[str, tuple[object, ...]] = {
+        "order": ("make-order", "-o", out), "table": ("inspect", "apc2016_delft", "--json"),
+        "help": ("--help",), "refusal": ("inspect", tmp_path / "none"),
+    }  # fmt: skip
+    closing = " ".join(f"{number}{'<' if number == 0 else '>'}&-" for number in closed)
+    command = shlex.join([*APC, *map(str, argv[what])])
+    done = subprocess.run(
+        ["sh", "-c", f"exec {command} {closing}"], capture_output=True, text=True, timeout=60
+    )
+    assert "Traceback" not in done.stderr
+    is_told = what == "refusal" or 1 in closed
+    assert done.returncode == (3 if is_told else 0)
+    assert done.stderr.count("error: ") == (is_told and 2 not in closed)
+    assert out.exists() == (what == "order")
+    if out.exists():
+        assert json.loads(out.read_text())["work_order"]
+
+
+def test_closed_streams_leave_a_plan_whole(made: Made, tmp_path: Path) -> None:
+    out = tmp_path / "move.json"
+    move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
+    command = shlex.join([*APC, *map(str, move)])
+    done = subprocess.run(["sh", "-c", f"exec {command} <&- >&- 2>&-"], timeout=60)
+    assert done.returncode == 3
+    assert apc("verify", out, "--scene", made.scene).code == 0
 
 
 def test_names_that_are_too_long_are_named(made: Made, out: Path) -> None:

@@ -139,6 +139,9 @@ def test_files_are_drawn_by_their_kind_and_by_the_suffix(cell: Cell, tmp_path: P
     draw(stored[1], tmp_path / "b.html", cell)
     assert (tmp_path / "a.png").read_bytes() == png_bytes(_drawn(cell)[0])
     assert (tmp_path / "b.html").read_bytes() == html_bytes(_drawn(cell)[1])
+    for stored_file, name in zip(stored, ("a.png", "b.html"), strict=True):
+        with pytest.raises(InputError, match="exists by now"):
+            draw(stored_file, tmp_path / name, cell, replace=False)
     with pytest.raises(InputError, match=r"a picture is \.png or \.html"):
         draw(stored[0], tmp_path / "c.svg", cell)
     with pytest.raises(StaleError):

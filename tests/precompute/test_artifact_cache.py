@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -85,6 +86,15 @@ def test_a_file_says_how_it_was_made(cell: Cell, tmp_path: Path) -> None:
     assert made["settings"]["planner"] == "RRTConnect" and made["settings"]["seed"] == 5
     assert {"apc", "ompl", "numpy", "h5py"} == set(made["by"])
     assert made["result"]["n_neighbours"] == 1
+
+
+@pytest.mark.parametrize("make", [make_roadmap, make_trajectories])
+def test_a_file_that_appeared_during_a_build_stays(make: Any, tmp_path: Path) -> None:
+    path = tmp_path / "file.h5"
+    path.write_bytes(b"theirs")
+    with pytest.raises(InputError, match="exists by now"):
+        make(small_cell("bin_E", "drop_00_down"), path, overwrite=False)
+    assert path.read_bytes() == b"theirs"
 
 
 def test_other_seeds_make_other_bytes(tmp_path: Path) -> None:

@@ -155,3 +155,12 @@ def test_make_scene_leaves_no_pile_that_creeps() -> None:
     T_world_pod = pod_pose(RANDOM, CELL, 9103)
     scene = make_scene({"bin_F": names}, CELL, 9103, T_world_pod=T_world_pod)
     assert moved_awake(scene, 5.0) < 5e-3  # awake all the time, which a pile in a trial is not; 1.4 m before
+
+
+def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() -> None:
+    contents, told = {"bin_D": ("dove_beauty_bar", "crayola_24_ct")}, []
+    scene = make_scene(contents, CELL, 3, on_progress=lambda *call: told.append(call))
+    assert set(told) == {(0, 1, "bin_D")} and len(told) > 20
+    same = make_scene(contents, CELL, 3)
+    for a, b in zip(scene.items, same.items, strict=True):
+        assert np.array_equal(a.T_world_item, b.T_world_item)

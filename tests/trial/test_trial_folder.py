@@ -15,7 +15,7 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.order_file import OrderKind, read_order
-from pickcli.trial.trial_folder import refuse_existing_folder, write_folder
+from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
 from pickcli.trial.trial_record import record_text, trial_record
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
@@ -30,8 +30,7 @@ def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
     picture = np.zeros((4, 6, 3), np.uint8)
     folder = tmp_path / "runs" / "order-0"
     paths = write_folder(folder, result, record, {"before": picture, "after": picture})
-    names = {"output.json", "scene.json", "after.json", "trial.json", "before.png", "after.png"}
-    assert {p.name for p in paths} == {p.name for p in folder.iterdir()} == names
+    assert {p.name for p in paths} == {p.name for p in folder.iterdir()} == set(NAMES)
     output = read_order(folder / "output.json", CELL)
     assert output.bin_contents["bin_A"] == ("jane_eyre_dvd",)
     assert output.tote_contents == ("crayola_24_ct",)
@@ -69,6 +68,17 @@ def test_a_folder_that_cannot_be_made_is_an_input_error(tmp_path: Path) -> None:
     result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
     with pytest.raises(InputError, match="cannot be made"):
         write_folder(tmp_path / "file" / "sub", result, {}, {})
+
+
+def test_a_folder_that_was_filled_meanwhile_stays_as_it_is(tmp_path: Path) -> None:
+    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    picture = np.zeros((4, 6, 3), np.uint8)
+    record, pictures = trial_record(result, "order.json", wall_s=0.5), {"before": picture, "after": picture}
+    for name in NAMES:
+        (tmp_path / name).write_text("theirs")
+    with pytest.raises(InputError, match="exists by now"):
+        write_folder(tmp_path, result, record, pictures, replace=False)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(NAMES, "theirs")
 
 
 def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> None:

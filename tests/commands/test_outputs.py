@@ -1,0 +1,82 @@
+"""What is written never takes the place of what is read, nor of another file that is written."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pickcli.files import atomic_write
+from pickcli.trial.trial_folder import NAMES
+from support.command_line import Made, apc, refused
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("option", ["", "--reality", "--roadmap", "--trajectories"])
+def test_a_trial_replaces_nothing_that_it_reads(option: str, name: str, made: Made, tmp_path: Path) -> None:
+    read = tmp_path / name
+    shutil.copy(made.order, read)
+    if option == "--reality":
+        read.write_text("format: apc reality\nversion: 1\n")
+    argv = ("run-trial", made.order, option, read) if option else ("run-trial", read)
+    before = read.read_bytes()
+    refused(apc(*argv, "-o", tmp_path, "--overwrite"), 3, read, "is what this command reads")
+    assert [p.name for p in tmp_path.iterdir()] == [name] and read.read_bytes() == before
+
+
+def test_links_in_the_folder_of_a_trial_are_looked_through(made: Made, tmp_path: Path) -> None:
+    order, folder = tmp_path / "order.json", tmp_path / "runs"
+    shutil.copy(made.order, order)
+    folder.mkdir()
+    (folder / "scene.json").symlink_to(order)
+    before = order.read_bytes()
+    answer = apc("run-trial", order, "-o", folder, "--overwrite")
+    refused(answer, 3, folder / "scene.json", "is what this command reads")
+    assert order.read_bytes() == before
+
+
+def test_a_scene_and_its_picture_are_two_files(made: Made, tmp_path: Path) -> None:
+    scene, folder, link = tmp_path / "new.json", tmp_path / "folder", tmp_path / "link.png"
+    folder.symlink_to(tmp_path)
+    link.symlink_to(scene)  # of what is not there yet
+    for picture in (scene, folder / "new.json", link):
+        for more in ((), ("--overwrite",)):
+            argv = ("make-scene", made.order, "-o", scene, "--picture", picture)
+            refused(apc(*argv, *more), 3, picture, "would be written twice")
+            assert not scene.exists()
+
+
+def test_no_two_files_of_a_trial_are_one(made: Made, tmp_path: Path) -> None:
+    (tmp_path / "after.json").symlink_to("scene.json")
+    answer = apc("run-trial", made.order, "-o", tmp_path, "--overwrite")
+    refused(answer, 3, tmp_path / "after.json", "would be written twice")
+
+
+WRITERS: dict[str, tuple[object, ...]] = {
+    "make-order": ("make-order", "-o"),
+    "make-scene": ("make-scene", "order", "-o"),
+    "make-scene --picture": ("make-scene", "order", "-o", "fresh", "--picture"),
+    "plan-move": ("plan-move", "--scene", "scene", "--from", "home", "--to", "bin_C", "-o"),
+    "execute": ("execute", "move", "--scene", "scene", "--video"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_another_command_writes_meanwhile_stays(
+    name: str, made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, put = tmp_path / "out.gif", atomic_write._put
+
+    def put_second(path: Path, content: bytes, replace: bool) -> None:
+        if path == out:
+            out.write_bytes(b"theirs")
+        put(path, content, replace)
+
+    monkeypatch.setattr(atomic_write, "_put", put_second)
+    files = {**vars(made), "fresh": tmp_path / "fresh.json"}
+    argv = [files.get(str(word), word) for word in WRITERS[name]]
+    answer = apc(*argv, out)
+    assert answer.code == 3 and answer.err.count("error:") == 1
+    assert f"{out}: exists by now, written by another command meanwhile" in answer.err
+    assert out.read_bytes() == b"theirs"
