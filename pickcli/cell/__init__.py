@@ -1,1 +1,1 @@
-"""What stands where: the cell, its robot, pod, tote, devices and items, and scenes of it."""
+"""The cell as its owner wrote it: robot, pod, tote, devices, items, limits and named configurations."""

@@ -1,1 +1,1 @@
-"""The second opinion: checks a plan with code that shares only ``cell`` and ``motion`` with the planner."""
+"""The second opinion: checks a plan; shares only `files`, `cell`, `scene` and `motion` with the planner."""
