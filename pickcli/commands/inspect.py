@@ -21,7 +21,8 @@ HEAD = 4096  # bytes in which a JSON file of ours names its format
 @click.command("inspect")
 @click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
-              help="The cell of a scene or drawing.  [default: the one under data/cells]")  # fmt: skip
+              help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
+                   "[default: the one under data/cells]")  # fmt: skip
 @click.option("--plot", type=click.Path(path_type=Path), metavar="FILE",
               help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
 @overwrite_option
@@ -92,11 +93,27 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
         return _scene(path, cell_name)
     describe = {STORE: _stored, PLAN: _plan, CELL: _cell}
     if kind in describe:
-        return describe[kind](path)
+        summary = describe[kind](path)
+        if kind is STORE and cell_name is not None:
+            _refuse_other_cell(path, summary["cell_fingerprint"], cell_name)
+        return summary
     found = "is no file of ours" if kind is None else f"is {kind.name}"
     raise InputError(
         f"{path}: {found}, but a roadmap, trajectory database, plan, scene or cell is wanted here"
     )
+
+
+def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str) -> None:
+    """Raise StaleError for a stored file of another cell than the one that is named."""
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.errors import StaleError
+
+    named = load_cell(cell_name).fingerprint
+    if fingerprint != named:
+        raise StaleError(
+            f"{path}: is of a cell with fingerprint {fingerprint[:16]}, {cell_name} has {named[:16]}; "
+            "apc refresh makes it right for that cell"
+        )
 
 
 def _cell(path: Path) -> dict[str, Any]:

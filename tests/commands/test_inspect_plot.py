@@ -10,6 +10,7 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from support.cell_copies import CellCopy
 from support.command_line import apc
 
 
@@ -38,3 +39,12 @@ def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
     assert answer.code == 3 and "a picture is .png or .html" in answer.err
     answer = apc("inspect", "apc2016_delft", "--plot", stored.with_suffix(".png"))
     assert answer.code == 3 and "only, this is: apc cell" in answer.err
+
+
+def test_a_file_of_another_cell_than_the_one_named_is_refused(stored: Path, cell_copy: CellCopy) -> None:
+    folder = cell_copy.folder
+    assert apc("inspect", stored, "--cell", folder).code == 0
+    cell_copy.yaml.replace("clearance: 0.003", "clearance: 0.004")
+    other = apc("inspect", stored, "--cell", folder)
+    assert other.code == 4 and other.out == ""
+    assert "is of a cell with fingerprint" in other.err and "apc refresh" in other.err
