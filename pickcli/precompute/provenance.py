@@ -8,12 +8,12 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import digest
-from pickcli.jobs.job import code_digest
+from pickcli.jobs import job
 
 
 def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
     """The ``inputs`` of a recipe of this kind: cell, settings (a dataclass of JSON values) and our code."""
-    return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), code_digest()])
+    return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), job.code_digest()])
 
 
 def configurations_digest(cell: Cell) -> str:
