@@ -56,8 +56,7 @@ def run_trial(
     Raises:
         InputError: The order is no pick order.
     """
-    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), progress)
-    trial.after_attempt = after_attempt
+    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), progress, after_attempt)
     trial.play()
     return trial.result()
 
@@ -85,8 +84,12 @@ class _Trial:
     refused: by the index of its job, in which scene there was no plan for which item, and what it blamed
     """
 
-    def __init__(self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress) -> None:
+    def __init__(
+        self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress,
+        after_attempt: Callable[[], None],
+    ) -> None:  # fmt: skip
         self.order, self.crew, self.settings, self.progress = order, crew, settings, progress
+        self.after_attempt = after_attempt
         self.before = crew.arena.now()
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
@@ -99,7 +102,6 @@ class _Trial:
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
         self.attempts: list[tuple[Job, Attempt]] = []
-        self.after_attempt: Callable[[], None] = lambda: None
 
     def play(self) -> None:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
