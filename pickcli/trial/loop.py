@@ -86,7 +86,7 @@ class _Trial:
 
     def __init__(
         self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress,
-        after_attempt: Callable[[], None],
+        after_attempt: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
         self.order, self.crew, self.settings, self.progress = order, crew, settings, progress
         self.after_attempt = after_attempt
