@@ -24,13 +24,13 @@ from pickcli.precompute.empty_cell_checkers import RESERVE, checker
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.timing.timed_run import RunPart, time_run
 from pickcli.trajopt.certified_clearance import is_proven
-from pickcli.trajopt.jerk_filter import averaged
-from pickcli.trajopt.minimum_time_search import Search
-from pickcli.trajopt.parabolic_segment import Pace
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.jerk_filter import filter_jerk
+from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
+from pickcli.trajopt.parabolic_segment import ParabolicLimits
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Query:
     @cached_property
     def limits(self) -> Limits:
         """Of the joints, at the cell's full speed."""
-        return scaled(self.cell.robot.limits, self.cell.speed_scale)
+        return scaled_limits(self.cell.robot.limits, self.cell.speed_scale)
 
     @property
     def bound(self) -> float:
@@ -146,14 +146,14 @@ class InTime:
     def answer(self, query: Query, seed: int) -> Answer | None:
         """See Contestant."""
         began = time.perf_counter()
-        pace, proof = Pace.of(query.limits), LegProof(query.proving, query.space)
-        search = Search(
-            LegProof(query.planning, query.space), query.planning, pace, query.ends, self.settings
+        pace, proof = ParabolicLimits.of(query.limits), TrajectoryValidator(query.proving, query.space)
+        search = MinimumTimeSearch(
+            TrajectoryValidator(query.planning, query.space), query.planning, pace, query.ends, self.settings
         )
         names = query.cell.robot.joint_names
 
-        def finished(motion: Ramps) -> Trajectory | None:
-            timed = averaged(names, motion, query.ends[1], pace, query.limits)
+        def finished(motion: ParabolicTrajectory) -> Trajectory | None:
+            timed = filter_jerk(names, motion, query.ends[1], pace, query.limits)
             return timed if is_proven(timed, proof) else None
 
         best = search.quickest(seed, finished, self.good * query.bound)

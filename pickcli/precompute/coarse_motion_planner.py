@@ -25,14 +25,14 @@ from pickcli.precompute.empty_cell_checkers import RESERVE, Case, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey
 from pickcli.seeds import derived_seed
 from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
-from pickcli.trajopt.jerk_filter import averaged
-from pickcli.trajopt.minimum_time_search import Search
-from pickcli.trajopt.parabolic_segment import TICK, Pace
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.path_fitting import polyline
-from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.jerk_filter import filter_jerk
+from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
+from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.path_fitting import fit_polyline
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 # Times the least duration: what a motion that holds in every pivot state may take, ...
 _WORTH = 1.01
@@ -107,7 +107,9 @@ class MotionMaker:
             if not tests.is_valid(q):
                 reason = tests.explain(q)
                 return Reason(reason.what, name, reason.detail)
-        search = Search(LegProof(tests, self._space), tests, self._pace, (q0, q1), self.settings)
+        search = MinimumTimeSearch(
+            TrajectoryValidator(tests, self._space), tests, self._pace, (q0, q1), self.settings
+        )
         seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
         best = search.quickest(
             seed,
@@ -122,15 +124,15 @@ class MotionMaker:
         detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
-    def _finished(self, key: MotionKey, case: Case, motion: Ramps) -> CoarseMotion | None:
+    def _finished(self, key: MotionKey, case: Case, motion: ParabolicTrajectory) -> CoarseMotion | None:
         """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
         tests = self._proving[case]
         names = self.cell.robot.joint_names
         goal = self.cell.configurations[key.goal].q
-        timed = averaged(names, motion, goal, self._pace, self._limits)
-        if not is_proven(timed, LegProof(tests, self._space)):
+        timed = filter_jerk(names, motion, goal, self._pace, self._limits)
+        if not is_proven(timed, TrajectoryValidator(tests, self._space)):
             return None
-        waypoints = polyline(timed, self._planning[case])
+        waypoints = fit_polyline(timed, self._planning[case])
         if waypoints is None:
             return None
         bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
@@ -141,11 +143,11 @@ class MotionMaker:
 
     @cached_property
     def _limits(self) -> Limits:
-        return scaled(self.cell.robot.limits, self.cell.speed_scale)
+        return scaled_limits(self.cell.robot.limits, self.cell.speed_scale)
 
     @cached_property
-    def _pace(self) -> Pace:
-        return Pace.of(self._limits)
+    def _pace(self) -> ParabolicLimits:
+        return ParabolicLimits.of(self._limits)
 
     @cached_property
     def _space(self) -> JointSpace:

@@ -29,7 +29,7 @@ from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import RESERVE, Case, checker, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
-from pickcli.trajopt.certified_clearance import keeps, proven_clearance
+from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearance
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Reproof:
         """Whether the motion keeps that clearance, and its polyline what polylines keep."""
         assert motion.trajectory is not None
         is_path_free = tests.is_valid_path(motion.path.waypoints)
-        return is_path_free and keeps(motion.trajectory, self._space, tests, clearance)
+        return is_path_free and keeps_clearance(motion.trajectory, self._space, tests, clearance)
 
     @cached_property
     def _space(self) -> JointSpace:

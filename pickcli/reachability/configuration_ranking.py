@@ -28,7 +28,7 @@ from pickcli.reachability.bin_pose_sampling import BinPoses
 from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings, distinct
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
-from pickcli.trajopt.time_lower_bound import lower_bound, scaled
+from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 
 Report = Callable[[int, int, str], None]
 
@@ -101,7 +101,7 @@ class Suggester:
         return float((np.minimum(q - limits.lower, limits.upper - q) / (limits.upper - limits.lower)).min())
 
     def _travel(self, q: Array) -> float | None:
-        limits = scaled(self.cell.robot.limits, self.cell.speed_scale)
+        limits = scaled_limits(self.cell.robot.limits, self.cell.speed_scale)
         homes = [each.q for each in self.cell.configurations.values() if each.kind == "home"]
         return min((lower_bound(limits, home, q) for home in homes), default=None)
 

@@ -8,13 +8,13 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.timing.trajectory_chords import trajectory_chords
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 _WIDEST = 0.128  # m: clearances beyond are told as this
 _HALVINGS = 7  # to a millimetre
 
 
-def is_proven(trajectory: Trajectory, proof: LegProof) -> bool:
+def is_proven(trajectory: Trajectory, proof: TrajectoryValidator) -> bool:
     """Whether the quintics of a trajectory are proven free and inside the position limits."""
     return proof.proves(lambda step: trajectory_chords(refined(trajectory, step)))
 
@@ -30,9 +30,11 @@ def refined(trajectory: Trajectory, step: float) -> Trajectory:
     return Trajectory(trajectory.joint_names, t, *(trajectory.sample(t, order) for order in range(3)))
 
 
-def keeps(trajectory: Trajectory, space: JointSpace, checker: SceneChecker, clearance: float) -> bool:
+def keeps_clearance(
+    trajectory: Trajectory, space: JointSpace, checker: SceneChecker, clearance: float
+) -> bool:
     """Whether a motion is proven to keep that many m from everything."""
-    return is_proven(trajectory, LegProof(checker.at_margin(clearance), space))
+    return is_proven(trajectory, TrajectoryValidator(checker.at_margin(clearance), space))
 
 
 def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:
@@ -40,5 +42,5 @@ def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneCh
     low, high = checker.margin, _WIDEST
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if keeps(trajectory, space, checker, middle) else (low, middle)
+        low, high = (middle, high) if keeps_clearance(trajectory, space, checker, middle) else (low, middle)
     return low

@@ -11,11 +11,11 @@ from collections.abc import Callable
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.perturbations import bent_state, random_stretch
-from pickcli.trajopt.steering import bent, in_time
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits, ParabolicSegment
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.perturbations import perturbed_state, random_interval
+from pickcli.trajopt.steering import steer_fixed_time, steer_via
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 Clearances = Callable[[Array], Array]
 """Configurations (N, n) -> m from the nearest thing, negative inside, (N,)."""
@@ -27,27 +27,27 @@ _NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
 _PATIENCE = 80  # bends in which the depth must fall by a tenth, or it will not fall to nothing either
 
 
-def press(
-    proof: LegProof,
+def descend_collisions(
+    proof: TrajectoryValidator,
     clearances: Clearances,
     margin: float,
-    pace: Pace,
+    pace: ParabolicLimits,
     ends: tuple[Array, Array],
     duration: float,
     *,
     seed: int,
     iterations: int,
-) -> Ramps | None:
+) -> ParabolicTrajectory | None:
     """A proven motion between two configurations (n,) in ``duration`` s (whole ticks), or None.
 
     margin: m of clearance that a configuration should have. Repeatable by seed.
     """
-    leg = in_time(State.at_rest(ends[0]), State.at_rest(ends[1]), pace, duration)
+    leg = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), pace, duration)
     if leg is None:
         return None
 
     rng = np.random.default_rng(seed)
-    motion = Ramps((leg,))
+    motion = ParabolicTrajectory((leg,))
     times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
     depths = depths_of(motion.legs, times, clearances, margin, proof)
     since, then = 0, np.inf
@@ -56,7 +56,7 @@ def press(
             if depths.sum() >= 0.9 * then:
                 return None
             since, then = i, float(depths.sum())
-        start, end = (0.0, duration) if rng.random() < _WHOLE else random_stretch(motion, rng)
+        start, end = (0.0, duration) if rng.random() < _WHOLE else random_interval(motion, rng)
         legs = _bent(proof, pace, motion, start, end, rng)
         if legs is None:
             continue
@@ -73,7 +73,11 @@ def press(
 
 
 def depths_of(
-    legs: tuple[Leg, ...], times: Array, clearances: Clearances, margin: float, proof: LegProof
+    legs: tuple[ParabolicSegment, ...],
+    times: Array,
+    clearances: Clearances,
+    margin: float,
+    proof: TrajectoryValidator,
 ) -> Array:
     """(K,) at times (K,) since the first leg began: m lacking to the margin, and beyond the limits."""
     ends = np.cumsum([leg.duration for leg in legs])
@@ -86,16 +90,21 @@ def depths_of(
 
 
 def _bent(
-    proof: LegProof, pace: Pace, motion: Ramps, start: float, end: float, rng: np.random.Generator
-) -> tuple[Leg, ...] | None:
+    proof: TrajectoryValidator,
+    pace: ParabolicLimits,
+    motion: ParabolicTrajectory,
+    start: float,
+    end: float,
+    rng: np.random.Generator,
+) -> tuple[ParabolicSegment, ...] | None:
     """Two legs in the time of a stretch, through a state near the motion; each joint bends if it can."""
     at = start + round((end - start) * rng.uniform(0.1, 0.9) / TICK) * TICK
     if at - start < TICK / 2 or end - at < TICK / 2:
         return None
     first, here, last = (motion.state(t) for t in (start, at, end))
     share = _NARROWEST * (_WIDEST / _NARROWEST) ** rng.random()
-    middles = [bent_state(here, share, motion.duration, proof.space, pace, rng), here]
-    direct = in_time(first, last, pace, end - start)
+    middles = [perturbed_state(here, share, motion.duration, proof.space, pace, rng), here]
+    direct = steer_fixed_time(first, last, pace, end - start)
     if direct is not None:
         middles.append(direct.state(at - start))
-    return bent(first, middles, last, pace, at - start, end - at)
+    return steer_via(first, middles, last, pace, at - start, end - at)

@@ -13,20 +13,22 @@ from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.limit_check import check_limits, measure_limits
-from pickcli.trajopt.parabolic_segment import TICK, Pace
-from pickcli.trajopt.parabolic_trajectory import Ramps, accelerations, window
+from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory, accelerations, jerk_window
 
 _SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations on one line
 
 
-def averaged(names: tuple[str, ...], motion: Ramps, goal: Array, pace: Pace, limits: Limits) -> Trajectory:
+def filter_jerk(
+    names: tuple[str, ...], motion: ParabolicTrajectory, goal: Array, pace: ParabolicLimits, limits: Limits
+) -> Trajectory:
     """The motion averaged over its window, with points wherever the jerk of a joint changes.
 
     goal: (n,) where it ends, to the last bit; the motion ends there but for rounding
     Between two points it is a cubic, which the quintic of a Trajectory reproduces. Raises LimitError if the
     result breaks a limit (a bug).
     """
-    n = round(window(motion.legs, pace) / TICK)
+    n = round(jerk_window(motion.legs, pace) / TICK)
     q, v, a = _on_ticks(motion, n)
     travelled = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(_travel(q, v, a), axis=0)])
     rows = [(row[n:] - row[:-n]) / (n * TICK) for row in (travelled, q, v)]
@@ -49,7 +51,7 @@ def averaged(names: tuple[str, ...], motion: Ramps, goal: Array, pace: Pace, lim
     return made
 
 
-def _on_ticks(motion: Ramps, n_rest: int) -> tuple[Array, Array, Array]:
+def _on_ticks(motion: ParabolicTrajectory, n_rest: int) -> tuple[Array, Array, Array]:
     """Positions and velocities at each tick, acceleration during each; rest at both ends."""
     rows = [leg.evaluate(TICK * np.arange(float(round(leg.duration / TICK)))) for leg in motion.legs]
     last = motion.legs[-1].state(motion.legs[-1].duration)

@@ -15,13 +15,20 @@ from pickcli.geometry import Array
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.seeds import derived_seed
-from pickcli.trajopt.collision_descent import press
-from pickcli.trajopt.parabolic_segment import Leg, Pace, State, rest, straight, ticks_up
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.steering import fastest
-from pickcli.trajopt.time_shortcutting import quicken
+from pickcli.trajopt.collision_descent import descend_collisions
+from pickcli.trajopt.parabolic_segment import (
+    JointState,
+    ParabolicLimits,
+    ParabolicSegment,
+    resting_segment,
+    straight_segment,
+    ticks_up,
+)
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.time_shortcutting import shortcut_time
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 _CALM = 1.002  # times the least duration: what the straight line, which is calmest, may take
 _LADDER = (1.01, 1.03, 1.06, 1.1, 1.15, 1.25, 1.5)  # durations to press into, times the least
@@ -29,7 +36,7 @@ _ROOM = 0.002  # m of clearance beyond the checker's margin that bending aims at
 _FAR = 0.05  # m, nothing farther is looked at
 
 
-class Timed(Protocol):
+class HasDuration(Protocol):
     """Something that takes time."""
 
     @property
@@ -37,23 +44,23 @@ class Timed(Protocol):
         """s."""
 
 
-T = TypeVar("T", bound=Timed)
+T = TypeVar("T", bound=HasDuration)
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class MinimumTimeSearch:
     """One search: between two free configurations (n,), for one checker."""
 
-    proof: LegProof
+    proof: TrajectoryValidator
     checker: SceneChecker
-    pace: Pace
+    pace: ParabolicLimits
     ends: tuple[Array, Array]
     settings: TrajectorySettings
 
     def quickest(
         self,
         seed: int,
-        finished: Callable[[Ramps], T | None],
+        finished: Callable[[ParabolicTrajectory], T | None],
         good: float,
         quicker_than: float = np.inf,
         at_most: float = np.inf,
@@ -78,19 +85,19 @@ class Search:
                 break
         return best
 
-    def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
+    def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[ParabolicTrajectory]:
         """Proven motions, the most promising first: another is only worth asking for if one is slow, or fails
         a later test. Repeatable by seed.
 
         is_wanted: whether legs of that duration (s) are still worth a search
         """
-        line = Ramps((straight(*self.ends, self.pace),))
+        line = ParabolicTrajectory((straight_segment(*self.ends, self.pace),))
         is_line_free = self.proof.is_valid(line.legs)
         if is_line_free and line.duration <= _CALM * self.least:
             yield line
         if self.proof.is_valid(self._direct.legs):
             yield self._direct
-        found: list[Ramps] = []
+        found: list[ParabolicTrajectory] = []
         for motion in self._searched(seed, is_line_free, is_wanted):
             found.append(motion)
             yield motion
@@ -101,11 +108,13 @@ class Search:
             found.append(self._quickened(best, derived_seed(seed, "again", again)))
             yield found[-1]
 
-    def _searched(self, seed: int, is_line_free: bool, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
+    def _searched(
+        self, seed: int, is_line_free: bool, is_wanted: Callable[[float], bool]
+    ) -> Iterator[ParabolicTrajectory]:
         """What bending finds in the least time, what the planner finds, what bending finds in more time."""
         yield from self._pressed(seed, 1.0)
         if is_line_free:
-            yield self._quickened(Ramps((straight(*self.ends, self.pace),)), seed)
+            yield self._quickened(ParabolicTrajectory((straight_segment(*self.ends, self.pace),)), seed)
         if is_wanted(_LADDER[-1] * self.least):
             yield from self._planned(seed)
         for factor in _LADDER:
@@ -113,11 +122,13 @@ class Search:
                 yield from self._pressed(seed, factor)
 
     @cached_property
-    def _direct(self) -> Ramps:
+    def _direct(self) -> ParabolicTrajectory:
         """Every joint on its own from end to end, in the time of the slowest."""
-        leg = fastest(State.at_rest(self.ends[0]), State.at_rest(self.ends[1]), self.pace, np.inf)
+        leg = steer_min_time(
+            JointState.at_rest(self.ends[0]), JointState.at_rest(self.ends[1]), self.pace, np.inf
+        )
         assert leg is not None  # from rest to rest there always is one
-        return Ramps((leg,))
+        return ParabolicTrajectory((leg,))
 
     @property
     def least(self) -> float:
@@ -126,11 +137,11 @@ class Search:
         """
         return self._direct.duration
 
-    def _pressed(self, seed: int, factor: float) -> Iterator[Ramps]:
+    def _pressed(self, seed: int, factor: float) -> Iterator[ParabolicTrajectory]:
         """At most one motion: bent until free in ``factor`` times the least duration, then quickened."""
         for attempt in range(self.settings.n_presses):
             own = derived_seed(seed, "press", factor, attempt)
-            motion = press(
+            motion = descend_collisions(
                 self.proof, self._clearances, self.checker.margin + _ROOM, self.pace, self.ends,
                 float(ticks_up(factor * self.least)), seed=own, iterations=self.settings.n_press,
             )  # fmt: skip
@@ -141,7 +152,7 @@ class Search:
     def _clearances(self, Q: Array) -> Array:
         return np.asarray(self.checker.kernel.clearances(np.ascontiguousarray(Q), _FAR))
 
-    def _planned(self, seed: int) -> Iterator[Ramps]:
+    def _planned(self, seed: int) -> Iterator[ParabolicTrajectory]:
         """What the planner finds, shortened, then from stops at each corner to a motion that has none."""
         for attempt in range(self.settings.n_tries):
             own = derived_seed(seed, "try", attempt)
@@ -153,17 +164,17 @@ class Search:
                 short = shorten(
                     self.checker, self.proof.space, path, seed=own, iterations=self.settings.n_shortcuts
                 )
-                yield self._quickened(Ramps(self._stopping(short.waypoints)), own)
+                yield self._quickened(ParabolicTrajectory(self._stopping(short.waypoints)), own)
 
-    def _stopping(self, waypoints: Array) -> tuple[Leg, ...]:
+    def _stopping(self, waypoints: Array) -> tuple[ParabolicSegment, ...]:
         """Straight legs with a rest between them, so that no jerk limit minds."""
-        legs: list[Leg] = []
+        legs: list[ParabolicSegment] = []
         for a, b in pairwise(waypoints):
-            legs += [straight(a, b, self.pace), rest(b, self.pace.pause)]
+            legs += [straight_segment(a, b, self.pace), resting_segment(b, self.pace.pause)]
         return tuple(legs[:-1])
 
-    def _quickened(self, motion: Ramps, seed: int) -> Ramps:
-        return quicken(
+    def _quickened(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
+        return shortcut_time(
             self.proof, self.pace, motion, self.least,
             seed=derived_seed(seed, "quicken"), iterations=self.settings.n_quicken,
         )  # fmt: skip

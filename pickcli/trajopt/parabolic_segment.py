@@ -20,20 +20,20 @@ _NOTHING = 1e-12  # m or rad: what counts as no way at all
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class JointState:
     """Where the joints are and how fast: (n,) each."""
 
     q: Array
     v: Array
 
     @classmethod
-    def at_rest(cls, q: Array) -> State:
+    def at_rest(cls, q: Array) -> JointState:
         """Standing."""
         return cls(q, np.zeros(len(q)))
 
 
 @dataclass(frozen=True, eq=False)
-class Pace:
+class ParabolicLimits:
     """What a joint may do: (n,) each. pause: s of no acceleration between a ramp up and a ramp down."""
 
     velocity: Array
@@ -42,14 +42,14 @@ class Pace:
     pause: float
 
     @classmethod
-    def of(cls, limits: Limits) -> Pace:
+    def of(cls, limits: Limits) -> ParabolicLimits:
         """Of limits: the pause lasts as long as building up the acceleration of the slowest joint does."""
         ramp = float((limits.acceleration / limits.jerk).max())
         return cls(limits.velocity, limits.acceleration, limits.jerk, float(ticks_up(ramp)))
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
+class ParabolicSegment:
     """Ramps of (n,) joints in ``duration`` s: v0 to speed in ``up`` s, speed to v1 in the last ``down`` s."""
 
     q0: Array
@@ -83,28 +83,28 @@ class Leg:
         t = np.asarray(t)[:, None]
         return np.where(t < self.up, first, 0.0) + np.where(t > self.duration - self.down, last, 0.0)
 
-    def state(self, t: float) -> State:
+    def state(self, t: float) -> JointState:
         """The joints at time t."""
         q, v = self.evaluate(np.array([t]))
-        return State(q[0], v[0])
+        return JointState(q[0], v[0])
 
-    def part(self, start: float, end: float) -> Leg:
+    def part(self, start: float, end: float) -> ParabolicSegment:
         """The leg between two of its times."""
         t = np.clip(self.up, start, end)
         down = end - np.clip(self.duration - self.down, start, end)
         here, there = self.state(start), self.state(end)
         speed = np.where(self.up > end, there.v, self.speed)
         speed = np.where(self.duration - self.down < start, here.v, speed)
-        return Leg(here.q, here.v, speed, there.v, t - start, down, end - start)
+        return ParabolicSegment(here.q, here.v, speed, there.v, t - start, down, end - start)
 
 
-def rest(q: Array, duration: float) -> Leg:
+def resting_segment(q: Array, duration: float) -> ParabolicSegment:
     """Standing for a while."""
     none = np.zeros(len(q))
-    return Leg(q, none, none, none, none, none, duration)
+    return ParabolicSegment(q, none, none, none, none, none, duration)
 
 
-def straight(q0: Array, q1: Array, pace: Pace) -> Leg:
+def straight_segment(q0: Array, q1: Array, pace: ParabolicLimits) -> ParabolicSegment:
     """The fastest way along the straight line, from rest to rest: all joints ramp at once."""
     way = np.maximum(np.abs(q1 - q0), _NOTHING)
     top, hard = float((pace.velocity / way).min()), float((pace.acceleration / way).min())
@@ -113,7 +113,7 @@ def straight(q0: Array, q1: Array, pace: Pace) -> Leg:
     up = float(ticks_up(top / hard))
     cruise = float(ticks_up(1 / top - top / hard))
     speed, ramps, none = (q1 - q0) / (up + cruise), np.full(len(q0), up), np.zeros(len(q0))
-    return Leg(q0, none, speed, none, ramps, ramps, 2 * up + cruise)
+    return ParabolicSegment(q0, none, speed, none, ramps, ramps, 2 * up + cruise)
 
 
 def ticks_up(t: Array | float) -> Array:

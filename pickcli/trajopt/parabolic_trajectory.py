@@ -8,20 +8,20 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State
+from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits, ParabolicSegment
 
 _WINDOWS = 6  # from a pause to two, that are tried
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Ramps:
+class ParabolicTrajectory:
     """Legs one after the other, each beginning as the one before it ends; at rest at both ends.
 
     Accelerations jump between the legs and inside them; ``averaged`` makes a trajectory of it.
     """
 
-    legs: tuple[Leg, ...]
+    legs: tuple[ParabolicSegment, ...]
 
     @cached_property
     def starts(self) -> Array:
@@ -34,16 +34,16 @@ class Ramps:
         """s."""
         return float(self.starts[-1])
 
-    def total(self, pace: Pace) -> float:
+    def total(self, pace: ParabolicLimits) -> float:
         """s that the motion takes once it keeps the jerk limits."""
-        return self.duration + window(self.legs, pace)
+        return self.duration + jerk_window(self.legs, pace)
 
-    def state(self, t: float) -> State:
+    def state(self, t: float) -> JointState:
         """The joints at time t."""
         k = self._leg(t)
         return self.legs[k].state(t - float(self.starts[k]))
 
-    def between(self, start: float, end: float) -> tuple[Leg, ...]:
+    def between(self, start: float, end: float) -> tuple[ParabolicSegment, ...]:
         """The legs from one time (a tick) to another."""
         parts = []
         for leg, begin in zip(self.legs, self.starts, strict=False):
@@ -53,15 +53,15 @@ class Ramps:
                 parts.append(leg if is_whole else leg.part(low, high))
         return tuple(parts)
 
-    def replaced(self, start: float, end: float, legs: tuple[Leg, ...]) -> Ramps:
+    def replaced(self, start: float, end: float, legs: tuple[ParabolicSegment, ...]) -> ParabolicTrajectory:
         """The motion with other legs from one time to another."""
-        return Ramps(self.between(0.0, start) + legs + self.between(end, self.duration))
+        return ParabolicTrajectory(self.between(0.0, start) + legs + self.between(end, self.duration))
 
     def _leg(self, t: float) -> int:
         return int(np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1))
 
 
-def tube(legs: tuple[Leg, ...], step: float) -> tuple[Array, Array]:
+def tube(legs: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]:
     """Chords (K, n) of ``step`` s at most, and slack (K - 1, n): the legs stay within it, joint by joint.
 
     A curve of acceleration a leaves a chord of h s by a h^2 / 8 at most.
@@ -79,14 +79,14 @@ def tube(legs: tuple[Leg, ...], step: float) -> tuple[Array, Array]:
     return np.concatenate(rows), np.concatenate(slacks)
 
 
-def accelerations(legs: tuple[Leg, ...]) -> Array:
+def accelerations(legs: tuple[ParabolicSegment, ...]) -> Array:
     """(K, n): during each tick."""
     return np.concatenate(
         [leg.acceleration(TICK * (np.arange(float(round(leg.duration / TICK))) + 0.5)) for leg in legs]
     )
 
 
-def window(legs: tuple[Leg, ...], pace: Pace) -> float:
+def jerk_window(legs: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> float:
     """s (whole ticks) over which legs must be averaged to keep the jerk limits: a pause, or up to two.
 
     The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the

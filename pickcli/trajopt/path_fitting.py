@@ -12,7 +12,7 @@ _STEPS = (0.02, 0.005)  # s between the places that may become vertices
 _TOLERANCE = 0.02  # rad or m, how far the trajectory may be from the edge between two vertices
 
 
-def polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
+def fit_polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
     """Waypoints (N, n) from start to end near a trajectory, every edge proven free; None if one cannot be.
 
     Douglas and Peucker's way: an edge that is too far off, or not free, is divided where it is farthest.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.parabolic_segment import TICK, Pace, State
-from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 
 _TO_AN_END = 0.3  # share of the stretches that reach to an end of the motion, for each end
 _SHORTEST = 6  # ticks
@@ -14,7 +14,7 @@ _MOVED = 0.4  # share of the joints that a bend moves: a step in all of them is 
 _SPEED = 3.0  # how much wider speeds are spread than positions
 
 
-def random_stretch(motion: Ramps, rng: np.random.Generator) -> tuple[float, float]:
+def random_interval(motion: ParabolicTrajectory, rng: np.random.Generator) -> tuple[float, float]:
     """Two times of a motion, on ticks and not too close: (s, s)."""
     n_ticks = round(motion.duration / TICK)
     start, end = np.sort(rng.random(2) * n_ticks)
@@ -24,9 +24,14 @@ def random_stretch(motion: Ramps, rng: np.random.Generator) -> tuple[float, floa
     return first * TICK, min(max(round(end), first + 1), n_ticks) * TICK
 
 
-def bent_state(
-    state: State, share: float, duration: float, space: JointSpace, pace: Pace, rng: np.random.Generator
-) -> State:
+def perturbed_state(
+    state: JointState,
+    share: float,
+    duration: float,
+    space: JointSpace,
+    pace: ParabolicLimits,
+    rng: np.random.Generator,
+) -> JointState:
     """A state near another: some joints elsewhere, some with another speed, within limits.
 
     share: standard deviation of a step, of what a joint crosses in the duration (s) of the motion
@@ -34,4 +39,4 @@ def bent_state(
     is_moved, is_changed = rng.random((2, space.n)) < _MOVED
     q = state.q + rng.normal(0.0, share * duration, space.n) * pace.velocity * is_moved
     v = state.v + rng.normal(0.0, _SPEED * share, space.n) * pace.velocity * is_changed
-    return State(np.clip(q, space.lower, space.upper), np.clip(v, -pace.velocity, pace.velocity))
+    return JointState(np.clip(q, space.lower, space.upper), np.clip(v, -pace.velocity, pace.velocity))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array
-from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State, ticks_up
+from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits, ParabolicSegment, ticks_up
 
 _ROUNDING = 1e-9  # relative: how far beyond a limit rounding may lead
 _NOTHING = 1e-12  # m or rad, per s: what counts as none
@@ -18,20 +18,22 @@ _NOTHING = 1e-12  # m or rad, per s: what counts as none
 _EXTRA = (0, 1, 2, 4, 8, 16, 32)
 
 
-def fastest(start: State, end: State, pace: Pace, at_most: float) -> Leg | None:
+def steer_min_time(
+    start: JointState, end: JointState, pace: ParabolicLimits, at_most: float
+) -> ParabolicSegment | None:
     """The leg that takes the least time, if that is ``at_most`` s. None too where a joint has no such leg."""
     least = float(ticks_up(least_time(end.q - start.q, start.v, end.v, pace).max()))
     for extra in _EXTRA:
         duration = max(least, TICK) + extra * TICK
         if duration > at_most + TICK / 2:
             return None
-        leg = in_time(start, end, pace, duration)
+        leg = steer_fixed_time(start, end, pace, duration)
         if leg is not None:
             return leg
     return None
 
 
-def least_time(d: Array, v0: Array, v1: Array, pace: Pace) -> Array:
+def least_time(d: Array, v0: Array, v1: Array, pace: ParabolicLimits) -> Array:
     """(n,) s that each joint alone needs over d from speed v0 to v1, full ramps and the pause in between."""
     a, top = pace.acceleration, pace.velocity
     beyond = d - (v0 + v1) / 2 * np.abs(v1 - v0) / a  # what a single ramp from v0 to v1 leaves
@@ -46,15 +48,22 @@ def least_time(d: Array, v0: Array, v1: Array, pace: Pace) -> Array:
     return np.asarray((2 * peak - v0 - v1) / a + np.maximum(cruise, 0.0))
 
 
-def in_time(start: State, end: State, pace: Pace, duration: float) -> Leg | None:
+def steer_fixed_time(
+    start: JointState, end: JointState, pace: ParabolicLimits, duration: float
+) -> ParabolicSegment | None:
     """The leg of that duration (whole ticks), or None where a joint has none."""
     speed, up, down, is_good = _calm_ramps(end.q - start.q, start.v, end.v, pace, duration)
-    return Leg(start.q, start.v, speed, end.v, up, down, duration) if is_good.all() else None
+    return ParabolicSegment(start.q, start.v, speed, end.v, up, down, duration) if is_good.all() else None
 
 
-def bent(
-    start: State, middles: Sequence[State], end: State, pace: Pace, there: float, back: float
-) -> tuple[Leg, Leg] | None:
+def steer_via(
+    start: JointState,
+    middles: Sequence[JointState],
+    end: JointState,
+    pace: ParabolicLimits,
+    there: float,
+    back: float,
+) -> tuple[ParabolicSegment, ParabolicSegment] | None:
     """Two legs of ``there`` and ``back`` s with a state of ``middles`` between them, each joint its own.
 
     Every joint takes the first of the middles for which it has both legs; None where one has none.
@@ -69,13 +78,13 @@ def bent(
     speed, up, down = (row[pick] for row in first)
     onward = (row[pick] for row in last)
     return (
-        Leg(start.q, start.v, speed, v[pick], up, down, there),
-        Leg(q[pick], v[pick], next(onward), end.v, next(onward), next(onward), back),
+        ParabolicSegment(start.q, start.v, speed, v[pick], up, down, there),
+        ParabolicSegment(q[pick], v[pick], next(onward), end.v, next(onward), next(onward), back),
     )
 
 
 def _calm_ramps(
-    d: Array, v0: Array, v1: Array, pace: Pace, duration: float
+    d: Array, v0: Array, v1: Array, pace: ParabolicLimits, duration: float
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """``_ramps`` with half of the acceleration where a joint can, else with all of it.
 
@@ -90,7 +99,7 @@ def _calm_ramps(
 
 
 def _ramps(
-    d: Array, v0: Array, v1: Array, pace: Pace, share: float, duration: float, pause: float
+    d: Array, v0: Array, v1: Array, pace: ParabolicLimits, share: float, duration: float, pause: float
 ) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Speed, up and down (..., n) with a share of the acceleration, and where that keeps the limits.
 

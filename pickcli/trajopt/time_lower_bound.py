@@ -10,7 +10,7 @@ from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 
 
-def scaled(limits: Limits, scale: float) -> Limits:
+def scaled_limits(limits: Limits, scale: float) -> Limits:
     """The limits with velocity, acceleration and jerk times ``scale``."""
     return replace(
         limits,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.perturbations import bent_state, random_stretch
-from pickcli.trajopt.steering import fastest
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.parabolic_segment import TICK, ParabolicLimits, ParabolicSegment
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.perturbations import perturbed_state, random_interval
+from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 _FIRST, _LAST = (
     0.3,
@@ -22,9 +22,15 @@ _FIRST, _LAST = (
 _BEND = 0.7  # share of the moves that go through another state
 
 
-def quicken(
-    proof: LegProof, pace: Pace, motion: Ramps, target: float, *, seed: int, iterations: int
-) -> Ramps:
+def shortcut_time(
+    proof: TrajectoryValidator,
+    pace: ParabolicLimits,
+    motion: ParabolicTrajectory,
+    target: float,
+    *,
+    seed: int,
+    iterations: int,
+) -> ParabolicTrajectory:
     """A motion with the same ends that takes no longer, jerk limits included.
 
     What is new in it is proven, the rest believed. It ends when ``iterations`` are over or the legs take no
@@ -35,7 +41,7 @@ def quicken(
     for share in np.geomspace(_FIRST, _LAST, max(iterations, 1)):
         if total <= target + pace.pause + TICK / 2:
             break
-        start, end = random_stretch(motion, rng)
+        start, end = random_interval(motion, rng)
         legs = _instead(proof, pace, motion, start, end, float(share), rng)
         if legs is None:
             continue
@@ -47,23 +53,23 @@ def quicken(
 
 
 def _instead(
-    proof: LegProof,
-    pace: Pace,
-    motion: Ramps,
+    proof: TrajectoryValidator,
+    pace: ParabolicLimits,
+    motion: ParabolicTrajectory,
     start: float,
     end: float,
     share: float,
     rng: np.random.Generator,
-) -> tuple[Leg, ...] | None:
+) -> tuple[ParabolicSegment, ...] | None:
     """Legs that take no more time than the stretch, not yet proven; None if there are none."""
     first, last, at_most = motion.state(start), motion.state(end), end - start
     if rng.random() >= _BEND:
-        leg = fastest(first, last, pace, at_most)
+        leg = steer_min_time(first, last, pace, at_most)
         return None if leg is None else (leg,)
     at = start + at_most * rng.uniform(0.1, 0.9)
-    middle = bent_state(motion.state(at), share, motion.duration, proof.space, pace, rng)
-    there = fastest(first, middle, pace, at_most)
+    middle = perturbed_state(motion.state(at), share, motion.duration, proof.space, pace, rng)
+    there = steer_min_time(first, middle, pace, at_most)
     if there is None:
         return None
-    back = fastest(middle, last, pace, at_most - there.duration)
+    back = steer_min_time(middle, last, pace, at_most - there.duration)
     return None if back is None else (there, back)

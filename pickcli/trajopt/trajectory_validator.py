@@ -10,20 +10,20 @@ import numpy as np
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.parabolic_segment import Leg
+from pickcli.trajopt.parabolic_segment import ParabolicSegment
 from pickcli.trajopt.parabolic_trajectory import tube
 
 _CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
 
 
 @dataclass(frozen=True, eq=False)
-class LegProof:
+class TrajectoryValidator:
     """Asks one checker about legs in one space."""
 
     checker: MotionValidator
     space: JointSpace
 
-    def is_valid(self, legs: tuple[Leg, ...]) -> bool:
+    def is_valid(self, legs: tuple[ParabolicSegment, ...]) -> bool:
         """Whether every instant of the legs is proven free and inside the position limits."""
         return self.proves(lambda step: tube(legs, step))
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.collision_descent import depths_of, press
-from pickcli.trajopt.parabolic_segment import Pace, rest
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.collision_descent import depths_of, descend_collisions
+from pickcli.trajopt.parabolic_segment import ParabolicLimits, resting_segment
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-PACE = Pace(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
+PACE = ParabolicLimits(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
 SPACE = JointSpace(("a", "b"), np.full(2, -2.0), np.full(2, 2.0), PACE.velocity, PACE.acceleration)
 ENDS = np.array([-1.5, 0.0]), np.array([1.5, 0.0])
 
@@ -40,8 +40,8 @@ def nothing_near(Q: Array) -> Array:
 
 def test_where_no_sample_is_deep_another_bend_may_be_proven() -> None:
     checker = Grudging(n_refused=5)
-    motion = press(
-        LegProof(checker, SPACE), nothing_near, 0.01, PACE, ENDS, 4.0, seed=1, iterations=400
+    motion = descend_collisions(
+        TrajectoryValidator(checker, SPACE), nothing_near, 0.01, PACE, ENDS, 4.0, seed=1, iterations=400
     )  # fmt: skip
     assert motion is not None and motion.duration == 4.0
     assert len(set(checker.asked)) == 6
@@ -51,15 +51,24 @@ def test_what_no_bend_improves_is_given_up() -> None:
     for nothing_helps in (nothing_near, lambda Q: -nothing_near(Q)):
         checker = Grudging(n_refused=10**9)
         assert (
-            press(LegProof(checker, SPACE), nothing_helps, 0.01, PACE, ENDS, 4.0, seed=1, iterations=10**9)
+            descend_collisions(
+                TrajectoryValidator(checker, SPACE),
+                nothing_helps,
+                0.01,
+                PACE,
+                ENDS,
+                4.0,
+                seed=1,
+                iterations=10**9,
+            )
             is None
         )
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=5), st.integers(1, 60), st.integers(-2, 2))
 def test_every_sample_has_a_depth_also_those_at_the_ends_of_legs(ticks: list[int], n: int, ulps: int) -> None:
-    legs = tuple(rest(ENDS[0], 0.004 * k) for k in ticks)
+    legs = tuple(resting_segment(ENDS[0], 0.004 * k) for k in ticks)
     times = np.linspace(0.0, sum(leg.duration for leg in legs), n)
     for _ in range(abs(ulps)):
         times = np.nextafter(times, np.inf if ulps > 0 else -np.inf)
-    assert depths_of(legs, times, nothing_near, 0.01, LegProof(Grudging(0), SPACE)).shape == (n,)
+    assert depths_of(legs, times, nothing_near, 0.01, TrajectoryValidator(Grudging(0), SPACE)).shape == (n,)

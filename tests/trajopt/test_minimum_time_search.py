@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pickcli.trajopt.minimum_time_search import Search
-from pickcli.trajopt.parabolic_segment import Pace
-from pickcli.trajopt.parabolic_trajectory import Ramps
+from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
+from pickcli.trajopt.parabolic_segment import ParabolicLimits
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
-PACE = Pace(np.ones(1), np.ones(1), np.full(1, 20.0), 0.05)
+PACE = ParabolicLimits(np.ones(1), np.ones(1), np.full(1, 20.0), 0.05)
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class Taking:
 
 
 @dataclass(frozen=True, eq=False)
-class Listed(Search):
+class Listed(MinimumTimeSearch):
     """A search that finds legs of these durations."""
 
     durations: tuple[float, ...] = ()
     asked: list[float] = field(default_factory=list)
 
-    def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[Ramps]:
+    def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[ParabolicTrajectory]:
         for duration in self.durations:
             self.asked.append(duration)
             yield Taking(duration)  # type: ignore[misc]
@@ -40,7 +40,7 @@ def search(*durations: float) -> Listed:
     return Listed(None, None, PACE, ends, TrajectorySettings(), durations)  # type: ignore[arg-type]
 
 
-def finished_in(longer: dict[float, float]) -> Callable[[Ramps], Taking | None]:
+def finished_in(longer: dict[float, float]) -> Callable[[ParabolicTrajectory], Taking | None]:
     """Motions that take so much longer than their legs; those without an entry fail."""
     return lambda legs: Taking(legs.duration + longer[legs.duration]) if legs.duration in longer else None
 

@@ -9,16 +9,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.trajopt.parabolic_segment import TICK, Leg, Pace, State, straight
-from pickcli.trajopt.steering import bent, fastest, in_time, least_time
+from pickcli.trajopt.parabolic_segment import (
+    TICK,
+    JointState,
+    ParabolicLimits,
+    ParabolicSegment,
+    straight_segment,
+)
+from pickcli.trajopt.steering import least_time, steer_fixed_time, steer_min_time, steer_via
 
-PACE = Pace(np.array([1.0, 2.2, 3.4]), np.array([2.0, 5.0, 7.0]), np.array([40.0, 100.0, 140.0]), 0.05)
+PACE = ParabolicLimits(
+    np.array([1.0, 2.2, 3.4]), np.array([2.0, 5.0, 7.0]), np.array([40.0, 100.0, 140.0]), 0.05
+)
 share = st.floats(-1.0, 1.0)
 three = st.tuples(share, share, share).map(np.array)
-states = st.builds(lambda q, v: State(2 * q, v * PACE.velocity), three, three)
+states = st.builds(lambda q, v: JointState(2 * q, v * PACE.velocity), three, three)
 
 
-def assert_leads(leg: Leg, start: State, end: State) -> None:
+def assert_leads(leg: ParabolicSegment, start: JointState, end: JointState) -> None:
     """From one state to the other within the limits."""
     first, last = leg.state(0.0), leg.state(leg.duration)
     for found, wanted in ((first, start), (last, end)):
@@ -37,9 +45,9 @@ def assert_leads(leg: Leg, start: State, end: State) -> None:
 
 @given(states, states)
 def test_the_fastest_leg_leads_from_state_to_state_and_none_is_faster_than_its_slowest_joint(
-    start: State, end: State
+    start: JointState, end: JointState
 ) -> None:
-    leg = fastest(start, end, PACE, np.inf)
+    leg = steer_min_time(start, end, PACE, np.inf)
     if leg is None:
         return  # a joint that would have to wait and cannot; from rest there is always one, see below
     assert_leads(leg, start, end)
@@ -50,7 +58,7 @@ def test_the_fastest_leg_leads_from_state_to_state_and_none_is_faster_than_its_s
 def test_from_rest_to_rest_there_is_a_leg_within_two_ticks_of_the_slowest_joints_own_time(
     q0: Array, q1: Array
 ) -> None:
-    leg = fastest(State.at_rest(q0), State.at_rest(q1), PACE, np.inf)
+    leg = steer_min_time(JointState.at_rest(q0), JointState.at_rest(q1), PACE, np.inf)
     assert leg is not None
     slowest = least_time(q1 - q0, np.zeros(3), np.zeros(3), PACE).max()
     assert slowest - 1e-9 <= leg.duration <= max(slowest, TICK) + 4 * TICK
@@ -61,7 +69,7 @@ thousandths = st.integers(-1000, 1000).map(lambda k: k / 1000)
 
 @given(thousandths, thousandths, thousandths)
 def test_without_pause_a_joint_is_as_fast_as_ruckig_says(d: float, v0: float, v1: float) -> None:
-    pace = Pace(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
+    pace = ParabolicLimits(np.ones(1), np.full(1, 2.0), np.full(1, np.inf), 0.0)
     given_, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
     given_.current_position, given_.target_position = [0.0], [2 * d]
     given_.current_velocity, given_.target_velocity = [v0], [v1]
@@ -72,16 +80,18 @@ def test_without_pause_a_joint_is_as_fast_as_ruckig_says(d: float, v0: float, v1
 
 
 @given(states, states, st.integers(1, 3000))
-def test_a_leg_in_a_given_time_takes_that_time(start: State, end: State, n_ticks: int) -> None:
-    leg = in_time(start, end, PACE, n_ticks * TICK)
+def test_a_leg_in_a_given_time_takes_that_time(start: JointState, end: JointState, n_ticks: int) -> None:
+    leg = steer_fixed_time(start, end, PACE, n_ticks * TICK)
     if leg is not None:
         assert leg.duration == n_ticks * TICK
         assert_leads(leg, start, end)
 
 
 @given(states, states, st.tuples(st.floats(0, 1), st.floats(0, 1)))
-def test_a_part_of_a_leg_is_the_leg_there(start: State, end: State, cut: tuple[float, float]) -> None:
-    leg = fastest(start, end, PACE, np.inf)
+def test_a_part_of_a_leg_is_the_leg_there(
+    start: JointState, end: JointState, cut: tuple[float, float]
+) -> None:
+    leg = steer_min_time(start, end, PACE, np.inf)
     if leg is None:
         return
     low, high = (round(c * leg.duration / TICK) * TICK for c in sorted(cut))
@@ -94,13 +104,13 @@ def test_a_part_of_a_leg_is_the_leg_there(start: State, end: State, cut: tuple[f
 
 
 def test_each_joint_bends_where_it_can_and_the_slowest_keeps_its_line() -> None:
-    start, end = State.at_rest(np.zeros(3)), State.at_rest(np.array([1.0, 0.5, 0.1]))
-    whole = fastest(start, end, PACE, np.inf)
+    start, end = JointState.at_rest(np.zeros(3)), JointState.at_rest(np.array([1.0, 0.5, 0.1]))
+    whole = steer_min_time(start, end, PACE, np.inf)
     assert whole is not None
     half = round(whole.duration / 2 / TICK) * TICK
     here = whole.state(half)
-    off = State(here.q + np.array([0.05, 0.3, 0.3]), here.v)
-    legs = bent(start, [off, here], end, PACE, half, whole.duration - half)
+    off = JointState(here.q + np.array([0.05, 0.3, 0.3]), here.v)
+    legs = steer_via(start, [off, here], end, PACE, half, whole.duration - half)
     assert legs is not None
     assert_leads(legs[0], start, legs[1].state(0.0))
     assert_leads(legs[1], legs[0].state(half), end)
@@ -109,8 +119,8 @@ def test_each_joint_bends_where_it_can_and_the_slowest_keeps_its_line() -> None:
 
 @given(three, three)
 def test_a_straight_leg_stays_on_its_line(q0: Array, q1: Array) -> None:
-    leg = straight(q0, q1, PACE)
-    assert_leads(leg, State.at_rest(q0), State.at_rest(q1))
+    leg = straight_segment(q0, q1, PACE)
+    assert_leads(leg, JointState.at_rest(q0), JointState.at_rest(q1))
     way = q1 - q0
     if np.linalg.norm(way) > 1e-3:
         q, _ = leg.evaluate(np.linspace(0.0, leg.duration, 50))

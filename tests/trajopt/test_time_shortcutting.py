@@ -9,14 +9,14 @@ import pytest
 
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.collision_descent import press
-from pickcli.trajopt.parabolic_segment import Pace, State, rest, straight
-from pickcli.trajopt.parabolic_trajectory import Ramps
-from pickcli.trajopt.steering import fastest
-from pickcli.trajopt.time_shortcutting import quicken
-from pickcli.trajopt.trajectory_validator import LegProof
+from pickcli.trajopt.collision_descent import descend_collisions
+from pickcli.trajopt.parabolic_segment import JointState, ParabolicLimits, resting_segment, straight_segment
+from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
+from pickcli.trajopt.steering import steer_min_time
+from pickcli.trajopt.time_shortcutting import shortcut_time
+from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-PACE = Pace(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
+PACE = ParabolicLimits(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
 START, GOAL = np.array([-1.5, 0.0]), np.array([1.5, 0.0])
 
 
@@ -45,11 +45,11 @@ class Disc:
 SPACE = JointSpace(("a", "b"), np.full(2, -2.0), np.full(2, 2.0), PACE.velocity, PACE.acceleration)
 
 
-def proof(radius: float) -> LegProof:
-    return LegProof(Disc(radius), SPACE)
+def proof(radius: float) -> TrajectoryValidator:
+    return TrajectoryValidator(Disc(radius), SPACE)
 
 
-def assert_avoids(motion: Ramps, radius: float) -> None:
+def assert_avoids(motion: ParabolicTrajectory, radius: float) -> None:
     t = np.linspace(0.0, motion.duration, 1000)
     Q = np.array([motion.state(float(x)).q for x in t])
     assert np.linalg.norm(Q, axis=1).min() > radius
@@ -57,7 +57,7 @@ def assert_avoids(motion: Ramps, radius: float) -> None:
 
 
 def least() -> float:
-    leg = fastest(State.at_rest(START), State.at_rest(GOAL), PACE, np.inf)
+    leg = steer_min_time(JointState.at_rest(START), JointState.at_rest(GOAL), PACE, np.inf)
     assert leg is not None
     return leg.duration
 
@@ -65,7 +65,7 @@ def least() -> float:
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_in_the_way_of_one_joint_is_avoided_by_the_other_in_no_more_time(seed: int) -> None:
     """The first joint needs all of the time; the second has nothing to do but get out of the way."""
-    motion = press(
+    motion = descend_collisions(
         proof(0.4), Disc(0.4).clearances, 0.01, PACE, (START, GOAL), least(), seed=seed, iterations=800
     )
     assert motion is not None and motion.duration == pytest.approx(least())
@@ -75,7 +75,9 @@ def test_what_is_in_the_way_of_one_joint_is_avoided_by_the_other_in_no_more_time
 def test_where_there_is_not_the_time_there_is_no_motion() -> None:
     """The second joint cannot get 1.4 out of the way and back in the time of the first."""
     assert (
-        press(proof(1.45), Disc(1.45).clearances, 0.01, PACE, (START, GOAL), least(), seed=0, iterations=200)
+        descend_collisions(
+            proof(1.45), Disc(1.45).clearances, 0.01, PACE, (START, GOAL), least(), seed=0, iterations=200
+        )
         is None
     )
 
@@ -83,16 +85,20 @@ def test_where_there_is_not_the_time_there_is_no_motion() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_detour_with_a_stop_becomes_as_quick_as_the_line(seed: int) -> None:
     corner = np.array([0.0, 1.2])
-    legs = (straight(START, corner, PACE), rest(corner, PACE.pause), straight(corner, GOAL, PACE))
-    slow = Ramps(legs)
-    quick = quicken(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
+    legs = (
+        straight_segment(START, corner, PACE),
+        resting_segment(corner, PACE.pause),
+        straight_segment(corner, GOAL, PACE),
+    )
+    slow = ParabolicTrajectory(legs)
+    quick = shortcut_time(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
     assert quick.total(PACE) <= 1.05 * (least() + PACE.pause) < slow.total(PACE)
     assert_avoids(quick, 0.4)
-    again = quicken(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
+    again = shortcut_time(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
     assert again.duration == quick.duration and len(again.legs) == len(quick.legs)
 
 
 def test_legs_outside_of_the_joint_limits_are_not_free() -> None:
     inside, outside = np.array([1.0, 1.0]), np.array([1.0, 2.1])
-    assert proof(0.1).is_valid((straight(inside, np.array([1.0, 1.9]), PACE),))
-    assert not proof(0.1).is_valid((straight(inside, outside, PACE),))
+    assert proof(0.1).is_valid((straight_segment(inside, np.array([1.0, 1.9]), PACE),))
+    assert not proof(0.1).is_valid((straight_segment(inside, outside, PACE),))
