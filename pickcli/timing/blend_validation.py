@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.robot import Limits
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.timing.corner_blending import Curve, blend, distinct, smoothed
+from pickcli.timing.corner_blending import BlendedPath, blend, distinct, smoothed
 from pickcli.timing.limit_check import POSITION_TOLERANCE
 
 IsFree: TypeAlias = Callable[[int, Array, Array], int]
@@ -21,7 +21,7 @@ _HALVINGS = 6  # of a corner's tolerance, before the motion has to stop at the c
 
 
 @dataclass(frozen=True, eq=False)
-class Cover:
+class ChordTube:
     """Chords with a tube around each: on chord k the curve stays within slack[k] of it, joint by joint."""
 
     s: Array  # (K,)
@@ -29,24 +29,24 @@ class Cover:
     slack: Array  # (K - 1, n), 0 on straight lines
 
 
-def cover(curve: Curve, start: float = 0.0, end: float | None = None) -> Cover:
+def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None) -> ChordTube:
     """Chords for the curve between two s.
 
     A curve leaves its chord by at most the square of the chord's length in s times the largest second
-    derivative, over eight; that derivative is bounded joint by joint (Curve.bend).
+    derivative, over eight; that derivative is bounded joint by joint (BlendedPath.second_derivative_bound).
     """
     end = curve.length if end is None else end
     inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
     s = distinct(np.concatenate([inner, [end]]) - start) + start if end > start else np.zeros(0)
     s = np.concatenate([[start], s[s > start]])
     width = np.diff(s)[:, None]
-    slack = curve.bend(s[:-1], s[1:]) * width**2 / 8
-    return Cover(s, curve.evaluate(s), np.where(curve.is_line(s[:-1], s[1:])[:, None], 0.0, slack))
+    slack = curve.second_derivative_bound(s[:-1], s[1:]) * width**2 / 8
+    return ChordTube(s, curve.evaluate(s), np.where(curve.is_line(s[:-1], s[1:])[:, None], 0.0, slack))
 
 
 def proven_blend(
     waypoints: Array, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
-) -> Curve:
+) -> BlendedPath:
     """The blended curve along waypoints (N, n), every part of it proven free and within position limits.
 
     edges: (P + 1,) waypoint indices of the part boundaries
@@ -62,7 +62,9 @@ def proven_blend(
         return _proven(blend(waypoints, tolerances, simplify=0.0), tolerances, edges, limits, is_free)
 
 
-def _proven(curve: Curve, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None) -> Curve:
+def _proven(
+    curve: BlendedPath, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
+) -> BlendedPath:
     nearest = np.abs(curve.waypoint_s[:, None] - curve.corner_s).argmin(axis=0)
     wanted = tolerances[nearest].astype(float)
     floor = wanted / 2.0**_HALVINGS
@@ -77,14 +79,14 @@ def _proven(curve: Curve, tolerances: Array, edges: Array, limits: Limits, is_fr
 
 
 def _first_failure(
-    curve: Curve, edges: Array, limits: Limits, is_free: IsFree | None
+    curve: BlendedPath, edges: Array, limits: Limits, is_free: IsFree | None
 ) -> tuple[Reason, float, float] | None:
     """Why, and the s range, of the first chord that leaves the position limits or is not proven free."""
     if is_free is None and _beyond(curve.evaluate(curve.knots), limits).max() <= POSITION_TOLERANCE:
         return None
     at = curve.waypoint_s[edges]
     for part in range(len(edges) - 1):
-        tube = cover(curve, float(at[part]), float(at[part + 1]))
+        tube = chord_tube(curve, float(at[part]), float(at[part + 1]))
         if len(tube.s) < 2:
             continue
         q = tube.configurations

@@ -17,7 +17,7 @@ _Rows: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
+class ConcatenatedRuns:
     """Several runs as one trajectory.
 
     part_times: (P + 1,) when each part of all runs begins, and the end; a rest belongs to the part before
@@ -32,7 +32,7 @@ class Joined:
     piece_scales: Array
 
 
-def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> Joined:
+def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> ConcatenatedRuns:
     """One trajectory through all runs, at rest for ``rests`` (R - 1,) s after each run but the last.
 
     Raises ValueError if a run does not start where the one before it ends, or the counts do not fit.
@@ -56,7 +56,7 @@ def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> Joined:
     inner = [run.part_times[:-1] + start for run, start in zip(runs, starts, strict=True)]
     part_times = np.concatenate([*inner, [now]])
     trajectory = _trajectory(runs[0].trajectory.joint_names, rows)
-    return Joined(trajectory, part_times, np.array(starts), np.array(ends), np.concatenate(scales))
+    return ConcatenatedRuns(trajectory, part_times, np.array(starts), np.array(ends), np.concatenate(scales))
 
 
 def delayed(trajectory: Trajectory, delay: float) -> Trajectory:

@@ -33,14 +33,16 @@ Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 
 DEPTH = 0.15625  # bump(0)
-PEAK_TWIST = 10.0 / 3.0**0.5  # largest second derivative of the smoothstep
+PEAK_THIRD_DERIVATIVE = (
+    10.0 / 3.0**0.5
+)  # largest third derivative of a unit corner: the second of the smoothstep
 _SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
 _DENSITY = 4.0  # nodes per half-length of a blend
 _EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone blend, in half-lengths
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class BlendedPath:
     """A polyline with smoothed corners, parametrised by the polyline's arc length s.
 
     corners: (K, n), K >= 1, no two consecutive ones equal
@@ -102,11 +104,11 @@ class Curve:
         middle = (start + end) / 2
         return np.asarray(np.all(np.abs(middle[:, None] - self.corner_s) >= self.half_lengths, axis=1))
 
-    def split(self) -> tuple[Curve, ...]:
+    def split(self) -> tuple[BlendedPath, ...]:
         """The curve cut at its stops. The pieces count s from 0; their waypoint_s are their own corners'."""
         cuts = np.concatenate([[0], self.stops, [len(self.corners) - 1]])
         pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in pairwise(cuts)]
-        curves = [Curve(corners, half, np.zeros(1)) for corners, half in pieces]
+        curves = [BlendedPath(corners, half, np.zeros(1)) for corners, half in pieces]
         return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
 
     def _clusters(self, blends: Indices) -> list[tuple[int, int]]:
@@ -162,7 +164,7 @@ class Curve:
         first = np.minimum(first, len(reach) - width)
         return first[:, None] + np.arange(width)
 
-    def bend(self, start: Array, end: Array) -> Array:
+    def second_derivative_bound(self, start: Array, end: Array) -> Array:
         """(M, n) upper bound of |q''| per joint on every interval [start, end] (M,)."""
         h = np.maximum(self.half_lengths, SAME)
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
@@ -170,11 +172,11 @@ class Curve:
         kernel = (15 / 16) * (1.0 - x * x) ** 2 / h * (self.half_lengths > 0.0)
         return kernel @ np.abs(self.turns)
 
-    def twist(self, start: Array, end: Array) -> Array:
+    def third_derivative_bound(self, start: Array, end: Array) -> Array:
         """(M, n) upper bound of the third derivative's size per joint on every interval [start, end] (M,)."""
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
         h = self.half_lengths
-        peak = PEAK_TWIST / np.maximum(2.0 * h, SAME) ** 2
+        peak = PEAK_THIRD_DERIVATIVE / np.maximum(2.0 * h, SAME) ** 2
         return ((np.abs(nearest - self.corner_s) < h) * peak) @ np.abs(self.turns)
 
     def deviation(self, start: Array, end: Array) -> Array:
@@ -216,7 +218,7 @@ def _bumps(offset: Array, h: Array, highest: int) -> Array:
     return out
 
 
-def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> Curve:
+def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> BlendedPath:
     """The curve along a polyline (N, n) that leaves it by no more than the tolerances.
 
     tolerances: (N,) or one for all, in joint units: bound on the Euclidean distance between curve and
@@ -226,11 +228,11 @@ def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLI
     """
     tolerance = np.array(np.broadcast_to(np.asarray(tolerances, dtype=float), (len(waypoints),)))
     kept = canonical(waypoints, np.maximum(simplify * tolerance, SAME))
-    curve = Curve(waypoints[kept], np.zeros(len(kept)), arc_lengths(waypoints, kept))
+    curve = BlendedPath(waypoints[kept], np.zeros(len(kept)), arc_lengths(waypoints, kept))
     return smoothed(curve, (1.0 - simplify) * tolerance, (1.0 - simplify) * tolerance[kept])
 
 
-def smoothed(curve: Curve, allowed: Array, wanted: Array) -> Curve:
+def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
     """The curve with its corners smoothed as far as two sets of tolerances allow.
 
     allowed: (N,) bound on the deviation near every waypoint; wanted: (K,) bound on what each corner alone
@@ -248,7 +250,7 @@ def smoothed(curve: Curve, allowed: Array, wanted: Array) -> Curve:
     return _shrunk(replace(curve, half_lengths=half), allowed)
 
 
-def _shrunk(curve: Curve, allowed: Array, n_rounds: int = 8) -> Curve:
+def _shrunk(curve: BlendedPath, allowed: Array, n_rounds: int = 8) -> BlendedPath:
     """Half-lengths reduced until the sum of all bumps keeps the tolerance near every waypoint."""
     for _ in range(n_rounds):
         start, end, bound = _intervals(curve, allowed)
@@ -266,7 +268,7 @@ def _shrunk(curve: Curve, allowed: Array, n_rounds: int = 8) -> Curve:
     return replace(curve, half_lengths=curve.half_lengths / max(float(excess.max(initial=0.0)), 1.0))
 
 
-def _intervals(curve: Curve, allowed: Array) -> tuple[Array, Array, Array]:
+def _intervals(curve: BlendedPath, allowed: Array) -> tuple[Array, Array, Array]:
     """Intervals where the curve may leave the polyline: start, end and the tolerance there."""
     middles = (curve.waypoint_s[1:] + curve.waypoint_s[:-1]) / 2
     marks = distinct(np.concatenate([curve.knots, curve.corner_s, middles]))

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.timing.toppra_closed_form import Profile
+from pickcli.timing.toppra_closed_form import VelocityProfile
 
 
 @dataclass(frozen=True, eq=False)
-class Pace:
+class TimeLaw:
     """s(t), at rest at both ends; d2s/dt2 is linear between the points."""
 
     t: Array  # (K,), strictly increasing from 0
@@ -31,13 +31,13 @@ class Pace:
         """s."""
         return float(self.t[-1])
 
-    def stretched(self, factor: float) -> Pace:
+    def stretched(self, factor: float) -> TimeLaw:
         """The same motion, slower by a factor."""
-        return Pace(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
+        return TimeLaw(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
 
-    def shifted(self, by: float) -> Pace:
+    def shifted(self, by: float) -> TimeLaw:
         """The same motion on a path on which it starts at s = ``by``."""
-        return Pace(self.t, self.s + by, self.ds, self.dds)
+        return TimeLaw(self.t, self.s + by, self.ds, self.dds)
 
     def times_at(self, s: Array) -> Array:
         """(M,) when each s (M,) is reached first; the very ends for the ends of the path."""
@@ -56,7 +56,7 @@ class Pace:
         return np.asarray(np.where(s >= self.s[-1], self.duration, times))
 
 
-def smooth(profile: Profile, step: float, n_window: int) -> Pace:
+def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
     """The profile's speed averaged over ``n_window`` >= 1 cells of ``step`` s; a window and a cell longer."""
     n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
     s = profile.position(step * np.arange(n_cells + 1.0))
@@ -69,15 +69,15 @@ def smooth(profile: Profile, step: float, n_window: int) -> Pace:
     gained = step * ds[:-1] + step**2 * (dds[:-1] / 3 + dds[1:] / 6)
     position = np.concatenate([[0.0], np.cumsum(np.maximum(gained, 0.0))])
     position *= profile.s[-1] / position[-1]  # rounding only
-    return Pace(step * np.arange(float(len(ds))), position, ds, dds)
+    return TimeLaw(step * np.arange(float(len(ds))), position, ds, dds)
 
 
-def standing(length: float, step: float) -> Pace:
+def standing(length: float, step: float) -> TimeLaw:
     """A path too short to be a motion, passed in one cell."""
-    return Pace(np.array([0.0, step]), np.array([0.0, length]), np.zeros(2), np.zeros(2))
+    return TimeLaw(np.array([0.0, step]), np.array([0.0, length]), np.zeros(2), np.zeros(2))
 
 
-def join(paces: Sequence[Pace]) -> Pace:
+def join(paces: Sequence[TimeLaw]) -> TimeLaw:
     """Paces one after the other; each starts at the s where the one before it came to rest."""
     if len(paces) == 1:
         return paces[0]
@@ -89,4 +89,4 @@ def join(paces: Sequence[Pace]) -> Pace:
         np.concatenate([getattr(paces[0], name)[:1]] + [getattr(pace, name)[1:] for pace in paces])
         for name in ("s", "ds", "dds")
     ]
-    return Pace(t, *rows)
+    return TimeLaw(t, *rows)

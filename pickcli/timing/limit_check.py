@@ -23,7 +23,7 @@ POSITION_TOLERANCE = (
 
 
 @dataclass(frozen=True)
-class Worst:
+class PeakRatio:
     """The place where a limit is used most."""
 
     ratio: float  # value / limit
@@ -35,9 +35,9 @@ class Worst:
 class LimitReport:
     """Worst ratios of a trajectory; 1 is exactly at the limit."""
 
-    velocity: Worst
-    acceleration: Worst
-    jerk: Worst
+    velocity: PeakRatio
+    acceleration: PeakRatio
+    jerk: PeakRatio
 
     @property
     def stretch(self) -> float:
@@ -104,6 +104,6 @@ def _check_positions(trajectory: Trajectory, limits: Limits) -> None:
         )
 
 
-def _worst(trajectory: Trajectory, ratio: Array) -> Worst:
+def _worst(trajectory: Trajectory, ratio: Array) -> PeakRatio:
     i, j = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    return Worst(float(ratio[i, j]), trajectory.joint_names[j], float(trajectory.times[i]))
+    return PeakRatio(float(ratio[i, j]), trajectory.joint_names[j], float(trajectory.times[i]))

@@ -10,9 +10,9 @@ import numpy as np
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
-from pickcli.timing.corner_blending import Curve, distinct
+from pickcli.timing.corner_blending import BlendedPath, distinct
 from pickcli.timing.path_constraint import PathConstraint
-from pickcli.timing.toppra_closed_form import Grid
+from pickcli.timing.toppra_closed_form import PathGrid
 
 ToolSpeed: TypeAlias = Callable[[Array, Array], Array]
 """(Q (M, n), dQ/ds (M, n)) -> (M,) m of tool travel per unit of s."""
@@ -54,7 +54,9 @@ class PathBounds:
         """The same bounds for a curve that starts at s = ``by`` of this one."""
         return replace(self, edges=self.edges - by, table_s=self.table_s - by)
 
-    def grid(self, curve: Curve, acceleration_share: float, jerk_share: float, cruise: float) -> Grid:
+    def grid(
+        self, curve: BlendedPath, acceleration_share: float, jerk_share: float, cruise: float
+    ) -> PathGrid:
         """Gridpoints on the curve's knots, part boundaries and the tool's table, with all speed limits.
 
         acceleration_share: of the acceleration limits; jerk_share: of the jerk limits that the path's own
@@ -73,7 +75,7 @@ class PathBounds:
         is_line = curve.is_line(s[:-1], s[1:])
         planes = self.constraint.half_planes(q, dq, ddq) if self.constraint else None
         speed = np.minimum(speed, by_jerk)
-        return Grid(s, dq, ddq, acceleration, speed, line_speed, is_line, cruise, planes)
+        return PathGrid(s, dq, ddq, acceleration, speed, line_speed, is_line, cruise, planes)
 
     def _speed(self, s: Array, dq: Array, scale: Array) -> Array:
         """(M,) ds/dt allowed by joint velocities and the tool's speed."""
@@ -83,7 +85,7 @@ class PathBounds:
 
 
 def path_bounds(
-    curve: Curve, limits: Limits, edges: Array, scales: Array, tool_caps: Array, tool_speed: ToolSpeed | None,
+    curve: BlendedPath, limits: Limits, edges: Array, scales: Array, tool_caps: Array, tool_speed: ToolSpeed | None,
     constraint: PathConstraint | None = None,
 ) -> PathBounds:  # fmt: skip
     """Bounds with the tool's speed tabulated along the parts that have a cap.

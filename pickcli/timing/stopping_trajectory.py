@@ -31,7 +31,7 @@ _WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)]) 
 
 
 @dataclass(frozen=True, eq=False)
-class Stopped:
+class StoppedTrajectory:
     """The motion as it is until standstill.
 
     trajectory: the original up to the stop, then braking along the same path
@@ -52,12 +52,12 @@ class _TimeLaw:
     second: Array  # tau''
 
 
-def stop(trajectory: Trajectory, at: float, limits: Limits) -> Stopped:
+def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory:
     """The quickest stop found, requested at time ``at`` (s), that keeps the path and all limits.
 
     Where the robot comes to rest at the trajectory's own end before any other stop could, it stops there.
     """
-    best = Stopped(trajectory, trajectory.duration)
+    best = StoppedTrajectory(trajectory, trajectory.duration)
     for wait in _WAITS:
         begin = (at if at > _TOO_CLOSE else 0.0) + float(wait)
         if begin >= best.trajectory.duration:
@@ -67,7 +67,7 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> Stopped:
             if begin + law.t[-1] >= best.trajectory.duration:
                 break  # lower rates take longer still
             if _stretch(trajectory, law, limits) <= 1.0 + TOLERANCE / 3:  # jerk goes with its cube
-                best = Stopped(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
+                best = StoppedTrajectory(_driven(trajectory, law, with_start=True), float(law.tau[-1]))
                 break
     return best
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.corner_blending import Curve
-from pickcli.timing.jerk_smoothing import Pace, smooth
+from pickcli.timing.corner_blending import BlendedPath
+from pickcli.timing.jerk_smoothing import TimeLaw, smooth
 from pickcli.timing.limit_check import peaks
 from pickcli.timing.path_limits import PathBounds
-from pickcli.timing.toppra_closed_form import Grid, Profile, parametrize
+from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 
 _WIDE = 1.55  # times the ramp: a window that leaves half of the jerk to what the path itself needs
 _SHORT = 20.0  # ramps: a motion so short that the wide window's own length may cost more than it saves
@@ -29,10 +29,10 @@ _GOOD = 1.003  # a stretch that is not worth another round
 
 
 @dataclass(frozen=True, eq=False)
-class Timed:
+class TimedPath:
     """One attempt: a pace and the factor of time, at least 1, that makes it keep every limit."""
 
-    pace: Pace
+    pace: TimeLaw
     stretch: float
 
     @property
@@ -41,14 +41,14 @@ class Timed:
         return self.pace.duration * self.stretch
 
 
-def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
+def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
     """The fastest pace found along a curve (length > 0) without stops, from rest to rest.
 
     step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
     step = ramp / np.ceil(ramp / step - 1e-9)
-    best: Timed | None = None
+    best: TimedPath | None = None
     for window in _windows(curve, bounds, ramp):
         found = _timed(curve, bounds, step, max(round(window / step), 1), window / ramp)
         best = found if best is None or found.duration < best.duration else best
@@ -58,7 +58,7 @@ def retime(curve: Curve, bounds: PathBounds, step: float) -> Timed:
     return best
 
 
-def _windows(curve: Curve, bounds: PathBounds, ramp: float) -> tuple[float, ...]:
+def _windows(curve: BlendedPath, bounds: PathBounds, ramp: float) -> tuple[float, ...]:
     """Windows (s) to try, the narrowest first.
 
     A motion over d from rest to rest that jerk alone limits has four phases of (d / 2 jerk)^(1/3), and
@@ -77,15 +77,15 @@ def _windows(curve: Curve, bounds: PathBounds, ramp: float) -> tuple[float, ...]
     return (phase, _WIDE * phase) if shortest < _SHORT * ramp else (_WIDE * ramp,)
 
 
-def _timed(curve: Curve, bounds: PathBounds, step: float, n_window: int, share: float) -> Timed:
+def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, share: float) -> TimedPath:
     """Rounds of local correction for one window of ``n_window`` cells, ``share`` of a ramp long."""
     grid = bounds.grid(curve, min(1.0, share), 1.0, step * n_window)
-    best: Timed | None = None
+    best: TimedPath | None = None
     for _ in range(_ROUNDS):
         profile = parametrize(grid)
         pace = smooth(profile, step, n_window)
         ratios = needed_stretch(curve, bounds, pace)
-        timed = Timed(pace, max(float(ratios.max()), 1.0))
+        timed = TimedPath(pace, max(float(ratios.max()), 1.0))
         best = timed if best is None or timed.duration < best.duration else best
         if timed.stretch <= _GOOD:
             break
@@ -94,7 +94,7 @@ def _timed(curve: Curve, bounds: PathBounds, step: float, n_window: int, share: 
     return best
 
 
-def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
+def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Array:
     """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
     trajectory = to_trajectory(curve, pace)
     velocity, acceleration, jerk = peaks(trajectory)
@@ -119,7 +119,7 @@ def needed_stretch(curve: Curve, bounds: PathBounds, pace: Pace) -> Array:
     return np.asarray(ratio)
 
 
-def to_trajectory(curve: Curve, pace: Pace, names: tuple[str, ...] = ()) -> Trajectory:
+def to_trajectory(curve: BlendedPath, pace: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:
     """The motion q(s(t)) at the pace's grid; the quintics in between follow it closely."""
     q, dq, ddq = curve.evaluate_all(pace.s, 2)
     velocity = dq * pace.ds[:, None]
@@ -127,7 +127,7 @@ def to_trajectory(curve: Curve, pace: Pace, names: tuple[str, ...] = ()) -> Traj
     return Trajectory(names, pace.t, q, velocity, acceleration)
 
 
-def _lowered(grid: Grid, profile: Profile, ratios: Array, step: float, n_window: int) -> Grid:
+def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: float, n_window: int) -> PathGrid:
     """The grid with its limits lowered where the smoothed motion needs a stretch.
 
     Smoothing mixes what happens within a window, so a ratio counts for the window around it.

@@ -14,8 +14,8 @@ from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.blend_validation import IsFree, proven_blend
-from pickcli.timing.corner_blending import Curve
-from pickcli.timing.jerk_smoothing import Pace, join, standing
+from pickcli.timing.corner_blending import BlendedPath
+from pickcli.timing.jerk_smoothing import TimeLaw, join, standing
 from pickcli.timing.limit_check import LimitReport, check_limits, peaks
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.path_limits import PLANE_STEP, PathBounds, ToolSpeed, path_bounds
@@ -62,8 +62,8 @@ class TimedRun:
     trajectory: Trajectory
     part_times: Array
     piece_scales: Array
-    curve: Curve
-    pace: Pace
+    curve: BlendedPath
+    pace: TimeLaw
     stretch: float
     report: LimitReport
 
@@ -132,7 +132,7 @@ def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
     return np.concatenate(rows), tolerance, np.array(edges)
 
 
-def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
+def _pace(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
     """The whole curve's pace, with rests at its stops, and the largest stretch that a leg needed."""
     if curve.length <= NOWHERE:
         return standing(curve.length, step), 1.0
@@ -146,7 +146,7 @@ def _pace(curve: Curve, bounds: PathBounds, step: float) -> tuple[Pace, float]:
     return join(legs), stretch
 
 
-def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolSpeed) -> float:
+def _tool_excess(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw, tool_speed: ToolSpeed) -> float:
     """By how much, at least 1, the tool's true speed is over a cap: its table interpolates."""
     cap = bounds.lowest(bounds.tool_caps, pace.s, pace.s)
     capped = np.isfinite(cap)
@@ -156,7 +156,7 @@ def _tool_excess(curve: Curve, bounds: PathBounds, pace: Pace, tool_speed: ToolS
     return max(float((speed / cap[capped]).max()), 1.0)
 
 
-def _check_rest(curve: Curve, constraint: PathConstraint) -> None:
+def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
     """Raise NoPlanError where not even rest keeps the constraint."""
     q = curve.evaluate(np.linspace(0.0, curve.length, int(np.ceil(curve.length / PLANE_STEP)) + 1))
     needed = constraint.stretch(q, np.zeros_like(q), np.zeros_like(q))
@@ -185,7 +185,7 @@ def _exact_ends(trajectory: Trajectory, waypoints: Array) -> Trajectory:
     return trajectory
 
 
-def _deviation(curve: Curve, pace: Pace, trajectory: Trajectory) -> float:
+def _deviation(curve: BlendedPath, pace: TimeLaw, trajectory: Trajectory) -> float:
     """Bound on the distance, per joint, between the trajectory's quintics and the curve they sample.
 
     Of two bounds the smaller one counts in each cell. Both curves meet at every point with velocity and
@@ -195,11 +195,11 @@ def _deviation(curve: Curve, pace: Pace, trajectory: Trajectory) -> float:
     """
     h = np.diff(pace.t)[:, None]
     start, end = pace.s[:-1], pace.s[1:]
-    bend = curve.bend(start, end)
+    bend = curve.second_derivative_bound(start, end)
     pull = np.maximum(np.abs(pace.dds[1:]), np.abs(pace.dds[:-1]))[:, None]
     speed = np.maximum(pace.ds[1:], pace.ds[:-1])[:, None] + h * pull
     jerk = (
-        curve.twist(start, end) * speed**3
+        curve.third_derivative_bound(start, end) * speed**3
         + 3.0 * bend * speed * pull
         + np.abs(np.diff(pace.dds))[:, None] / h
     )

@@ -25,7 +25,7 @@ _STANDING = 1e-12  # ds/dt: guards a division
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class PathGrid:
     """A path and its limits: states at M gridpoints, M - 1 intervals between them.
 
     On an interval that is a line nothing of the path bends; its profile is exact (accelerate, cruise,
@@ -45,7 +45,7 @@ class Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class VelocityProfile:
     """A time-optimal motion along the path: ds/dt is linear in t between the points."""
 
     t: Array  # (P,), strictly increasing from 0
@@ -66,21 +66,21 @@ class Profile:
         return np.asarray(self.s[i] + dt * (self.v[i] + 0.5 * slope * dt))
 
 
-def parametrize(grid: Grid) -> Profile:
+def parametrize(grid: PathGrid) -> VelocityProfile:
     """The fastest motion from rest to rest; limits are enforced at both ends of each interval."""
     if grid.planes is not None:
         v = np.sqrt(squared_speeds(grid.s, _at_both_ends(grid, grid.planes), grid.speed))
         dt = 2.0 * np.diff(grid.s) / np.maximum(v[1:] + v[:-1], _STANDING)
-        return Profile(np.concatenate([[0.0], np.cumsum(dt)]), grid.s, v)
+        return VelocityProfile(np.concatenate([[0.0], np.cumsum(dt)]), grid.s, v)
     is_line = grid.is_line.astype(np.int32)
-    return Profile(
+    return VelocityProfile(
         *fastest_pace(
             grid.s, grid.dq, grid.ddq, grid.acceleration, grid.speed, grid.line_speed, is_line, grid.cruise
         )
     )
 
 
-def _at_both_ends(grid: Grid, planes: HalfPlanes) -> HalfPlanes:
+def _at_both_ends(grid: PathGrid, planes: HalfPlanes) -> HalfPlanes:
     """All limits on u and x at the start of every interval, those at its end among them.
 
     At the end x is x + 2 ds u ("interpolation scheme" of Pham and Pham). Joints: |dq u + ddq x| <= limit.

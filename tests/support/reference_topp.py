@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array
-from pickcli.timing.toppra_closed_form import Grid, Profile
+from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile
 
 _TINY = 1e-9
 
 
-def parametrize(grid: Grid) -> Profile:
+def parametrize(grid: PathGrid) -> VelocityProfile:
     """The fastest motion from rest to rest; limits are enforced at both ends of each interval."""
     slope, width = _strips(grid)
     step = 2.0 * np.diff(grid.s)
@@ -20,7 +20,7 @@ def parametrize(grid: Grid) -> Profile:
     return _profile(grid, x, width)
 
 
-def _strips(grid: Grid) -> tuple[Array, Array]:
+def _strips(grid: PathGrid) -> tuple[Array, Array]:
     """Slopes m and half-widths c, (M - 1, 2n), of the strips |u - m x_i| <= c of every interval.
 
     The first n hold at the interval's start, the others at its end, where x is x_i + 2 ds u.
@@ -34,7 +34,7 @@ def _strips(grid: Grid) -> tuple[Array, Array]:
     return -B / A, C / np.abs(A)
 
 
-def _highest(grid: Grid, slope: Array, width: Array) -> Array:
+def _highest(grid: PathGrid, slope: Array, width: Array) -> Array:
     """(M,) largest x that any u can sustain at each gridpoint, speed limit included, 0 at both ends."""
     top = grid.speed**2
     bent = np.flatnonzero(~grid.is_line)
@@ -64,7 +64,7 @@ def _forward(controllable: Array, slope: Array, width: Array, step: Array) -> Ar
     return x
 
 
-def _profile(grid: Grid, x: Array, width: Array) -> Profile:
+def _profile(grid: PathGrid, x: Array, width: Array) -> VelocityProfile:
     """Points in time; on lines with the two points where acceleration ends and braking begins."""
     i = np.flatnonzero(grid.is_line)
     u = width[i].min(axis=1)
@@ -79,10 +79,10 @@ def _profile(grid: Grid, x: Array, width: Array) -> Profile:
     keep[-1] = True
     s, v = s[keep], v[keep]
     dt = 2.0 * np.diff(s) / np.maximum(v[1:] + v[:-1], 1e-12)
-    return Profile(np.concatenate([[0.0], np.cumsum(dt)]), s, v)
+    return VelocityProfile(np.concatenate([[0.0], np.cumsum(dt)]), s, v)
 
 
-def _cruise_speed(grid: Grid, x: Array, u: Array, i: NDArray[np.intp]) -> Array:
+def _cruise_speed(grid: PathGrid, x: Array, u: Array, i: NDArray[np.intp]) -> Array:
     """Fastest cruise on the lines i: reached and left with acceleration u, kept for ``grid.cruise``.
 
     Distance = (v^2 - x0) / 2u + (v^2 - x1) / 2u + v cruise, solved for v.

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
-from pickcli.timing.blend_validation import cover, proven_blend
-from pickcli.timing.corner_blending import Curve, blend
+from pickcli.timing.blend_validation import chord_tube, proven_blend
+from pickcli.timing.corner_blending import BlendedPath, blend
 from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
 from support.timing_paths import SEEDS, dense_curve, distance_to_polyline, limits, polylines, random_walk
 
@@ -77,7 +77,7 @@ def test_dense_waypoints_make_one_curve_without_ripple() -> None:
 @settings(max_examples=100, deadline=None)
 def test_cover_contains_the_curve_joint_by_joint(waypoints: Array, tolerance: float) -> None:
     curve = blend(waypoints, tolerance)
-    tube = cover(curve)
+    tube = chord_tube(curve)
     assert tube.s[0] == 0.0 and tube.s[-1] == curve.length
     for k in range(len(tube.s) - 1):
         u = np.linspace(0.0, 1.0, 15)[:, None]
@@ -169,7 +169,7 @@ def test_split_cuts_at_stops() -> None:
 
 def test_path_to_nowhere_is_one_point() -> None:
     curve = blend(np.ones((4, 3)), 0.02)
-    assert curve.length == 0.0 and isinstance(curve, Curve)
+    assert curve.length == 0.0 and isinstance(curve, BlendedPath)
     assert np.array_equal(curve.evaluate(0.0), np.ones((1, 3)))
 
 

@@ -8,24 +8,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.timing.corner_blending import Curve, blend
+from pickcli.timing.corner_blending import BlendedPath, blend
 from pickcli.timing.path_limits import path_bounds
-from pickcli.timing.toppra_closed_form import Grid, parametrize
+from pickcli.timing.toppra_closed_form import PathGrid, parametrize
 from support import reference_topp
 from support.timing_paths import dense_curve, limits, random_walk
 
 
-def fine_grid(curve: Curve, n: int = 600) -> Grid:
+def fine_grid(curve: BlendedPath, n: int = 600) -> PathGrid:
     """Even gridpoints, no lines: what toppra sees too."""
     bounds = path_bounds(curve, limits(), np.array([0.0, curve.length]), np.ones(1), np.array([np.inf]), None)
     s = np.linspace(0.0, curve.length, n)
     _, dq, ddq, _ = curve.evaluate_all(s)
     speed = (bounds.limits.velocity / np.maximum(np.abs(dq), 1e-9)).min(axis=1)
     acceleration = np.tile(bounds.limits.acceleration, (n - 1, 1))
-    return Grid(s, dq, ddq, acceleration, speed, np.full(n - 1, 1e3), np.zeros(n - 1, dtype=bool))
+    return PathGrid(s, dq, ddq, acceleration, speed, np.full(n - 1, 1e3), np.zeros(n - 1, dtype=bool))
 
 
-def toppra_profile(curve: Curve, s: Array) -> Array:
+def toppra_profile(curve: BlendedPath, s: Array) -> Array:
     """ds/dt (M,) by toppra on the same gridpoints."""
     toppra = pytest.importorskip("toppra")
     from toppra import algorithm, constraint

@@ -22,11 +22,11 @@ from pickcli.kinematics.held_body import GRAVITY, HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.corner_blending import Curve, blend
+from pickcli.timing.corner_blending import BlendedPath, blend
 from pickcli.timing.path_constraint import HalfPlanes, PathConstraint
 from pickcli.timing.path_limits import path_bounds
 from pickcli.timing.timed_run import RunPart, TimedRun, time_run
-from pickcli.timing.toppra_closed_form import Grid, Profile, parametrize
+from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 from pickcli.timing.wrench_limit import WrenchLimit
 from support.timing_paths import dense_curve, limits, names, random_walk
 
@@ -62,13 +62,13 @@ def on_gantry(body: HeldBody, cup: CupLimits, share: float = 1.0) -> WrenchLimit
     return WrenchLimit(Gantry(), PivotState.STRAIGHT, body, cup, share)  # type: ignore[arg-type]
 
 
-def grid_of(curve: Curve, bounds_of: Limits, constraint: PathConstraint | None) -> Grid:
+def grid_of(curve: BlendedPath, bounds_of: Limits, constraint: PathConstraint | None) -> PathGrid:
     whole = np.array([0.0, curve.length])
     bounds = path_bounds(curve, bounds_of, whole, np.ones(1), np.array([np.inf]), None, constraint)
     return bounds.grid(curve, 1.0, np.inf, 0.0)
 
 
-def accelerations(profile: Profile) -> Array:
+def accelerations(profile: VelocityProfile) -> Array:
     """d2s/dt2 in every interval but the one in the middle, in which a symmetric motion turns to braking."""
     u = np.diff(profile.v) / np.diff(profile.t)
     return np.delete(u, np.searchsorted(profile.s, profile.s[-1] / 2) - 1)
