@@ -17,7 +17,7 @@ import numpy as np
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
-from pickcli.io_events.tracker import Tracker
+from pickcli.io_events.tracker import EventTracker
 from pickcli.motion.segment import SegmentKind
 from pickcli.timing.path_limits import path_bounds
 from pickcli.timing.stopping_trajectory import stop
@@ -82,7 +82,7 @@ def main() -> None:
         print(f"{make.__name__:8} {took:7.1f} {lasts:9.2f} {ratio:9.3f} {stretch:8.4f}")
     trajectory = runs[0].trajectory
     tracker, states = (
-        Tracker(trajectory, (), ()),
+        EventTracker(trajectory, (), ()),
         trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3)),
     )
     start = time.perf_counter()

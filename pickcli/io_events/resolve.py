@@ -21,7 +21,7 @@ ROUNDING = 1e-9  # s
 
 
 @dataclass(frozen=True)
-class Resolution:
+class ResolvedEvents:
     """Events with their times.
 
     events: in the order in which they were given, ``t_anchor`` and ``t_trigger`` filled in
@@ -38,7 +38,7 @@ class Resolution:
 
 def resolve(
     events: Sequence[Event], segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
-) -> Resolution:
+) -> ResolvedEvents:
     """The time of every event's anchor, and the trigger that comes the device's lead before it.
 
     travel: tool path along the trajectory; only anchors by arc length need it (ValueError without).
@@ -53,7 +53,7 @@ def resolve(
             t_anchor = segments[event.anchor.segment].t_start
         resolved.append(replace(event, t_anchor=t_anchor, t_trigger=t_anchor - event.lead))
     earliest = min((e.t_trigger for e in resolved if e.t_trigger is not None), default=0.0)
-    return Resolution(tuple(resolved), -earliest if earliest < -ROUNDING else 0.0, tuple(reasons))
+    return ResolvedEvents(tuple(resolved), -earliest if earliest < -ROUNDING else 0.0, tuple(reasons))
 
 
 def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, ...]:

@@ -27,7 +27,7 @@ FASTEST = 1.5  # progress per time that is believed when the next step is forese
 ROUNDING = 1e-9  # s
 
 
-class Tracker:
+class EventTracker:
     """Follows one execution of a trajectory. Every event fires once, in the order of the triggers.
 
     weights: (n,) of the joints in the distance between configurations; by default 1, which takes a metre of

@@ -23,7 +23,7 @@ from pickcli.planning.planning_context import NONE, Planner
 from pickcli.planning.ways_out import WaysOut
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
-from pickcli.scene.supports import Supports, Touching, supports_of
+from pickcli.scene.supports import SolidContact, Supports, supports_of
 from pickcli.seeds import derived_seed
 
 PRESS = 0.001  # m that the bellows are pressed at least
@@ -105,7 +105,7 @@ class BinQuery:
         return float(np.linalg.norm(p)) + float(np.linalg.norm(self.target.item.shape.extents)) / 2
 
     @cached_property
-    def near(self) -> Mapping[str, Touching]:
+    def near(self) -> Mapping[str, SolidContact]:
         """Everything within the clearance of the target at rest: its support, walls and neighbours."""
         floor = frozenset(self.cell_bin.floor)
         found = {c.b: c for c in self.supports.near(self.target.id, self.flying.margin, floor)}

@@ -12,8 +12,8 @@ from pickcli.files.yaml_reader import Source
 from pickcli.geometry import inverse, pose
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
-from pickcli.scene.solid_overlap import TOUCH, Solid, overlap_depth
-from pickcli.scene.touching import Solids
+from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
+from pickcli.scene.touching import PosedSolids
 
 SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
 _POINT = 1e-4  # m, radius of a ball that stands for a point
@@ -85,7 +85,7 @@ def check_held(source: Source, scene: Scene) -> None:
     """What the cup holds begins at the tip, as far as its pose is uncertain and the bellows give way."""
     if scene.held is None:
         return
-    item, tool = Solid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
+    item, tool = PosedSolid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
     slack = SUNK + tool.cup_stroke + scene.noise.bound(scene.held.item)
     advice = (
         "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the cup, "
@@ -100,17 +100,17 @@ def check_held(source: Source, scene: Scene) -> None:
         source.add(("held", "position"), f"{scene.held.id} {where}{advice}")
 
 
-def _ball(radius: float, z: float) -> Solid:
+def _ball(radius: float, z: float) -> PosedSolid:
     """A ball in the tool frame, its middle at z on the axis of the cup."""
-    return Solid(Shape(ShapeKind.SPHERE, (radius,)), pose((0.0, 0.0, z)))
+    return PosedSolid(Shape(ShapeKind.SPHERE, (radius,)), pose((0.0, 0.0, z)))
 
 
 def check_standing(source: Source, scene: Scene) -> None:
     """No item stands in shelf, tote or obstacles deeper than its pose, and the pod's, is uncertain."""
     corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
     pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
-    every = Solids.of(scene, scene.items, scene.standing)
-    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    every = PosedSolids.of(scene, scene.items, scene.standing)
+    solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(scene.items), 0.0)
     for i, placed in enumerate(scene.items):
         tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
@@ -128,8 +128,8 @@ def check_standing(source: Source, scene: Scene) -> None:
 
 def check_overlaps(source: Source, scene: Scene) -> None:
     """No two items stand in each other deeper than their poses are uncertain."""
-    every = Solids.of(scene, scene.items, ())
-    solids = [Solid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
+    every = PosedSolids.of(scene, scene.items, ())
+    solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(solids), 0.0)
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
         depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))

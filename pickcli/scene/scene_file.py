@@ -28,7 +28,7 @@ from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_checks import check_held, check_names, check_overlaps, check_places, check_standing
-from pickcli.scene.scene_schema import HeldModel, PoseModel, SceneModel
+from pickcli.scene.scene_schema import HeldModel, SceneModel, ScenePoseModel
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
@@ -126,7 +126,7 @@ def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | Non
     return HeldItem(model.id, cell.items[model.name, model.year], _pose(source, ("held",), model))
 
 
-def _pose(source: Source, key: tuple[str | int, ...], model: PoseModel) -> Array:
+def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> Array:
     length = float(np.linalg.norm(model.quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
         source.add(

@@ -17,7 +17,7 @@ MAX_POD_YAW = 0.05  # rad
 POD_YAW = f"rad, 0 to {MAX_POD_YAW}: with more, its walls take the room that picks need"
 
 
-class PoseModel(FileModel):
+class ScenePoseModel(FileModel):
     """A pose in the world."""
 
     position: Vector = Field(description="a position [x, y, z] in m")
@@ -48,7 +48,7 @@ class PodErrorModel(FileModel):
     yaw: Annotated[float, Field(ge=0, le=MAX_POD_YAW)] = Field(default=0.0, description=POD_YAW)
 
 
-class PlacedItemModel(PoseModel):
+class PlacedItemModel(ScenePoseModel):
     """One instance of an item."""
 
     id: Text = Field(description="a name of its own in this scene")
@@ -57,7 +57,7 @@ class PlacedItemModel(PoseModel):
     location: Text = Field(description="a bin's name, or 'tote'")
 
 
-class HeldModel(PoseModel):
+class HeldModel(ScenePoseModel):
     """What is in the cup; the pose is that of the item's middle in the tool frame."""
 
     id: Text = Field(description="a name of its own in this scene, or that of the item where it was seen")
@@ -71,7 +71,7 @@ class SceneModel(FileModel):
     format: Literal["apc scene"] = Field(description="'apc scene'")
     version: Literal[1] = Field(description="1, the only version there is")
     cell: CellReference = Field(description="the cell's name and fingerprint")
-    T_world_pod: PoseModel = Field(description="where the pod stands now")
+    T_world_pod: ScenePoseModel = Field(description="where the pod stands now")
     pod_error: PodErrorModel = Field(
         default=PodErrorModel(), description="bounds of the error of the pod's pose"
     )

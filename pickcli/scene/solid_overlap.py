@@ -13,7 +13,7 @@ import numpy as np
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
-from pickcli.scene.touching import Solids, gaps
+from pickcli.scene.touching import PosedSolids, gaps
 
 TOUCH = 0.0015  # m: as deep as settled items may stand in each other (contact margins and rounding)
 
@@ -22,7 +22,7 @@ _ROUNDING = 1e-9  # m, a distance between two solids that may be rounding alone
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class PosedSolid:
     """A shape where it stands."""
 
     shape: Shape
@@ -39,19 +39,19 @@ class Solid:
             self.center + self.T[:3, :3] @ _local_support(self.shape, self.T[:3, :3].T @ direction)
         )
 
-    def shrunk(self, by: float) -> Solid:
+    def shrunk(self, by: float) -> PosedSolid:
         """The solid with ``by`` m taken off every side (a sliver where it is thinner than that)."""
         by = min(by, 0.49 * float(self.shape.extents.min()))
-        return Solid(self.shape.inflated(-by), self.T)
+        return PosedSolid(self.shape.inflated(-by), self.T)
 
 
-def overlap_depth(a: Solid, b: Solid, tolerance: float = TOUCH) -> float:
+def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> float:
     """How deep two solids stand in each other, m; 0 where it is at most ``tolerance``.
 
     Exact for two boxes; for round ones never under the true depth and 0 whenever a motion of the
     tolerance parts them.
     """
-    pair = Solids.standing([(solid.shape, solid.T) for solid in (a, b)])
+    pair = PosedSolids.standing([(solid.shape, solid.T) for solid in (a, b)])
     depth = -float(gaps(pair, np.array([0]), np.array([1])).width[0])
     if depth <= tolerance:
         return 0.0
@@ -72,7 +72,7 @@ def _local_support(shape: Shape, n: Array) -> Array:
     return np.array([radius * np.cos(around), radius * np.sin(around), np.copysign(length / 2, n[2])])
 
 
-def _are_apart(a: Solid, b: Solid) -> bool:
+def _are_apart(a: PosedSolid, b: PosedSolid) -> bool:
     """Whether two solids have no common point, by Gilbert's search for the point of A - B nearest to 0."""
     x = a.center - b.center
     for _ in range(_MAX_ITERATIONS):

@@ -18,7 +18,7 @@ from pickcli.geometry import Array, perpendiculars
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
-from pickcli.scene.touching import Gaps, Solids, gaps
+from pickcli.scene.touching import Gaps, PosedSolids, gaps
 
 CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
 FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
@@ -32,7 +32,7 @@ UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
 
 
 @dataclass(frozen=True, eq=False)
-class Touching:
+class SolidContact:
     """Two solids that touch, or may: their poses are uncertain.
 
     a: id of the item
@@ -47,9 +47,9 @@ class Touching:
     normal: Array
 
     @property
-    def flipped(self) -> Touching:
+    def flipped(self) -> SolidContact:
         """The same contact seen from the other of the two."""
-        return Touching(self.b, self.a, self.gap, -self.normal)
+        return SolidContact(self.b, self.a, self.gap, -self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +61,18 @@ class Supports:
     """
 
     scene: Scene
-    solids: Solids
+    solids: PosedSolids
     gaps: Gaps
 
     @cached_property
-    def touching(self) -> Mapping[str, tuple[Touching, ...]]:
+    def touching(self) -> Mapping[str, tuple[SolidContact, ...]]:
         """By item id: all that it touches or may touch, seen from it."""
-        found: dict[str, list[Touching]] = {placed.id: [] for placed in self.scene.items}
+        found: dict[str, list[SolidContact]] = {placed.id: [] for placed in self.scene.items}
         names = self.solids.names
         for a, b, gap, normal in zip(
             self.gaps.a, self.gaps.b, self.gaps.width, self.gaps.normal, strict=True
         ):
-            one = Touching(names[a], names[b], float(gap), normal)
+            one = SolidContact(names[a], names[b], float(gap), normal)
             found[one.a].append(one)
             if one.b in found:
                 found[one.b].append(one.flipped)
@@ -92,7 +92,9 @@ class Supports:
         contacts = self.touching[item_id]
         return tuple(c.b for c in contacts if c.b in self._items and _carries(c.flipped))
 
-    def near(self, item_id: str, reach: float, also: frozenset[str] = frozenset()) -> tuple[Touching, ...]:
+    def near(
+        self, item_id: str, reach: float, also: frozenset[str] = frozenset()
+    ) -> tuple[SolidContact, ...]:
         """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
 
         The pod's bodies count as grown to wherever the error of its pose may put them. also: names of solids
@@ -109,7 +111,7 @@ class Supports:
         found = gaps(solids, np.full(len(b), k), b)
         close = np.flatnonzero(asked[b] | (found.width < reach + solids.bound[k] + solids.bound[b]))
         return tuple(
-            Touching(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
+            SolidContact(item_id, solids.names[b[i]], float(found.width[i]), found.normal[i]) for i in close
         )
 
     def stays(self, item_id: str, without: Iterable[str] = ()) -> bool:
@@ -145,7 +147,7 @@ class Supports:
         left = [c.b for c in self.touching[item_id] if c.b in self.touching and c.b not in gone]
         return tuple(name for name in left if self._lies_level(name, gone) and not self.stays(name, gone))
 
-    def _falls(self, name: str, contact: Touching, gone: frozenset[str], below: frozenset[str]) -> bool:
+    def _falls(self, name: str, contact: SolidContact, gone: frozenset[str], below: frozenset[str]) -> bool:
         """Whether an item goes with one that it touches.
 
         contact: of the one that goes, seen from that. below: all that the target rests on
@@ -178,11 +180,11 @@ class Supports:
         return {name: k for k, name in enumerate(self.solids.names)}
 
     @cached_property
-    def _grown(self) -> Solids:
+    def _grown(self) -> PosedSolids:
         """The same solids, those of the pod with the error of its pose."""
         scene = self.scene
         pod = [(body, scene.T_world_pod) for body in scene.pod_bodies]
-        return Solids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])
+        return PosedSolids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])
 
     @cached_property
     def _bottom(self) -> Mapping[str, float]:
@@ -202,7 +204,7 @@ class Supports:
         """Who stays without whom, as far as it was asked."""
         return {}
 
-    def _patch(self, contact: Touching) -> Array:
+    def _patch(self, contact: SolidContact) -> Array:
         """(N, 3) corners of where a presses on b."""
         a, b = self._index[contact.a], self._index[contact.b]
         solids, askew = self.solids, SETTLED + 2 * self.scene.noise.angle
@@ -224,7 +226,7 @@ class Supports:
         wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
         return all(_can_balance(cones, wrench, float(size)) for wrench in wrenches)
 
-    def _pressed(self, contact: Touching, centre: Array) -> Iterator[Array]:
+    def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:
         """Wrenches (6,) that hold an item up on which another lies, for each place where the other may press.
 
         contact: between the two, seen from the one below
@@ -249,7 +251,7 @@ class Supports:
             todo += more
         return frozenset(found)
 
-    def _below(self, name: str) -> Iterator[Touching]:
+    def _below(self, name: str) -> Iterator[SolidContact]:
         """What an item that seems to hang in the air would fall onto: its support was seen elsewhere."""
         solids, k = self.solids, self._index[name]
         half = solids.upright
@@ -261,7 +263,7 @@ class Supports:
             under[self._index[other.id]] &= other.location == self._items[name].location
         if under.any():
             nearest = int(np.argmin(np.where(under, fall, np.inf)))
-            yield Touching(name, solids.names[nearest], float(fall[nearest]), -_UP)
+            yield SolidContact(name, solids.names[nearest], float(fall[nearest]), -_UP)
 
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -278,7 +280,7 @@ def supports_of(scene: Scene) -> Supports:
     Returns:
         All pairs that are no farther apart than those bounds allow for solids that touch.
     """
-    solids = Solids.of(scene, scene.items, scene.standing)
+    solids = PosedSolids.of(scene, scene.items, scene.standing)
     places = np.array([placed.location for placed in scene.items] + [""] * len(scene.standing))
     a, b = solids.near(len(scene.items), TOUCH)
     is_possible = (places[a] == places[b]) | (places[b] == "")  # a board is between items of two bins
@@ -289,7 +291,7 @@ def supports_of(scene: Scene) -> Supports:
     )
 
 
-def _carries(contact: Touching) -> bool:
+def _carries(contact: SolidContact) -> bool:
     """Whether b bears weight of a."""
     return bool(contact.normal[2] <= -CARRIES)
 

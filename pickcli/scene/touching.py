@@ -24,7 +24,7 @@ _NO_WAY = 1e-9  # length under which a vector is no direction
 
 
 @dataclass(frozen=True, eq=False)
-class Solids:
+class PosedSolids:
     """N solids where they stand.
 
     names: (N,) ids of items, names of bodies
@@ -40,7 +40,9 @@ class Solids:
     bound: Array
 
     @classmethod
-    def of(cls, scene: Scene, items: Sequence[PlacedItem], bodies: Sequence[tuple[Body, Array]]) -> Solids:
+    def of(
+        cls, scene: Scene, items: Sequence[PlacedItem], bodies: Sequence[tuple[Body, Array]]
+    ) -> PosedSolids:
         """Items with the noise of their scene, then bodies with the pose (4, 4) of what they stand in."""
         standing = [(placed.item.shape, placed.T_world_item) for placed in items]
         standing += [(body.shape, T @ body.T_parent_shape) for body, T in bodies]
@@ -49,7 +51,7 @@ class Solids:
         return replace(cls.standing(standing), names=names, bound=np.array(bounds))
 
     @classmethod
-    def standing(cls, solids: Sequence[tuple[Shape, Array]]) -> Solids:
+    def standing(cls, solids: Sequence[tuple[Shape, Array]]) -> PosedSolids:
         """Shapes exactly at their poses (4, 4), without names."""
         shapes = tuple(shape for shape, _ in solids)
         return cls(
@@ -104,7 +106,7 @@ class Gaps:
     normal: Array
 
 
-def gaps(solids: Solids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
+def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
     """The widest gap of each pair a (P,), b (P,) over the directions that part boxes and round solids."""
     between = solids.T[b, :3, 3] - solids.T[a, :3, 3]
     directions = _directions(solids, a, b, between)
@@ -120,7 +122,7 @@ def gaps(solids: Solids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
     return Gaps(a, b, widths[rows, best], normal)
 
 
-def _directions(solids: Solids, a: NDArray[np.intp], b: NDArray[np.intp], between: Array) -> Array:
+def _directions(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp], between: Array) -> Array:
     """(P, 20, 3) vectors that may part each pair, of any length."""
     axes_a, axes_b = (solids.T[of, :3, :3].transpose(0, 2, 1) for of in (a, b))
     edges = np.cross(axes_a[:, :, None], axes_b[:, None]).reshape(len(a), 9, 3)
@@ -132,7 +134,7 @@ def _directions(solids: Solids, a: NDArray[np.intp], b: NDArray[np.intp], betwee
     return np.concatenate([axes_a, axes_b, edges, np.stack([between, *radial, *nearest], axis=1)], axis=1)
 
 
-def _from_axis(solids: Solids, of: NDArray[np.intp], other: NDArray[np.intp]) -> Array:
+def _from_axis(solids: PosedSolids, of: NDArray[np.intp], other: NDArray[np.intp]) -> Array:
     """(P, 3) from the axes of solids ``of``, where they are nearest to the others' middles, to the others."""
     centre, middle = solids.T[of, :3, 3], solids.T[other, :3, 3]
     axis = solids.T[of, :3, 2]

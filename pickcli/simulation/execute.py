@@ -11,7 +11,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.robot import PivotState
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
-from pickcli.io_events.tracker import Tracker
+from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
@@ -120,7 +120,7 @@ class _Run:
     ) -> None:
         self.plan, self.world, self.pace = plan, world, pace
         self.on_progress, self.on_step = on_progress, on_step
-        self.tracker = Tracker(plan.trajectory, plan.segments, plan.events)
+        self.tracker = EventTracker(plan.trajectory, plan.segments, plan.events)
         self.distance = TriggerDistance(plan, Arm(world.robot))
         self.trace = _Trace()
         self.t_start = world.t

@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.errors import Reason
 from pickcli.geometry import inverse
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.solid_overlap import Solid, overlap_depth
+from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from pickcli.simulation.colours import STATIC_COLOURS, item_colour
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds, location_of
@@ -108,7 +108,9 @@ def _overlap(engine: Engine, placed: PlacedItem) -> Reason | None:
 def _pressed_together(rested: tuple[PlacedItem, ...]) -> Reason | None:
     """Two items that stand in each other deeper than a scene file allows: the engine's margins hide some."""
     for a, b in combinations(rested, 2):
-        depth = overlap_depth(Solid(a.item.shape, a.T_world_item), Solid(b.item.shape, b.T_world_item))
+        depth = overlap_depth(
+            PosedSolid(a.item.shape, a.T_world_item), PosedSolid(b.item.shape, b.T_world_item)
+        )
         if depth > 0.0:
             return Reason("overlap", b.location, f"{a.id} and {b.id} by {depth * 1e3:.1f} mm")
     return None

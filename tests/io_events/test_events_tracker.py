@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.io_events.tracker import Tracker
+from pickcli.io_events.tracker import EventTracker
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.trajectory import Trajectory
 
@@ -77,7 +77,7 @@ def events_at(times: Array) -> list[Event]:
 
 def execute(
     trajectory: Trajectory,
-    tracker: Tracker,
+    tracker: EventTracker,
     lag: float,
     pace: Callable[[int], float],
     noise: float,
@@ -118,7 +118,7 @@ def test_each_event_once_in_order_and_at_its_place(
 ) -> None:
     trajectory = TRAJECTORIES[name]
     events = events_at(np.array(shares) * trajectory.duration)
-    tracker = Tracker(trajectory, (), events)
+    tracker = EventTracker(trajectory, (), events)
 
     def pace(k: int) -> float:
         return 0.0 if pause[0] <= k < sum(pause) else slow
@@ -147,7 +147,7 @@ def test_nothing_of_a_rest_fires_before_arrival(lag: float) -> None:
     rest = np.flatnonzero(np.all(np.diff(trajectory.positions, axis=0) == 0.0, axis=1))[0]
     arrival = trajectory.times[rest]
     events = events_at(np.array([arrival + 1e-6, arrival + 0.2, arrival + 0.5]))
-    fired = execute(trajectory, Tracker(trajectory, (), events), lag, lambda k: 1.0, 0.0, 0)
+    fired = execute(trajectory, EventTracker(trajectory, (), events), lag, lambda k: 1.0, 0.0, 0)
     for _, q, _ in fired[:2]:
         assert np.linalg.norm(q - trajectory.positions[rest]) < 2e-3
     assert len(fired) == 3
@@ -157,7 +157,7 @@ def test_time_of_a_rest_runs_by_the_clock_from_arrival() -> None:
     trajectory = TRAJECTORIES["there and back"]
     rest = np.flatnonzero(np.all(np.diff(trajectory.positions, axis=0) == 0.0, axis=1))[0]
     start, q = float(trajectory.times[rest]), trajectory.positions[rest]
-    tracker = Tracker(trajectory, (), events_at(np.array([start, start + 0.3])))
+    tracker = EventTracker(trajectory, (), events_at(np.array([start, start + 0.3])))
     for t in np.arange(0.0, start, DT):
         assert tracker.update(trajectory.sample(t)[0], DT) == () or tracker.progress >= start
     seen = []
@@ -170,7 +170,7 @@ def test_time_of_a_rest_runs_by_the_clock_from_arrival() -> None:
 def test_robot_that_never_arrives_fires_nothing_of_the_rest() -> None:
     trajectory = TRAJECTORIES["there and back"]
     rest = np.flatnonzero(np.all(np.diff(trajectory.positions, axis=0) == 0.0, axis=1))[0]
-    tracker = Tracker(trajectory, (), events_at(np.array([float(trajectory.times[rest]) + 0.1])))
+    tracker = EventTracker(trajectory, (), events_at(np.array([float(trajectory.times[rest]) + 0.1])))
     short_of_it = float(trajectory.times[rest]) - 0.1
     for t in [*np.arange(0.0, short_of_it, DT), *[short_of_it] * 3000]:
         assert tracker.update(trajectory.sample(t)[0], DT) == ()
@@ -180,7 +180,12 @@ def test_events_at_or_after_the_end_fire_at_the_end() -> None:
     trajectory = TRAJECTORIES["line"]
     end = trajectory.duration
     fired = execute(
-        trajectory, Tracker(trajectory, (), events_at(np.array([end, end + 0.1]))), 0.01, lambda k: 1.0, 0, 0
+        trajectory,
+        EventTracker(trajectory, (), events_at(np.array([end, end + 0.1]))),
+        0.01,
+        lambda k: 1.0,
+        0,
+        0,
     )
     assert len(fired) == 2
     assert np.linalg.norm(fired[0][1] - trajectory.positions[-1]) < 1e-3
@@ -188,7 +193,7 @@ def test_events_at_or_after_the_end_fire_at_the_end() -> None:
 
 def test_events_at_the_start_fire_with_the_first_update() -> None:
     trajectory = TRAJECTORIES["line"]
-    tracker = Tracker(trajectory, (), events_at(np.array([0.0])))
+    tracker = EventTracker(trajectory, (), events_at(np.array([0.0])))
     assert len(tracker.update(trajectory.positions[0], DT)) == 1
     assert tracker.update(trajectory.positions[0], DT) == ()
 
@@ -200,14 +205,14 @@ def test_fires_at_the_step_nearest_to_the_trigger(offset: float) -> None:
     trajectory = TRAJECTORIES["line"]
     trigger = 0.5 + offset * DT
     fired = execute(
-        trajectory, Tracker(trajectory, (), events_at(np.array([trigger]))), DT, lambda k: 1.0, 0.0, 0
+        trajectory, EventTracker(trajectory, (), events_at(np.array([trigger]))), DT, lambda k: 1.0, 0.0, 0
     )
     assert np.linalg.norm(fired[0][1] - trajectory.sample(trigger)[0]) <= 1.05e-3
 
 
 def test_progress_never_goes_back() -> None:
     trajectory = TRAJECTORIES["figure eight"]
-    tracker, rng = Tracker(trajectory, (), ()), np.random.default_rng(0)
+    tracker, rng = EventTracker(trajectory, (), ()), np.random.default_rng(0)
     last = 0.0
     for t in np.arange(0.0, trajectory.duration, DT):
         tracker.update(trajectory.sample(max(t - 0.05 * rng.random(), 0.0))[0], DT)
@@ -219,7 +224,7 @@ def test_progress_never_goes_back() -> None:
 def test_weights_decide_what_is_near() -> None:
     """A joint that is told not to matter cannot carry the progress along."""
     trajectory = along(lambda s: np.column_stack([s, 0.1 * s]), 1.0, 1.0)
-    tracker = Tracker(trajectory, (), (), weights=np.array([0.0, 1.0]))
+    tracker = EventTracker(trajectory, (), (), weights=np.array([0.0, 1.0]))
     moved = trajectory.positions[0] + np.array([0.5, 0.0])
     for _ in range(200):
         tracker.update(moved, DT)
@@ -228,4 +233,4 @@ def test_weights_decide_what_is_near() -> None:
 
 def test_unresolved_events_are_refused() -> None:
     with pytest.raises(ValueError, match="resolve"):
-        Tracker(TRAJECTORIES["line"], (), [Event("valve", "on", Anchor(AnchorKind.TIME, 0), 0.0)])
+        EventTracker(TRAJECTORIES["line"], (), [Event("valve", "on", Anchor(AnchorKind.TIME, 0), 0.0)])

@@ -11,8 +11,8 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.scene.solid_overlap import Solid
-from pickcli.scene.touching import Gaps, Solids, gaps
+from pickcli.scene.solid_overlap import PosedSolid
+from pickcli.scene.touching import Gaps, PosedSolids, gaps
 from support.solid_oracles import hull_depth, is_inside, points_inside
 
 CELL = load_cell("apc2016_delft")
@@ -28,12 +28,12 @@ angle = st.floats(-3.1, 3.1)
 somewhere = st.tuples(small, small, small, angle, angle, angle).map(lambda v: pose(v[:3], rpy=v[3:]))
 
 
-def solids_at(*placed: tuple[str, Array], noise: PoseNoise | None = None) -> tuple[Scene, Solids]:
+def solids_at(*placed: tuple[str, Array], noise: PoseNoise | None = None) -> tuple[Scene, PosedSolids]:
     items = tuple(
         PlacedItem(f"{name}#{k}", CELL.item(name), "bin_E", T) for k, (name, T) in enumerate(placed)
     )
     scene = Scene(CELL, CELL.T_world_pod, items, noise or PoseNoise())
-    return scene, Solids.of(scene, items, ())
+    return scene, PosedSolids.of(scene, items, ())
 
 
 def gap_of(*placed: tuple[str, Array]) -> Gaps:
@@ -47,9 +47,9 @@ def test_pushed_along_the_normal_by_the_overlap_two_solids_part(
 ) -> None:
     found = gap_of((a, T_a), (b, T_b))
     scene, _ = solids_at((a, T_a), (b, T_b))
-    one, other = (Solid(placed.item.shape, placed.T_world_item) for placed in scene.items)
+    one, other = (PosedSolid(placed.item.shape, placed.T_world_item) for placed in scene.items)
     push = max(0.0, -float(found.width[0])) * found.normal[0]
-    apart = Solid(other.shape, pose(push) @ other.T).shrunk(1e-6)
+    apart = PosedSolid(other.shape, pose(push) @ other.T).shrunk(1e-6)
     local = (points_inside(one) - apart.T[:3, 3]) @ apart.T[:3, :3]
     assert not np.any(is_inside(apart.shape, local))
 
@@ -59,7 +59,7 @@ def test_pushed_along_the_normal_by_the_overlap_two_solids_part(
 def test_the_overlap_of_two_boxes_is_exact(T_a: Array, T_b: Array) -> None:
     found = gap_of(("crayola_24_ct", T_a), ("jane_eyre_dvd", T_b))
     scene, _ = solids_at(("crayola_24_ct", T_a), ("jane_eyre_dvd", T_b))
-    one, other = (Solid(placed.item.shape, placed.T_world_item) for placed in scene.items)
+    one, other = (PosedSolid(placed.item.shape, placed.T_world_item) for placed in scene.items)
     assert max(0.0, -float(found.width[0])) == pytest.approx(hull_depth(one, other), abs=1e-9)
 
 
@@ -80,10 +80,10 @@ def test_near_pairs_are_those_within_reach_and_bounds() -> None:
     assert [part.tolist() for part in solids.near(2, 0.003)] == [[0], [1]]
 
 
-def _shaped(*placed: tuple[Shape, Array]) -> Solids:
+def _shaped(*placed: tuple[Shape, Array]) -> PosedSolids:
     """Bodies of any shape at any pose, nothing of which is uncertain."""
     scene, _ = solids_at()
-    return Solids.of(scene, (), [(Body(f"body{k}", s, T), np.eye(4)) for k, (s, T) in enumerate(placed)])
+    return PosedSolids.of(scene, (), [(Body(f"body{k}", s, T), np.eye(4)) for k, (s, T) in enumerate(placed)])
 
 
 def _gap(a: tuple[Shape, Array], b: tuple[Shape, Array]) -> tuple[float, Array]:
@@ -169,14 +169,14 @@ def test_half_widths_are_those_of_the_solid_itself(
 ) -> None:
     direction = np.array(n) / np.linalg.norm(n)
     (found,) = _shaped((shape, T)).half_widths(np.array([0]), direction[None, None])[0]
-    assert found == pytest.approx(float(direction @ Solid(shape, T).support(direction)))
+    assert found == pytest.approx(float(direction @ PosedSolid(shape, T).support(direction)))
 
 
 def test_items_come_with_their_noise_and_bodies_are_exact() -> None:
     noise = PoseNoise(0.004, 0.01)
     scene, _ = solids_at(("crayola_24_ct", pose()), noise=noise)
     body = Body("shelf", BOX, pose((0.1, 0.0, 0.0)))
-    solids = Solids.of(scene, scene.items, [(body, pose((0.0, 0.2, 0.0)))])
+    solids = PosedSolids.of(scene, scene.items, [(body, pose((0.0, 0.2, 0.0)))])
     assert solids.names == ("crayola_24_ct#0", "shelf")
     np.testing.assert_allclose(solids.bound, [noise.bound(scene.items[0].item), 0.0])
     np.testing.assert_allclose(solids.T[1, :3, 3], [0.1, 0.2, 0.0])
@@ -192,5 +192,5 @@ def test_near_pairs_are_within_reach_along_every_axis(axis: int, sign: float) ->
     for gap, is_near in ((0.0019, True), (0.0021, False)):
         way = sign * (half + gap) * np.eye(3)[axis]
         bodies = [(Body(name, BOX, pose(way)), np.eye(4)) for name in ("one", "two")]
-        a, b = Solids.of(scene, scene.items, bodies).near(2, 0.002)
+        a, b = PosedSolids.of(scene, scene.items, bodies).near(2, 0.002)
         assert list(zip(a.tolist(), b.tolist(), strict=True)) == ([(0, 2), (0, 3)] if is_near else [])

@@ -15,7 +15,7 @@ from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
-from pickcli.scene.solid_overlap import Solid, overlap_depth
+from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from pickcli.simulation.places import bounds
 from pickcli.simulation.settle import settle
 from pickcli.simulation.world import World
@@ -127,8 +127,8 @@ def test_a_crowded_bin_is_stowed_inside_apart_and_at_rest_and_again_to_the_same_
     scene = made(contents, seed)
     (name,) = contents
     assert sorted(placed.item.name for placed in scene.in_location(name)) == sorted(contents[name])
-    solids = [Solid(placed.item.shape, placed.T_world_item) for placed in scene.items]
-    boards = [Solid(body.shape, scene.T_world_pod @ body.T_parent_shape) for body in CELL.pod.bodies]
+    solids = [PosedSolid(placed.item.shape, placed.T_world_item) for placed in scene.items]
+    boards = [PosedSolid(body.shape, scene.T_world_pod @ body.T_parent_shape) for body in CELL.pod.bodies]
     assert max(overlap_depth(a, b) for a, b in combinations(solids, 2)) == 0.0
     assert max(overlap_depth(a, b) for a in solids for b in boards) == 0.0
     assert moved_awake(scene, 2.0) < 1e-3

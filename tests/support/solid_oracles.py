@@ -9,12 +9,12 @@ from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
-from pickcli.scene.solid_overlap import Solid
+from pickcli.scene.solid_overlap import PosedSolid
 
 UNIT_BALL = np.random.default_rng(8).uniform(-1.0, 1.0, size=(4000, 3))
 
 
-def points_inside(solid: Solid) -> Array:
+def points_inside(solid: PosedSolid) -> Array:
     """Points of a solid, common frame."""
     local = UNIT_BALL * solid.shape.extents / 2
     return local[is_inside(solid.shape, local)] @ solid.T[:3, :3].T + solid.T[:3, 3]
@@ -29,7 +29,7 @@ def is_inside(shape: Shape, p: Array) -> Array:
     return (np.hypot(p[:, 0], p[:, 1]) <= shape.size[0]) & (abs(p[:, 2]) <= shape.size[1] / 2)
 
 
-def corners(solid: Solid, n: int = 48) -> Array:
+def corners(solid: PosedSolid, n: int = 48) -> Array:
     """Points (K, 3) whose hull is a box, or is inscribed in a cylinder; common frame."""
     if solid.shape.kind is ShapeKind.BOX:
         local = np.array(list(product((-0.5, 0.5), repeat=3))) * solid.shape.extents
@@ -41,7 +41,7 @@ def corners(solid: Solid, n: int = 48) -> Array:
     return np.asarray(local @ solid.T[:3, :3].T + solid.T[:3, 3])
 
 
-def hull_depth(a: Solid, b: Solid) -> float:
+def hull_depth(a: PosedSolid, b: PosedSolid) -> float:
     """How deep the hulls of the corners of two solids stand in each other, m; 0 where they do not.
 
     All differences of their points have a hull, and moving by the way from 0 to its surface parts them.
