@@ -18,7 +18,7 @@ from rich.table import Table
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.stowing.bin_layout import Contents
+from pickcli.stowing.bin_layout import ItemInstance
 from pickcli.stowing.make_scene import fill_bin
 from pickcli.trial.make_order import YEARS, make_order
 from pickcli.trial.order_file import OrderKind
@@ -45,7 +45,7 @@ def stow(seeds: range, task: OrderKind, year: int, least: int) -> Iterator[Stowe
         for name, items in make_order(task, year, seed).bin_contents.items():
             if len(items) < least:
                 continue
-            contents = [Contents(f"{k}:{item}", cell.item(item, year)) for k, item in enumerate(items)]
+            contents = [ItemInstance(f"{k}:{item}", cell.item(item, year)) for k, item in enumerate(items)]
             begun, failure = time.process_time(), ""
             try:
                 fill_bin(scene, name, contents, seed)

@@ -19,7 +19,7 @@ N_LAYOUTS = 3  # of the best fillings; the search copies the best, so they may b
 
 
 @dataclass(frozen=True)
-class Contents:
+class ItemInstance:
     """One instance to be placed."""
 
     id: str
@@ -29,7 +29,7 @@ class Contents:
 def lay_out(
     scene: Scene,
     bin_name: str,
-    contents: Sequence[Contents],
+    contents: Sequence[ItemInstance],
     seed: int,
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from pickcli.cell.item import Item
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, Boxes, lies_on
+from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 from pickcli.stowing.crowding_cost import crowding
 from pickcli.stowing.extraction_access import have_way_out
-from pickcli.stowing.placement_sampling import Lying, from_corner, random_spots
+from pickcli.stowing.placement_sampling import Placements, from_corner, random_placements
 
 Indices: TypeAlias = NDArray[np.intp]
 
@@ -27,7 +27,7 @@ WASTE = 20.0  # cost per m from the corner while room must be saved
 
 
 @dataclass(eq=False)
-class Fillings:
+class BinPackings:
     """F alternative fillings of a bin with the same M items.
 
     cost: (F,) of each, for how its items lie and for the order and access they leave
@@ -37,18 +37,18 @@ class Fillings:
 
     cell_bin: Bin
     items: Sequence[Item]
-    lying: Lying
+    lying: Placements
     cost: Array
     is_cramming: Bools
     may_raise: bool
 
     @classmethod
-    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> Fillings:
+    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
         """With every item outside; every other filling is begun with care, the rest by cramming."""
         shape = (n, len(items))
         low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING)
-        lying = Lying(
-            np.zeros((*shape, 3, 3)), low.copy(), Boxes(low, high), np.zeros(shape),
+        lying = Placements(
+            np.zeros((*shape, 3, 3)), low.copy(), BoxArrays(low, high), np.zeros(shape),
             np.zeros(shape, bool), np.full(shape, OUTSIDE),
         )  # fmt: skip
         return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
@@ -71,7 +71,9 @@ class Fillings:
         """Put item k elsewhere in every filling that gets better so, or worse by about the tolerance."""
         of = np.repeat(np.arange(len(self.cost)), N_SPOTS)
         there = self._without(k, of)
-        spots = random_spots(self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng)
+        spots = random_placements(
+            self.cell_bin, self.items[k], there, self.is_cramming[of], self.may_raise, rng
+        )
         own = there.own.sum(axis=1) - there.own[:, k] + spots.own
         own[self._carries(k)[of]] = np.inf
         limit = self.cost + tolerance * rng.exponential(size=len(self.cost))
@@ -94,18 +96,20 @@ class Fillings:
         for part in (*_parts(self.lying), self.cost, self.is_cramming):
             part[to] = part[of]
 
-    def _without(self, k: int, of: Indices) -> Lying:
+    def _without(self, k: int, of: Indices) -> Placements:
         """What lies in fillings ``of`` while item k is in the hand."""
         lying = self.lying
-        boxes = lying.boxes[of].replaced(k, Boxes(*WAITING))
-        return Lying(lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of])
+        boxes = lying.boxes[of].replaced(k, BoxArrays(*WAITING))
+        return Placements(
+            lying.R[of], lying.centre[of], boxes, lying.pitch[of], lying.is_level[of], lying.own[of]
+        )
 
     def _carries(self, k: int) -> Bools:
         """(F,) whether something lies on item k."""
         boxes = self.lying.boxes
         return np.asarray(lies_on(boxes, boxes[:, k : k + 1]).any(axis=1))
 
-    def _costs(self, boxes: Boxes, own: Array, is_cramming: Bools, limit: Array) -> Array:
+    def _costs(self, boxes: BoxArrays, own: Array, is_cramming: Bools, limit: Array) -> Array:
         """Cost of rows of boxes; ways out are only looked for in rows that are below their limit so far."""
         wasted = WASTE * from_corner(self.cell_bin, boxes).sum(axis=-1)
         cost = own + np.where(is_cramming, wasted, crowding(self.cell_bin, boxes))
@@ -114,6 +118,6 @@ class Fillings:
         return np.asarray(cost)
 
 
-def _parts(lying: Lying) -> tuple[NDArray[Any], ...]:
+def _parts(lying: Placements) -> tuple[NDArray[Any], ...]:
     boxes = lying.boxes
     return lying.R, lying.centre, boxes.low, boxes.high, lying.pitch, lying.is_level, lying.own

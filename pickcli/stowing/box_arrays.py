@@ -14,7 +14,7 @@ Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes:
+class BoxArrays:
     """Lower and upper corners (..., 3), m."""
 
     low: Array
@@ -26,27 +26,27 @@ class Boxes:
         return (self.low + self.high) / 2
 
     @property
-    def column(self) -> Boxes:
+    def column(self) -> BoxArrays:
         """(..., N, 1, 3), for pairs with others."""
-        return Boxes(self.low[..., None, :], self.high[..., None, :])
+        return BoxArrays(self.low[..., None, :], self.high[..., None, :])
 
     @property
-    def row(self) -> Boxes:
+    def row(self) -> BoxArrays:
         """(..., 1, N, 3), for pairs with others."""
-        return Boxes(self.low[..., None, :, :], self.high[..., None, :, :])
+        return BoxArrays(self.low[..., None, :, :], self.high[..., None, :, :])
 
-    def __getitem__(self, index: Any) -> Boxes:
+    def __getitem__(self, index: Any) -> BoxArrays:
         """Some of them, by any index of numpy."""
-        return Boxes(self.low[index], self.high[index])
+        return BoxArrays(self.low[index], self.high[index])
 
-    def replaced(self, k: int, by: Boxes) -> Boxes:
+    def replaced(self, k: int, by: BoxArrays) -> BoxArrays:
         """With box k of each row (..., N, 3) replaced by one of ``by`` (..., 3)."""
         low, high = self.low.copy(), self.high.copy()
         low[..., k, :], high[..., k, :] = by.low, by.high
-        return Boxes(low, high)
+        return BoxArrays(low, high)
 
 
-def gap(a: Boxes, b: Boxes) -> Array:
+def gap(a: BoxArrays, b: BoxArrays) -> Array:
     """Horizontal distance of boxes, m, negative where one is over the other."""
     return np.asarray(
         np.maximum(
@@ -56,6 +56,6 @@ def gap(a: Boxes, b: Boxes) -> Array:
     )
 
 
-def lies_on(upper: Boxes, lower: Boxes) -> Bools:
+def lies_on(upper: BoxArrays, lower: BoxArrays) -> Bools:
     """Whether a box is over another."""
     return np.asarray((gap(upper, lower) < 0.0) & (upper.middle[..., 2] > lower.middle[..., 2]))

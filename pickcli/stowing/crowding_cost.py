@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, Boxes, gap
+from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 
 HIDDEN = 1.0  # cost of an item that disappears behind a higher one
 TIGHT = 2.0  # cost of touching something so high that it is in the way of fingers
@@ -21,7 +21,7 @@ LOW = 0.022  # m, how far what is low rises above the base of its neighbour
 TALL = 0.06  # m that something in front must be higher to hide what is behind it
 
 
-def crowding(cell_bin: Bin, boxes: Boxes) -> Array:
+def crowding(cell_bin: Bin, boxes: BoxArrays) -> Array:
     """Cost (...) of each row of N boxes (..., N, 3) among each other and in their bin."""
     one, other = boxes.column, boxes.row
     between = gap(one, other)
@@ -31,7 +31,7 @@ def crowding(cell_bin: Bin, boxes: Boxes) -> Array:
     return np.asarray(pairs.sum(axis=(-1, -2)) + _at_walls(cell_bin, boxes).sum(axis=-1))
 
 
-def _hidden(behind: Boxes, front: Boxes) -> Array:
+def _hidden(behind: BoxArrays, front: BoxArrays) -> Array:
     """How much of a box disappears behind another, 0 to 1."""
     is_behind = behind.middle[..., 0] > front.middle[..., 0]
     width = np.minimum(front.high[..., 1], behind.high[..., 1]) - np.maximum(
@@ -42,11 +42,11 @@ def _hidden(behind: Boxes, front: Boxes) -> Array:
     return np.asarray(is_behind * share * higher)
 
 
-def _is_low(other: Boxes, of: Boxes) -> Bools:
+def _is_low(other: BoxArrays, of: BoxArrays) -> Bools:
     return np.asarray(other.high[..., 2] <= of.low[..., 2] + LOW)
 
 
-def _at_walls(cell_bin: Bin, boxes: Boxes) -> Array:
+def _at_walls(cell_bin: Bin, boxes: BoxArrays) -> Array:
     """Cost (..., N) of being close to the edges of the mouth and to the back."""
     half = cell_bin.mouth_width / 2
     gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.depth - boxes.high[..., 0])

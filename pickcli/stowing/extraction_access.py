@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, Boxes, lies_on
+from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 
 ROOM = 0.020  # m that an item keeps from others and from the mouth's edges on its way
 FIRST = 0.05  # m of the first stretch, in which an item still touches its neighbours
@@ -22,7 +22,7 @@ HEIGHTS = (0.0, 0.5, 1.0)  # between as high as the lip demands and as the mouth
 WAYS = np.array(list(product(ASIDE, HEIGHTS)))
 
 
-def have_way_out(cell_bin: Bin, boxes: Boxes) -> Bools:
+def have_way_out(cell_bin: Bin, boxes: BoxArrays) -> Bools:
     """Whether each of N boxes can be taken out past the others of its row: (..., N)."""
     is_other = ~np.eye(boxes.low.shape[-2], dtype=bool)
     buried = (is_other & lies_on(boxes.row, boxes.column)).any(axis=-1)
@@ -31,7 +31,7 @@ def have_way_out(cell_bin: Bin, boxes: Boxes) -> Bools:
     return np.asarray(~buried & (fits & ~hindered.any(axis=-1)).any(axis=0))
 
 
-def _ways(cell_bin: Bin, boxes: Boxes) -> tuple[Bools, Array, Array]:
+def _ways(cell_bin: Bin, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
     """Whether each of W ways leads through the mouth, and how far aside and up it goes: (W, ..., N)."""
     aside, share = WAYS.T.reshape(2, -1, *[1] * (boxes.low.ndim - 1))
     half = cell_bin.mouth_width / 2 - ROOM
@@ -43,7 +43,7 @@ def _ways(cell_bin: Bin, boxes: Boxes) -> tuple[Bools, Array, Array]:
     return fits, aside, rise
 
 
-def _hinders(other: Boxes, of: Boxes, aside: Array, rise: Array) -> Bools:
+def _hinders(other: BoxArrays, of: BoxArrays, aside: Array, rise: Array) -> Bools:
     """Whether each other box is in the way of each box that rises, moves aside and is pulled out."""
     first_aside = np.clip(aside, -FIRST_ASIDE, FIRST_ASIDE)
     first_rise = np.minimum(rise, np.sqrt(FIRST**2 - first_aside**2))

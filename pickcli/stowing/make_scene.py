@@ -17,7 +17,7 @@ from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.settle import settle
-from pickcli.stowing.bin_layout import Contents, lay_out
+from pickcli.stowing.bin_layout import ItemInstance, lay_out
 
 Progress = Callable[[int, int, str], None]
 
@@ -46,7 +46,7 @@ def make_scene(
     items: list[PlacedItem] = []
     for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
         tell = partial(on_progress or _nobody, done, len(bin_contents), bin_name)
-        contents = [Contents(_instance_id(name, ids), cell.item(name, year)) for name in names]
+        contents = [ItemInstance(_instance_id(name, ids), cell.item(name, year)) for name in names]
         items.extend(fill_bin(empty, bin_name, contents, seed, tell))
     return replace(empty, items=tuple(items))
 
@@ -54,7 +54,7 @@ def make_scene(
 def fill_bin(
     scene: Scene,
     bin_name: str,
-    contents: Sequence[Contents],
+    contents: Sequence[ItemInstance],
     seed: int,
     tell: Callable[[], None] = lambda: None,
 ) -> tuple[PlacedItem, ...]:
@@ -81,7 +81,7 @@ def fill_bin(
 
 
 def _layouts(
-    scene: Scene, bin_name: str, contents: Sequence[Contents], seed: int, tell: Callable[[], None]
+    scene: Scene, bin_name: str, contents: Sequence[ItemInstance], seed: int, tell: Callable[[], None]
 ) -> Iterator[tuple[PlacedItem, ...]]:
     """Layouts of a bin to try; those in which everything enters the mouth as it stands come first."""
     for attempt in range(N_ATTEMPTS):

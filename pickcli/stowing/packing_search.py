@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.station import Bin
-from pickcli.stowing.bin_packings import Fillings
+from pickcli.stowing.bin_packings import BinPackings
 
 N_FILLINGS = 16
 N_ROUNDS = 4  # of putting everything in at most, until it fits once
@@ -32,7 +32,7 @@ def fill(
     rng: np.random.Generator,
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
-) -> Fillings:
+) -> BinPackings:
     """Fillings of a bin, in no order; those that are not full lack what found no room.
 
     may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
@@ -54,10 +54,10 @@ def fill(
 
 def _all_in(
     cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator, tell: Callable[[], None]
-) -> Fillings:
+) -> BinPackings:
     """Begun again until everything is in, but not for ever."""
     for _ in range(N_ROUNDS):
-        fillings = Fillings.empty(cell_bin, items, N_FILLINGS, may_raise)
+        fillings = BinPackings.empty(cell_bin, items, N_FILLINGS, may_raise)
         order = _large_first(items, rng)
         for done, k in enumerate(order):
             _put_in(fillings, k, order[:done], rng, tell)
@@ -73,7 +73,7 @@ def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
 
 
 def _put_in(
-    fillings: Fillings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
+    fillings: BinPackings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
 ) -> None:
     """Put item k in; where it finds no room, a filling with room takes that one's place."""
     for attempt in range(MOST_TRIES):
@@ -88,7 +88,7 @@ def _put_in(
         fillings.copy(of=rng.choice(holding, len(lacking)), to=lacking)
 
 
-def _select(fillings: Fillings) -> None:
+def _select(fillings: BinPackings) -> None:
     """The worst quarter is given up for copies of the best."""
     order, n = np.argsort(fillings.cost, kind="stable"), len(fillings.cost) // 4
     fillings.copy(of=order[:n], to=order[-n:])

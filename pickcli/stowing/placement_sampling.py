@@ -13,8 +13,8 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.station import Bin
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Bools, Boxes, gap
-from pickcli.stowing.stable_poses import stances
+from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
+from pickcli.stowing.stable_poses import stable_poses
 
 FRONT = 0.020  # m kept behind the mouth: the lips are 20 mm deep at most
 GAPS = (0.003, 0.028)  # m between neighbours and to walls
@@ -37,7 +37,7 @@ ON_EDGE = 3.0  # cost of standing on an edge
 
 
 @dataclass(frozen=True, eq=False)
-class Lying:
+class Placements:
     """How items (...) lie, bin frame.
 
     R: (..., 3, 3) and centre: (..., 3), the pose; boxes: (..., 3) around them
@@ -47,22 +47,22 @@ class Lying:
 
     R: Array
     centre: Array
-    boxes: Boxes
+    boxes: BoxArrays
     pitch: Array
     is_level: Bools
     own: Array
 
 
-def random_spots(
-    cell_bin: Bin, item: Item, there: Lying, is_snug: Bools, may_raise: bool, rng: np.random.Generator
-) -> Lying:
+def random_placements(
+    cell_bin: Bin, item: Item, there: Placements, is_snug: Bools, may_raise: bool, rng: np.random.Generator
+) -> Placements:
     """A place (N,) for one item in each of N fillings.
 
     there: M items in each, (N, M); is_snug: (N,) where no room is wasted: square and close together
     may_raise: whether it may stand higher than the mouth, brought in lying and raised inside
     """
     n = len(there.own)
-    kinds, weights = zip(*stances(item), strict=True)
+    kinds, weights = zip(*stable_poses(item), strict=True)
     pick = rng.choice(len(kinds), n, p=weights)
     height = np.array([kind.height for kind in kinds])[pick]
     can_roll = np.array([kind.can_roll for kind in kinds])[pick]
@@ -77,7 +77,7 @@ def random_spots(
     up = np.stack([np.sin(pitch), np.zeros(n), np.cos(pitch)], axis=1)
     centre = np.column_stack([middle, base + DROP]) + height[:, None] / 2 * up
     reach = item.shape.reach(R)
-    boxes = Boxes(centre - reach, centre + reach)
+    boxes = BoxArrays(centre - reach, centre + reach)
     is_across = quarter % 2 == 1
     possible = _is_inside(cell_bin, boxes) & (
         _enters_upright(cell_bin, height) | (may_raise & _can_be_raised(cell_bin, item, height))
@@ -89,10 +89,10 @@ def random_spots(
     possible &= ~on_edge | ((own == 0.0) & _is_leaning(cell_bin, boxes, is_across))
     own = own + UPRIGHT * (height > height.min()) + ON_EDGE * on_edge
     is_level = np.array([kind.is_level for kind in kinds])[pick]
-    return Lying(R, centre, boxes, pitch, is_level, np.where(possible, own, np.inf))
+    return Placements(R, centre, boxes, pitch, is_level, np.where(possible, own, np.inf))
 
 
-def from_corner(cell_bin: Bin, boxes: Boxes) -> Array:
+def from_corner(cell_bin: Bin, boxes: BoxArrays) -> Array:
     """Distance (...) from the back plus that from the nearer side, m: what wastes room."""
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[..., 1] - lower[1], upper[1] - boxes.high[..., 1])
@@ -105,7 +105,7 @@ def _room(cell_bin: Bin) -> tuple[Array, Array]:
     return np.array([FRONT, low]), np.array([cell_bin.depth, high])
 
 
-def _middles(cell_bin: Bin, half: Array, there: Boxes, is_snug: Bools, rng: np.random.Generator) -> Array:
+def _middles(cell_bin: Bin, half: Array, there: BoxArrays, is_snug: Bools, rng: np.random.Generator) -> Array:
     """Middles (N, 2) of bases: anywhere, or a gap away from a wall or from what lies there."""
     n, m = there.low.shape[:2]
     lower, upper = _room(cell_bin)
@@ -123,7 +123,7 @@ def _middles(cell_bin: Bin, half: Array, there: Boxes, is_snug: Bools, rng: np.r
     return np.where(is_free, anywhere, beside)
 
 
-def _rest(cell_bin: Bin, middle: Array, half: Array, there: Lying) -> tuple[Array, Array, Array]:
+def _rest(cell_bin: Bin, middle: Array, half: Array, there: Placements) -> tuple[Array, Array, Array]:
     """Height (N,) of what a base lies on, its pitch, and the cost of lying on it: 0 on the floor."""
     low, high = (middle - half)[:, None] - GAPS[0], (middle + half)[:, None] + GAPS[0]
     below = np.all((low < there.boxes.high[..., :2]) & (there.boxes.low[..., :2] < high), axis=2)
@@ -140,7 +140,7 @@ def _rest(cell_bin: Bin, middle: Array, half: Array, there: Lying) -> tuple[Arra
     return base, pitch, own
 
 
-def _carried(middle: Array, half: Array, there: Boxes, carries: Bools) -> Array:
+def _carried(middle: Array, half: Array, there: BoxArrays, carries: Bools) -> Array:
     """Share (N,) of a base that lies on what carries it; 0 if its centre is not between those."""
     low = np.maximum((middle - half)[:, None], there.low[..., :2])
     high = np.minimum((middle + half)[:, None], there.high[..., :2])
@@ -151,7 +151,7 @@ def _carried(middle: Array, half: Array, there: Boxes, carries: Bools) -> Array:
     return np.asarray(is_balanced * area / np.prod(2 * half, axis=1))
 
 
-def _is_inside(cell_bin: Bin, boxes: Boxes) -> Bools:
+def _is_inside(cell_bin: Bin, boxes: BoxArrays) -> Bools:
     lower, upper = _room(cell_bin)
     is_below = boxes.high[:, 2] <= cell_bin.ceiling_back - CEILING_GAP
     is_short = (boxes.low[:, 0] >= lower[0]) & (boxes.high[:, 0] <= upper[0] - GAPS[0])
@@ -172,7 +172,7 @@ def _can_be_raised(cell_bin: Bin, item: Item, height: Array) -> Bools:
     return np.asarray(enters_lying & (np.hypot(height, thin) <= clear))
 
 
-def _is_leaning(cell_bin: Bin, boxes: Boxes, is_across: Bools) -> Bools:
+def _is_leaning(cell_bin: Bin, boxes: BoxArrays, is_across: Bools) -> Bools:
     """Whether a wall stands beside the thin side, or behind it where that lies across."""
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])

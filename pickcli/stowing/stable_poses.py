@@ -18,7 +18,7 @@ WEIGHTS = (0.5, 0.3, 0.2)  # of the flattest stance, the next and the tallest
 
 
 @dataclass(frozen=True, eq=False)
-class Stance:
+class StablePose:
     """One side down.
 
     R_up_item: (3, 3) before any turn about the vertical
@@ -36,7 +36,7 @@ class Stance:
 
 
 @cache
-def stances(item: Item) -> list[tuple[Stance, float]]:
+def stable_poses(item: Item) -> list[tuple[StablePose, float]]:
     """Every stance in which the item stays, with its probability, the flattest first."""
     found = {round(s.height, 6): s for s in (_stance(item, up) for up in range(3)) if s is not None}
     ranked = [found[height] for height in sorted(found)]
@@ -44,7 +44,7 @@ def stances(item: Item) -> list[tuple[Stance, float]]:
     return list(zip(ranked, (weights / weights.sum()).tolist(), strict=True))
 
 
-def _stance(item: Item, up: int) -> Stance | None:
+def _stance(item: Item, up: int) -> StablePose | None:
     """The stance with one of the item's axes upwards, or None if it does not stay so."""
     shape = item.shape
     if shape.kind is not ShapeKind.BOX and up == 1:
@@ -58,7 +58,7 @@ def _stance(item: Item, up: int) -> Stance | None:
     if is_on_edge and (slenderness < LEAST_SLENDERNESS or y < LEAST_EDGE or item.folded):
         return None
     is_round = shape.kind is ShapeKind.SPHERE or (shape.kind is ShapeKind.CYLINDER and up == 0)
-    return Stance(R, float(height), not is_round, bool(is_on_edge), is_round)
+    return StablePose(R, float(height), not is_round, bool(is_on_edge), is_round)
 
 
 def _upwards(shape: Shape, up: int) -> Array:

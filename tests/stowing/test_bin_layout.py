@@ -8,15 +8,15 @@ import numpy as np
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
-from pickcli.stowing.bin_layout import Contents, lay_out
+from pickcli.stowing.bin_layout import ItemInstance, lay_out
 from pickcli.stowing.packing_search import fill
 
 CELL = load_cell("apc2016_delft")
 EMPTY = Scene(CELL, CELL.T_world_pod, (), PoseNoise())
 
 
-def contents(*names: str) -> list[Contents]:
-    return [Contents(name, CELL.item(name)) for name in names]
+def contents(*names: str) -> list[ItemInstance]:
+    return [ItemInstance(name, CELL.item(name)) for name in names]
 
 
 def poses(layout: tuple[PlacedItem, ...]) -> np.ndarray:
@@ -46,5 +46,5 @@ def test_the_first_layout_is_the_cheapest_filling() -> None:
 
 
 def test_two_rolls_that_are_wider_than_the_bin_have_no_layout() -> None:
-    rolls = [Contents(f"roll {k}", CELL.item("kleenex_paper_towels")) for k in range(2)]
+    rolls = [ItemInstance(f"roll {k}", CELL.item("kleenex_paper_towels")) for k in range(2)]
     assert lay_out(EMPTY, "bin_D", rolls, 1) == []

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array
-from pickcli.stowing.box_arrays import Boxes
+from pickcli.stowing.box_arrays import BoxArrays
 from pickcli.stowing.extraction_access import have_way_out
 
 BIN = load_cell("apc2016_delft").pod.bins["bin_E"]
@@ -17,11 +17,11 @@ FLOOR = BIN.floor_back
 Corners = tuple[float, float, float, float, float, float]
 
 
-def boxes(*corners: Corners) -> Boxes:
+def boxes(*corners: Corners) -> BoxArrays:
     """From (x, y, z of the bottom over the floor, length, width, height) in m."""
     a = np.array(corners)
     low = a[:, :3] + (0.0, 0.0, FLOOR)
-    return Boxes(low, low + a[:, 3:])
+    return BoxArrays(low, low + a[:, 3:])
 
 
 THING = (0.25, -0.04, 0.0, 0.10, 0.08, 0.06)
@@ -85,7 +85,7 @@ def test_left_and_right_are_alike(corners: list[Corners]) -> None:
         return a * (1.0, -1.0, 1.0)
 
     low, high = mirrored(given_boxes.low), mirrored(given_boxes.high)
-    mirror = Boxes(np.minimum(low, high), np.maximum(low, high))
+    mirror = BoxArrays(np.minimum(low, high), np.maximum(low, high))
     np.testing.assert_array_equal(have_way_out(BIN, given_boxes), have_way_out(BIN, mirror))
 
 
@@ -94,5 +94,5 @@ def test_left_and_right_are_alike(corners: list[Corners]) -> None:
 def test_many_bins_at_once_are_as_one_by_one(a: list[Corners], b: list[Corners]) -> None:
     n = min(len(a), len(b))
     one, two = boxes(*a[:n]), boxes(*b[:n])
-    both = have_way_out(BIN, Boxes(np.stack([one.low, two.low]), np.stack([one.high, two.high])))
+    both = have_way_out(BIN, BoxArrays(np.stack([one.low, two.low]), np.stack([one.high, two.high])))
     np.testing.assert_array_equal(both, [have_way_out(BIN, one), have_way_out(BIN, two)])

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.stowing.bin_packings import BLOCKED, Fillings
-from pickcli.stowing.box_arrays import Boxes
+from pickcli.stowing.bin_packings import BLOCKED, BinPackings
+from pickcli.stowing.box_arrays import BoxArrays
 from pickcli.stowing.crowding_cost import crowding
 from pickcli.stowing.extraction_access import have_way_out
 from pickcli.stowing.packing_search import fill
@@ -20,12 +20,12 @@ CELL = load_cell("apc2016_delft")
 NAMES = sorted(i.name for i in CELL.items.values() if i.year == 2016 and i.shape.volume < 1.2e-3)
 
 
-def filled(bin_name: str, names: list[str], seed: int, may_raise: bool = False) -> Fillings:
+def filled(bin_name: str, names: list[str], seed: int, may_raise: bool = False) -> BinPackings:
     items = [CELL.item(name) for name in names]
     return fill(CELL.pod.bins[bin_name], items, np.random.default_rng(seed), may_raise)
 
 
-def best_of(fillings: Fillings) -> int:
+def best_of(fillings: BinPackings) -> int:
     return int(np.argmin(np.where(fillings.is_full(), fillings.cost, np.inf)))
 
 
@@ -137,9 +137,9 @@ def test_what_stands_higher_than_the_mouth_was_tipped_up_under_the_ceiling(
                 assert np.median(item.shape.extents) <= cell_bin.mouth_width
 
 
-def _pair(front: float, back: float) -> Boxes:
+def _pair(front: float, back: float) -> BoxArrays:
     low = np.array([[0.05, -0.05, -0.03], [0.25, -0.05, -0.03]])
-    return Boxes(low, low + np.array([[0.1, 0.1, front], [0.1, 0.1, back]]))
+    return BoxArrays(low, low + np.array([[0.1, 0.1, front], [0.1, 0.1, back]]))
 
 
 def test_tall_things_belong_behind_low_ones() -> None:
@@ -153,7 +153,7 @@ def test_tall_things_belong_behind_low_ones() -> None:
 def test_crowding_does_not_depend_on_the_order_of_things() -> None:
     fillings = filled("bin_H", ["crayola_24_ct", "command_hooks", "jane_eyre_dvd", "scotch_duct_tape"], 3)
     boxes = fillings.lying.boxes
-    shuffled = Boxes(boxes.low[:, [2, 0, 3, 1]], boxes.high[:, [2, 0, 3, 1]])
+    shuffled = BoxArrays(boxes.low[:, [2, 0, 3, 1]], boxes.high[:, [2, 0, 3, 1]])
     np.testing.assert_allclose(
         crowding(fillings.cell_bin, boxes), crowding(fillings.cell_bin, shuffled), atol=1e-12
     )

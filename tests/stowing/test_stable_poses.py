@@ -8,14 +8,14 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import ShapeKind
-from pickcli.stowing.stable_poses import stances
+from pickcli.stowing.stable_poses import stable_poses
 
 ITEMS = sorted(load_cell("apc2016_delft").items.values(), key=lambda item: (item.name, item.year))
 
 
 @pytest.mark.parametrize("item", ITEMS, ids=lambda item: f"{item.name}-{item.year}")
 def test_every_stance_is_a_turn_that_stands_its_height(item: Item) -> None:
-    found = stances(item)
+    found = stable_poses(item)
     assert sum(share for _, share in found) == pytest.approx(1.0)
     heights = [stance.height for stance, _ in found]
     assert heights == sorted(heights)
@@ -36,15 +36,15 @@ def by_name(name: str) -> Item:
 
 def test_leaflets_and_cloth_do_not_stand_on_an_edge_but_a_dvd_does() -> None:
     for name in ("i_am_a_bunny_book", "womens_knit_gloves", "cherokee_easy_tee_shirt"):
-        assert not any(stance.is_on_edge for stance, _ in stances(by_name(name)))
-    assert any(stance.is_on_edge for stance, _ in stances(by_name("jane_eyre_dvd")))
+        assert not any(stance.is_on_edge for stance, _ in stable_poses(by_name(name)))
+    assert any(stance.is_on_edge for stance, _ in stable_poses(by_name("jane_eyre_dvd")))
 
 
 def test_round_things_know_that_they_roll() -> None:
-    assert [s.can_roll for s, _ in stances(by_name("rawlings_baseball"))] == [True]
-    bottle = {round(s.height, 3): s for s, _ in stances(by_name("dasani_water_bottle"))}
+    assert [s.can_roll for s, _ in stable_poses(by_name("rawlings_baseball"))] == [True]
+    bottle = {round(s.height, 3): s for s, _ in stable_poses(by_name("dasani_water_bottle"))}
     assert bottle[0.067].can_roll and not bottle[0.067].is_level
     assert not bottle[0.195].can_roll and bottle[0.195].is_level
     bowl = by_name("platinum_pets_dog_bowl")
     assert bowl.shape.kind is ShapeKind.CYLINDER
-    assert len(stances(bowl)) == 1, "a disc does not stay on its rim"
+    assert len(stable_poses(bowl)) == 1, "a disc does not stay on its rim"
