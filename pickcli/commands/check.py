@@ -15,7 +15,7 @@ from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
     from pickcli.precompute.repair import Repair
-    from pickcli.storage.integrity_scan import Survey
+    from pickcli.storage.integrity_scan import IntegrityReport
 
 MOST_LINES = 20  # damaged blocks that are listed for people
 
@@ -58,7 +58,7 @@ def _places(n: int) -> str:
     return "one place" if n == 1 else f"{n} places"
 
 
-def _repaired(path: Path, found: Survey, cell_name: str, jobs: int | None, as_json: bool) -> Repair:
+def _repaired(path: Path, found: IntegrityReport, cell_name: str, jobs: int | None, as_json: bool) -> Repair:
     from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.repair import repair
 
@@ -66,7 +66,7 @@ def _repaired(path: Path, found: Survey, cell_name: str, jobs: int | None, as_js
         return repair(path, found, load_cell(cell_name), means)
 
 
-def _summary(path: Path, found: Survey, done: Repair | None) -> dict[str, Any]:
+def _summary(path: Path, found: IntegrityReport, done: Repair | None) -> dict[str, Any]:
     return {
         "file": str(path),
         "format": found.kind.name,
@@ -79,7 +79,7 @@ def _summary(path: Path, found: Survey, done: Repair | None) -> dict[str, Any]:
     }
 
 
-def _lines(path: Path, found: Survey, done: Repair | None) -> list[str]:
+def _lines(path: Path, found: IntegrityReport, done: Repair | None) -> list[str]:
     intact = ", ".join(f"{len(rows)} {name}" for name, rows in found.intact.items())
     if not found.damage:
         return [f"{path}: {found.kind.name}, undamaged: {intact}"]

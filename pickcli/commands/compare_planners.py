@@ -14,8 +14,8 @@ from pickcli.errors import InputError
 from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
-    from pickcli.planner_benchmark.benchmark_entries import Contestant
-    from pickcli.planner_benchmark.benchmark_summary import Standing
+    from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry
+    from pickcli.planner_benchmark.benchmark_summary import PlannerSummary
 
 SEARCH = "search"
 GEOMETRIC = (
@@ -86,9 +86,9 @@ def _pairs(text: str) -> list[tuple[str, str]]:
     return [(pair[0], pair[1]) for pair in pairs]
 
 
-def _contestants(text: str, iterations: int) -> list[Contestant]:
+def _contestants(text: str, iterations: int) -> list[BenchmarkEntry]:
     """The planners of those names. Raises InputError."""
-    from pickcli.planner_benchmark.benchmark_entries import Geometric, InTime
+    from pickcli.planner_benchmark.benchmark_entries import GeometricEntry, MinimumTimeEntry
     from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
     known = [*map(str, PlannerName), SEARCH]
@@ -97,12 +97,14 @@ def _contestants(text: str, iterations: int) -> list[Contestant]:
     if wrong is not None:
         raise InputError(f"--planners: {wrong!r} is none; known: {', '.join(known)}")
     return [
-        InTime(TrajectorySettings()) if name == SEARCH else Geometric(PlannerName(name), iterations)
+        MinimumTimeEntry(TrajectorySettings())
+        if name == SEARCH
+        else GeometricEntry(PlannerName(name), iterations)
         for name in names
     ]
 
 
-def _row(standing: Standing) -> list[str]:
+def _row(standing: PlannerSummary) -> list[str]:
     seconds = (*standing.planning, *standing.whole)
     return [
         standing.planner, f"{standing.solved:.1%}", *(f"{1e3 * s:.1f}" for s in seconds),

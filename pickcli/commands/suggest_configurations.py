@@ -14,7 +14,7 @@ from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
-    from pickcli.reachability.ranked_configuration import Suggestion
+    from pickcli.reachability.ranked_configuration import RankedConfiguration
 
 HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
 
@@ -54,14 +54,14 @@ def command(
     from pickcli.cell.configuration_text import configuration_line
     from pickcli.cell.robot import PivotState
     from pickcli.files.atomic_write import write_text
-    from pickcli.reachability.configuration_ranking import Suggester
-    from pickcli.reachability.ranked_configuration import SuggestSettings
+    from pickcli.reachability.configuration_ranking import ConfigurationRanking
+    from pickcli.reachability.ranked_configuration import RankingSettings
 
     if output is not None:
         refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
-    settings = SuggestSettings(n_kept=candidates, n_poses=poses, seed=seed)
-    suggester = Suggester(cell, bin_name, PivotState(pivot), settings)
+    settings = RankingSettings(n_kept=candidates, n_poses=poses, seed=seed)
+    suggester = ConfigurationRanking(cell, bin_name, PivotState(pivot), settings)
     with progress("judging configurations") as report:
         found = suggester.suggest(count, report)
     own = cell.configurations.get(bin_name)
@@ -77,11 +77,11 @@ def command(
         click.echo("\n".join([*_table(now, found), _how_to_adopt(bin_name, entry)]), nl=False)
 
 
-def _summary(now: Suggestion | None, found: Sequence[Suggestion]) -> dict[str, Any]:
+def _summary(now: RankedConfiguration | None, found: Sequence[RankedConfiguration]) -> dict[str, Any]:
     return {"now": None if now is None else _values(now), "suggestions": [_values(each) for each in found]}
 
 
-def _table(now: Suggestion | None, found: Sequence[Suggestion]) -> list[str]:
+def _table(now: RankedConfiguration | None, found: Sequence[RankedConfiguration]) -> list[str]:
     rows = [] if now is None else [_row("now", now)]
     return table_lines(HEAD, [*rows, *(_row(str(i + 1), each) for i, each in enumerate(found))])
 
@@ -90,7 +90,7 @@ def _how_to_adopt(bin_name: str, entry: str) -> str:
     return f"the best, to put in place of {bin_name} under configurations of the cell file:\n{entry}"
 
 
-def _values(each: Suggestion) -> dict[str, Any]:
+def _values(each: RankedConfiguration) -> dict[str, Any]:
     return {
         "q": each.configuration.q.tolist(), "reach": each.reach, "manipulability": each.manipulability,
         "joint_margin": each.margin, "clearance_m": each.clearance, "from_home_s": each.travel,
@@ -98,7 +98,7 @@ def _values(each: Suggestion) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _row(name: str, each: Suggestion) -> list[str]:
+def _row(name: str, each: RankedConfiguration) -> list[str]:
     travel = "-" if each.travel is None else f"{each.travel:.2f}"
     place = " ".join(f"{value:6.3f}" for value in each.T_bin_tip[:3, 3])
     return [name, f"{each.reach:.0%}", f"{each.manipulability:.4f}", f"{each.margin:.1%}",

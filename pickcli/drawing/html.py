@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from pickcli.drawing.picture import Coverage, Ink, Picture
+from pickcli.drawing.picture import Colour, Coverage, Picture
 from pickcli.geometry import Array
 
 # Triangles of a box whose corners are numbered by the bits zyx.
@@ -19,7 +19,7 @@ _TRIANGLES = np.array(
         [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5],
     ]
 )  # fmt: skip
-_SEEN = {Ink.POD: 0.12, Ink.TOTE: 0.35, Ink.OBSTACLE: 0.12}  # opacity
+_SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12}  # opacity
 
 
 def html_bytes(picture: Picture) -> bytes:
@@ -78,7 +78,7 @@ def _lines(picture: Picture) -> list[Any]:
     return traces
 
 
-def _trace(points: Array, names: list[str], ink: Ink, width: float, legend: str) -> Any:
+def _trace(points: Array, names: list[str], ink: Colour, width: float, legend: str) -> Any:
     x, y, z = points.T
     return go.Scatter3d(
         x=x, y=y, z=z, mode="lines", line={"color": str(ink), "width": width}, name=legend,

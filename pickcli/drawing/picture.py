@@ -12,7 +12,7 @@ from pickcli.geometry import Array
 _ROOM = np.array([0.45, 0.25, 0.25])  # m
 
 
-class Ink(StrEnum):
+class Colour(StrEnum):
     """Colours by meaning, as #rrggbb; safe for the colour-blind (after Okabe and Ito)."""
 
     POD = "#8c8c8c"
@@ -30,34 +30,34 @@ class Ink(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class DrawnBox:
     """A box: corners (8, 3) in the world, m, in the order of the bits zyx of their number."""
 
     corners: Array
-    ink: Ink
+    ink: Colour
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class DrawnLine:
     """A path (K, 3) of the tip of the cup, or the skeleton of the arm, in the world, m."""
 
     points: Array
-    ink: Ink
+    ink: Colour
     name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class DrawnNode:
     """A named place (3,) of the tip in the world, m. is_main: in larger print."""
 
     place: Array
-    ink: Ink
+    ink: Colour
     name: str
     is_main: bool = True
 
 
 @dataclass(frozen=True)
-class Bar:
+class CoverageBar:
     """What is covered of one bin: counts by what became of them, the best first."""
 
     name: str
@@ -69,8 +69,8 @@ class Coverage:
     """Bars for all bins. kinds: what the counts of each bar stand for, with their colours."""
 
     title: str
-    kinds: tuple[tuple[str, Ink], ...]
-    bars: tuple[Bar, ...]
+    kinds: tuple[tuple[str, Colour], ...]
+    bars: tuple[CoverageBar, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +79,11 @@ class Picture:
 
     title: str
     words: tuple[str, ...]
-    solids: tuple[Solid, ...]
-    lines: tuple[Line, ...]
-    nodes: tuple[Node, ...]
+    solids: tuple[DrawnBox, ...]
+    lines: tuple[DrawnLine, ...]
+    nodes: tuple[DrawnNode, ...]
     coverage: Coverage
-    lines_by_ink: tuple[tuple[str, Ink], ...]  # the legend of the lines
+    lines_by_ink: tuple[tuple[str, Colour], ...]  # the legend of the lines
 
     @property
     def bounds(self) -> tuple[Array, Array]:

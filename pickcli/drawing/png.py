@@ -12,12 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from pickcli.drawing.picture import Coverage, Ink, Node, Picture
+from pickcli.drawing.picture import Colour, Coverage, DrawnNode, Picture
 from pickcli.geometry import Array
 
 _SIZE, _DPI = (18.0, 10.0), 110  # inches
 _FACES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
-_SEEN = {Ink.POD: 0.05, Ink.TOTE: 0.16, Ink.OBSTACLE: 0.07}  # opacity
+_SEEN = {Colour.POD: 0.05, Colour.TOTE: 0.16, Colour.OBSTACLE: 0.07}  # opacity
 _FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the robot's right shoulder
 
 
@@ -63,7 +63,7 @@ def _add(axes: Any, kind: Any, parts: list[Array], style: dict[str, Any]) -> Non
         axes.add_collection3d(kind(parts, **style))
 
 
-def _draw_node(axes: Any, node: Node) -> None:
+def _draw_node(axes: Any, node: DrawnNode) -> None:
     size = 6.5 if node.is_main else 4.5
     axes.plot(*node.place[:, None], "o", color=node.ink, markersize=size, zorder=4)
     halo = [withStroke(linewidth=1.8, foreground="white", alpha=0.8)]

@@ -7,18 +7,18 @@ import numpy as np
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.robot import PivotState
 from pickcli.cell.shapes import Body
-from pickcli.drawing.picture import Ink, Line, Node, Solid
+from pickcli.drawing.picture import Colour, DrawnBox, DrawnLine, DrawnNode
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 
 STEP = 0.04  # rad or m of a joint between two points of a drawn path
 
 _INKS = {
-    "home": Ink.HOME,
-    "bin": Ink.BIN,
-    "camera": Ink.CAMERA,
-    "tote": Ink.DELIVERY,
-    "drop": Ink.DELIVERY,
+    "home": Colour.HOME,
+    "bin": Colour.BIN,
+    "camera": Colour.CAMERA,
+    "tote": Colour.DELIVERY,
+    "drop": Colour.DELIVERY,
 }
 
 _MAIN = ("home", "bin", "tote")
@@ -27,29 +27,31 @@ _MAIN = ("home", "bin", "tote")
 _CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
-def solids(cell: Cell) -> tuple[Solid, ...]:
+def solids(cell: Cell) -> tuple[DrawnBox, ...]:
     """Pod, tote and obstacles; what is larger than the robot's surroundings (the floor) is left out."""
-    parts = [(body, cell.T_world_pod, Ink.POD) for body in cell.pod.bodies]
-    parts += [(body, np.eye(4), Ink.TOTE) for body in cell.tote.bodies]
-    parts += [(body, np.eye(4), Ink.OBSTACLE) for body in cell.obstacles.bodies]
+    parts = [(body, cell.T_world_pod, Colour.POD) for body in cell.pod.bodies]
+    parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote.bodies]
+    parts += [(body, np.eye(4), Colour.OBSTACLE) for body in cell.obstacles.bodies]
     return tuple(
-        Solid(_corners(T @ body.T_parent_shape, body), ink) for body, T, ink in parts if not _is_floor(body)
+        DrawnBox(_corners(T @ body.T_parent_shape, body), ink)
+        for body, T, ink in parts
+        if not _is_floor(body)
     )
 
 
-def skeleton(cell: Cell, arm: Arm) -> Line:
+def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
     """The arm at home, or at its first configuration: the origins of its frames, joined."""
     named = list(cell.configurations.values())
     q = next((each.q for each in named if each.kind == "home"), named[0].q)
     frames = np.asarray(arm.chain(PivotState.STRAIGHT).fk(q))[:, :3, 3]
     tip = arm.tip(q, PivotState.STRAIGHT)[:3, 3]
-    return Line(np.vstack([cell.robot.T_world_base[:3, 3], frames, tip]), Ink.ARM, "the arm at home")
+    return DrawnLine(np.vstack([cell.robot.T_world_base[:3, 3], frames, tip]), Colour.ARM, "the arm at home")
 
 
-def node(named: NamedConfiguration, arm: Arm) -> Node:
+def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
     """Where the tip of the cup is in a named configuration."""
-    ink = _INKS.get(named.kind, Ink.OTHER)
-    return Node(arm.tip(named.q, named.pivot)[:3, 3], ink, named.name, named.kind in _MAIN)
+    ink = _INKS.get(named.kind, Colour.OTHER)
+    return DrawnNode(arm.tip(named.q, named.pivot)[:3, 3], ink, named.name, named.kind in _MAIN)
 
 
 def tool_path(waypoints: Array, arm: Arm, pivot: PivotState = PivotState.STRAIGHT) -> Array:

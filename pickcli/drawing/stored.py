@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.drawing.picture import Bar, Coverage, Ink, Line, Picture
+from pickcli.drawing.picture import Colour, Coverage, CoverageBar, DrawnLine, Picture
 from pickcli.drawing.scenery import node, skeleton, solids, tool_path
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.critical_pairs import important_pairs
@@ -18,18 +18,21 @@ from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 Names = tuple[str, str]
 
-_ANY_POD, _NOMINAL = ("free for any displaced pod", Ink.GOOD), ("free for the pod in its place", Ink.FAIR)
+_ANY_POD, _NOMINAL = (
+    ("free for any displaced pod", Colour.GOOD),
+    ("free for the pod in its place", Colour.FAIR),
+)
 
 
 def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
     """Edges as paths of the tip; per bin, how many of its important pairs have a second route."""
     arm = Arm(cell.robot)
     lines = [
-        Line(tool_path(roadmap.edge_path(m), arm), _ink(mark.stand), " to ".join(_names(roadmap, m)))
+        DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.stand), " to ".join(_names(roadmap, m)))
         for m, mark in enumerate(roadmap.marks)
     ]
     outcomes = {pair: _n_routes(roadmap, pair) for pair in important_pairs(cell)}
-    kinds = (("second route", Ink.GOOD), ("one route", Ink.FAIR), ("none", Ink.BAD))
+    kinds = (("second route", Colour.GOOD), ("one route", Colour.FAIR), ("none", Colour.BAD))
     n_parts = len(set(roadmap.components().tolist()))
     parts = "one part" if n_parts == 1 else f"{n_parts} parts"
     words = (
@@ -50,13 +53,13 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     """Motions as paths of the tip; per bin, how many of those wanted are stored."""
     arm = Arm(cell.robot)
     lines = [
-        Line(tool_path(motion.path.waypoints, arm), _ink(motion.mark.stand),
+        DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.mark.stand),
              f"{motion.key.start} to {motion.key.goal}, {motion.key.payload}: {motion.duration:.2f} s")
         for motion in database
     ]  # fmt: skip
     stored = [((m.key.start, m.key.goal), 0 if m.mark.stand is PodStand.DISPLACED else 1) for m in database]
     lost = [((key.start, key.goal), 2) for key, _ in missing]
-    kinds = (_ANY_POD, _NOMINAL, ("missing", Ink.BAD))
+    kinds = (_ANY_POD, _NOMINAL, ("missing", Colour.BAD))
     total = len(stored) + len(lost)
     words = (
         f"{len(stored)} of {total} wanted motions are stored",
@@ -71,14 +74,14 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     )  # fmt: skip
 
 
-def _bars(cell: Cell, outcomes: Iterable[tuple[Names, int]], n_kinds: int) -> tuple[Bar, ...]:
+def _bars(cell: Cell, outcomes: Iterable[tuple[Names, int]], n_kinds: int) -> tuple[CoverageBar, ...]:
     """Per bin the number of pairs by outcome, of those that involve the bin or its camera pose."""
     bin_of = _bin_of(cell)
     counts = {name: [0] * n_kinds for name in cell.pod.bins}
     for pair, outcome in outcomes:
         for name in {bin_of[end] for end in pair if end in bin_of}:
             counts[name][outcome] += 1
-    return tuple(Bar(name, tuple(kinds)) for name, kinds in counts.items())
+    return tuple(CoverageBar(name, tuple(kinds)) for name, kinds in counts.items())
 
 
 def _bin_of(cell: Cell) -> Mapping[str, str]:
@@ -96,8 +99,8 @@ def _names(roadmap: Roadmap, edge: int) -> list[str]:
     return [roadmap.names[i] or f"#{i}" for i in roadmap.edges[edge].tolist()]
 
 
-def _ink(stand: PodStand) -> Ink:
-    return Ink.GOOD if stand is PodStand.DISPLACED else Ink.FAIR
+def _ink(stand: PodStand) -> Colour:
+    return Colour.GOOD if stand is PodStand.DISPLACED else Colour.FAIR
 
 
 def _ratio(database: TrajectoryDatabase) -> float:

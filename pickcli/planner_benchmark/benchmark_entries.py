@@ -34,7 +34,7 @@ from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
 
 @dataclass(frozen=True)
-class Answer:
+class PlannerRun:
     """What one planner made of one query.
 
     planning: s of wall clock until it had a path; whole: until that was shortened and timed
@@ -50,7 +50,7 @@ class Answer:
 
 
 @dataclass(frozen=True, eq=False)
-class Query:
+class BenchmarkQuery:
     """From one free configuration (n,) to another; planning keeps a reserve that the proof does not need."""
 
     cell: Cell
@@ -59,7 +59,9 @@ class Query:
     proving: SceneChecker
 
     @classmethod
-    def of(cls, cell: Cell, model: CollisionModel, names: tuple[str, str], payload: PayloadClass) -> Query:
+    def of(
+        cls, cell: Cell, model: CollisionModel, names: tuple[str, str], payload: PayloadClass
+    ) -> BenchmarkQuery:
         """Between two named configurations, in the pivot state of both, else while the cup pivots."""
         a, b = (cell.configurations[name] for name in names)
         pivot = a.pivot if a.pivot is b.pivot else PivotState.MOVING
@@ -82,19 +84,19 @@ class Query:
         return lower_bound(self.limits, *self.ends)
 
 
-class Contestant(Protocol):
+class BenchmarkEntry(Protocol):
     """Somebody who answers queries."""
 
     @property
     def name(self) -> str:
         """What the table calls it."""
 
-    def answer(self, query: Query, seed: int) -> Answer | None:
+    def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
         """The answer, or None; repeatable by seed but for the wall clock."""
 
 
 @dataclass(frozen=True)
-class Geometric:
+class GeometricEntry:
     """A sampling-based planner, its path shortened, its corners blended and timed.
 
     The straight edge is taken where it is free, by any of them. RRT-Connect ends with its first path; RRT*
@@ -110,7 +112,7 @@ class Geometric:
         """See Contestant."""
         return str(self.planner)
 
-    def answer(self, query: Query, seed: int) -> Answer | None:
+    def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
         """See Contestant."""
         began = time.perf_counter()
         found = plan(
@@ -125,11 +127,11 @@ class Geometric:
             duration = _timed(query, path)
         except NoPlanError:  # a blend at a corner that could not be proven
             return None
-        return Answer(planned - began, time.perf_counter() - began, found.length, path.length, duration)
+        return PlannerRun(planned - began, time.perf_counter() - began, found.length, path.length, duration)
 
 
 @dataclass(frozen=True)
-class InTime:
+class MinimumTimeEntry:
     """Our own search, that of the trajectory database: in time, not in length.
 
     settings: of the database, for its effort
@@ -143,7 +145,7 @@ class InTime:
         """See Contestant."""
         return "search in time"
 
-    def answer(self, query: Query, seed: int) -> Answer | None:
+    def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
         """See Contestant."""
         began = time.perf_counter()
         pace, proof = ParabolicLimits.of(query.limits), TrajectoryValidator(query.proving, query.space)
@@ -160,10 +162,10 @@ class InTime:
         if best is None:
             return None
         spent, length = time.perf_counter() - began, JointPath(names, best.positions).length
-        return Answer(spent, spent, length, length, best.duration)
+        return PlannerRun(spent, spent, length, length, best.duration)
 
 
-def _timed(query: Query, path: JointPath) -> float:
+def _timed(query: BenchmarkQuery, path: JointPath) -> float:
     """s of the path with blended corners, proven, under the cell's limits."""
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:

@@ -9,28 +9,28 @@ from typing import Any
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.planner_benchmark.benchmark_entries import Answer
+from pickcli.planner_benchmark.benchmark_entries import PlannerRun
 
 Names = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Attempt:
+class BenchmarkAttempt:
     """One try of one planner at one pair; answer: None where it found nothing."""
 
     planner: str
     pair: Names
     attempt: int
     bound: float  # s, no motion of this pair is shorter
-    answer: Answer | None
+    answer: PlannerRun | None
 
 
 @dataclass(frozen=True)
-class Standing:
+class PlannerSummary:
     """One planner's figures. Lengths and durations are those of the pairs that all planners solved.
 
     solved: share of all tries
-    planning, whole: s, median and 95th percentile over all solved tries (see ``Answer``)
+    planning, whole: s, median and 95th percentile over all solved tries (see ``PlannerRun``)
     found, length, duration: mean over the common pairs of each pair's median try
     ratio: durations over lower bounds, both summed; best_ratio: the same with each pair's best try
     """
@@ -47,10 +47,10 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PlannerComparison:
     """All tries, and the table that follows from them."""
 
-    attempts: tuple[Attempt, ...]
+    attempts: tuple[BenchmarkAttempt, ...]
 
     @property
     def planners(self) -> list[str]:
@@ -65,7 +65,7 @@ class Comparison:
         return {pair for pair in pairs if all((planner, pair) in solved for planner in self.planners)}
 
     @property
-    def standings(self) -> list[Standing]:
+    def standings(self) -> list[PlannerSummary]:
         """The table: a row per planner."""
         tries = {name: [a for a in self.attempts if a.planner == name] for name in self.planners}
         return [_standing(name, tries[name], self.common) for name in self.planners]
@@ -88,7 +88,7 @@ def _without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and np.isnan(value) else value
 
 
-def _standing(planner: str, attempts: Sequence[Attempt], common: set[Names]) -> Standing:
+def _standing(planner: str, attempts: Sequence[BenchmarkAttempt], common: set[Names]) -> PlannerSummary:
     answers = [a.answer for a in attempts if a.answer is not None]
     by_pair = [[a for a in attempts if a.pair == pair and a.answer is not None] for pair in sorted(common)]
     bounds = np.array([tries[0].bound for tries in by_pair])
@@ -97,7 +97,7 @@ def _standing(planner: str, attempts: Sequence[Attempt], common: set[Names]) -> 
         return np.array([np.median([getattr(a.answer, field) for a in tries]) for tries in by_pair])
 
     best = np.array([min(a.answer.duration for a in tries if a.answer is not None) for tries in by_pair])
-    return Standing(
+    return PlannerSummary(
         planner,
         len(answers) / max(len(attempts), 1),
         _median_and_p95([answer.planning for answer in answers]),

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from pickcli.cell.cell import Cell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.planner_benchmark.benchmark_entries import Contestant, Query
-from pickcli.planner_benchmark.benchmark_summary import Attempt, Comparison, Names
+from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry, BenchmarkQuery
+from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, Names, PlannerComparison
 from pickcli.precompute.motion_pairs import delft_pairs
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
@@ -21,26 +21,26 @@ def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[Names]:
     """Delft's pairs whose ends are free and whose straight line is not: elsewhere no planner is needed."""
     model = CollisionModel(cell)
     pairs = [(key.start, key.goal) for key in delft_pairs(cell, payload)]
-    return [pair for pair in pairs if _is_blocked(Query.of(cell, model, pair, payload))]
+    return [pair for pair in pairs if _is_blocked(BenchmarkQuery.of(cell, model, pair, payload))]
 
 
 def compare(
     cell: Cell,
     pairs: Sequence[Names],
-    contestants: Sequence[Contestant],
+    contestants: Sequence[BenchmarkEntry],
     *,
     payload: PayloadClass = PayloadClass.EMPTY,
     n_tries: int = 3,
     seed: int = 0,
     report: Callable[[int, int, str], None] | None = None,
-) -> Comparison:
+) -> PlannerComparison:
     """Every planner's tries at every pair; all but the wall-clock times follows from the seed.
 
     report: called with (done, total, what comes next)
     Raises UnknownNameError for a name that is no configuration, InputError for a pair whose ends are the same
     or not free.
     """
-    model, attempts = CollisionModel(cell), list[Attempt]()
+    model, attempts = CollisionModel(cell), list[BenchmarkAttempt]()
     queries = {pair: _checked(cell, model, pair, payload) for pair in pairs}
     total = len(queries) * len(contestants) * n_tries
     for pair, query in queries.items():
@@ -50,22 +50,22 @@ def compare(
                     report(len(attempts), total, f"{contestant.name}, {' to '.join(pair)}")
                 own = derived_seed(seed, "contest", *pair, payload, attempt)
                 answer = contestant.answer(query, own)
-                attempts.append(Attempt(contestant.name, pair, attempt, query.bound, answer))
-    return Comparison(tuple(attempts))
+                attempts.append(BenchmarkAttempt(contestant.name, pair, attempt, query.bound, answer))
+    return PlannerComparison(tuple(attempts))
 
 
-def _is_blocked(query: Query) -> bool:
+def _is_blocked(query: BenchmarkQuery) -> bool:
     tests, (q0, q1) = query.planning, query.ends
     return tests.is_valid(q0) and tests.is_valid(q1) and not tests.is_valid_edge(q0, q1)
 
 
-def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> Query:
+def _checked(cell: Cell, model: CollisionModel, pair: Names, payload: PayloadClass) -> BenchmarkQuery:
     for name in pair:
         if name not in cell.configurations:
             raise UnknownNameError("configuration", name, list(cell.configurations), str(cell.path))
     if pair[0] == pair[1]:
         raise InputError(f"{':'.join(pair)} is no motion; name two different configurations")
-    query = Query.of(cell, model, pair, payload)
+    query = BenchmarkQuery.of(cell, model, pair, payload)
     for name, q in zip(pair, query.ends, strict=True):
         if not query.planning.is_valid(q):
             raise InputError(f"{name} is not free: {query.planning.explain(q)}; leave this pair out")

@@ -23,11 +23,11 @@ from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.recovered_content import intact_missing, intact_motions
 from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
-from pickcli.storage.integrity_scan import Survey
+from pickcli.storage.integrity_scan import IntegrityReport
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
-def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:
+def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
     """What is intact of a database or roadmap, by task; nothing if it is of other joints.
 
     found: by ``surveyed``, which looks whether it makes sense
@@ -37,7 +37,7 @@ def stored_records(found: Survey, cell: Cell) -> dict[Key, Record]:
     return _motions(found) if found.kind is DATABASE else _edges(found, cell)
 
 
-def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int, int]:
+def make_again(path: Path, found: IntegrityReport, cell: Cell, means: Means) -> tuple[int, int]:
     """Write a file for a cell with the settings that it was made with: how many tasks were kept, and done.
 
     Raises StaleError for settings that this version does not have.
@@ -51,7 +51,7 @@ def make_again(path: Path, found: Survey, cell: Cell, means: Means) -> tuple[int
     return report.progress.n_kept, report.progress.n_done_now
 
 
-def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings:
+def _settings(path: Path, found: IntegrityReport) -> TrajectorySettings | RoadmapSettings:
     try:
         stored = dict(found.made["settings"])
         if stored == LEARNED:
@@ -65,13 +65,13 @@ def _settings(path: Path, found: Survey) -> TrajectorySettings | RoadmapSettings
         ) from None
 
 
-def _motions(found: Survey) -> dict[Key, Record]:
+def _motions(found: IntegrityReport) -> dict[Key, Record]:
     """Records of the motions and reasons that are intact."""
     kept = {task_key(motion.key): record_of(motion) for motion in intact_motions(found)}
     return kept | {task_key(key): record_of(reason) for key, reason in intact_missing(found)}
 
 
-def _edges(found: Survey, cell: Cell) -> dict[Key, Record]:
+def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
     """The same of a roadmap. An edge is known by the configurations at its ends, whatever became of nodes."""
     configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
     counts = Counter(configurations.values())

@@ -30,7 +30,7 @@ from pickcli.precompute.revalidation import Reproof
 from pickcli.precompute.roadmap_edge_job import mark_of
 from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
-from pickcli.storage.integrity_scan import Survey
+from pickcli.storage.integrity_scan import IntegrityReport
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Refresh:
     n_planned: int
 
 
-def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -> Refresh:
+def refresh(path: Path, found: IntegrityReport, cell: Cell, means: Means | None = None) -> Refresh:
     """Write a file of ours anew for a cell that changed since.
 
     Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
@@ -73,7 +73,7 @@ def refresh(path: Path, found: Survey, cell: Cell, means: Means | None = None) -
     return Refresh(() if change is None else change.solids, why, n_stored, n_proven, n_kept, n_planned)
 
 
-def _change(found: Survey, cell: Cell) -> CellChange | None:
+def _change(found: IntegrityReport, cell: Cell) -> CellChange | None:
     """What changed since the file was made, or None if it does not say."""
     try:
         return change_since(found.made["parts"], cell)
@@ -81,7 +81,7 @@ def _change(found: Survey, cell: Cell) -> CellChange | None:
         return None
 
 
-def _why_anew(found: Survey, change: CellChange | None) -> str:
+def _why_anew(found: IntegrityReport, change: CellChange | None) -> str:
     """Why nothing of a file can be kept, "" if something can."""
     if change is None:
         return "the file does not say what its cell was"

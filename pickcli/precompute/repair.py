@@ -11,7 +11,7 @@ from pickcli.jobs.job_run import Means
 from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.recovered_results import make_again, stored_records
-from pickcli.storage.integrity_scan import Survey
+from pickcli.storage.integrity_scan import IntegrityReport
 from pickcli.storage.table_reader import stored_file
 
 
@@ -29,7 +29,7 @@ class Repair:
     is_same: bool
 
 
-def repair(path: Path, found: Survey, cell: Cell, means: Means | None = None) -> Repair:
+def repair(path: Path, found: IntegrityReport, cell: Cell, means: Means | None = None) -> Repair:
     """Write a damaged file anew, as the build that made it would, computing only what is lost.
 
     found: by ``surveyed``, of the same file
@@ -43,7 +43,7 @@ def repair(path: Path, found: Survey, cell: Cell, means: Means | None = None) ->
         return Repair(n_kept, n_done, file.seal == found.seal)
 
 
-def _check(path: Path, found: Survey, cell: Cell) -> None:
+def _check(path: Path, found: IntegrityReport, cell: Cell) -> None:
     """Raise StaleError where the program or the cell would not make the same file."""
     made = found.made
     for what, then, now in (

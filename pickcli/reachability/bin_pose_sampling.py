@@ -32,7 +32,7 @@ _R_BIN_TIP = {
 
 
 @dataclass(frozen=True, eq=False)
-class BinPoses:
+class BinPoseSampler:
     """Poses of the tip around one bin, for the cup straight or down."""
 
     model: CollisionModel

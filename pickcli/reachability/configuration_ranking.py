@@ -24,8 +24,8 @@ from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
-from pickcli.reachability.bin_pose_sampling import BinPoses
-from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings, distinct
+from pickcli.reachability.bin_pose_sampling import BinPoseSampler
+from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings, distinct
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
@@ -34,7 +34,7 @@ Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Suggester:
+class ConfigurationRanking:
     """Ranks configurations in front of one bin of a cell.
 
     Raises UnknownNameError for a bin that the cell has not.
@@ -43,13 +43,13 @@ class Suggester:
     cell: Cell
     bin_name: str
     pivot: PivotState
-    settings: SuggestSettings
+    settings: RankingSettings
 
     def __post_init__(self) -> None:
         if self.bin_name not in self.cell.pod.bins:
             raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins), str(self.cell.path))
 
-    def suggest(self, n: int, report: Report | None = None) -> list[Suggestion]:
+    def suggest(self, n: int, report: Report | None = None) -> list[RankedConfiguration]:
         """The best n that differ, the farthest reaching first, then by manipulability. Repeatable by seed.
 
         Raises NoPlanError, with the reasons, if there is none.
@@ -76,10 +76,10 @@ class Suggester:
         usable.sort(key=lambda q: -self._arm.manipulability(q, self.pivot))
         return np.stack(usable[: settings.n_kept])
 
-    def judged(self, q: Array) -> Suggestion:
+    def judged(self, q: Array) -> RankedConfiguration:
         """What a configuration (n,) is worth."""
         T_world_tip = self._arm.tip(q, self.pivot)
-        return Suggestion(
+        return RankedConfiguration(
             NamedConfiguration(self.bin_name, q, self.pivot, "bin"),
             np.linalg.inv(self._poses.T_world_bin) @ T_world_tip,
             self._arm.manipulability(q, self.pivot),
@@ -127,8 +127,8 @@ class Suggester:
         return Arm(self.cell.robot)
 
     @cached_property
-    def _poses(self) -> BinPoses:
-        return BinPoses(self._model, self.cell.pod.bins[self.bin_name], self.pivot)
+    def _poses(self) -> BinPoseSampler:
+        return BinPoseSampler(self._model, self.cell.pod.bins[self.bin_name], self.pivot)
 
     @cached_property
     def _inside(self) -> Array:

@@ -12,7 +12,7 @@ from pickcli.geometry import Array
 
 
 @dataclass(frozen=True)
-class SuggestSettings:
+class RankingSettings:
     """How configurations are sought and judged.
 
     n_places: poses in front of the bin; inverse kinematics gives several configurations for each
@@ -33,7 +33,7 @@ class SuggestSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Suggestion:
+class RankedConfiguration:
     """A configuration in front of a bin, and what it is worth.
 
     T_bin_tip: (4, 4) of the tip there
@@ -53,9 +53,9 @@ class Suggestion:
     travel: float | None
 
 
-def distinct(ranked: Sequence[Suggestion], n: int, apart: float) -> list[Suggestion]:
+def distinct(ranked: Sequence[RankedConfiguration], n: int, apart: float) -> list[RankedConfiguration]:
     """The first n of which no two are nearer than that."""
-    chosen: list[Suggestion] = []
+    chosen: list[RankedConfiguration] = []
     for each in ranked:
         q = each.configuration.q
         if len(chosen) < n and all(np.abs(q - c.configuration.q).max() > apart for c in chosen):

@@ -21,14 +21,14 @@ from pickcli.roadmap.trajectory_database import (
     TimedPoints,
     TrajectoryDatabase,
 )
-from pickcli.storage.table_format import NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.storage.table_format import NUMBER, TEXT, Columns, FileContent, FileFormat, Table
 from pickcli.storage.table_reader import StoredFile
 
 Missing = tuple[MotionKey, Reason]  # a motion that could not be had, and why
 
 NAMES = ("start", "goal", "payload")
 
-DATABASE = Format(
+DATABASE = FileFormat(
     "trajectory database",
     3,
     {
@@ -46,7 +46,7 @@ DATABASE = Format(
 
 def database_content(
     database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any], missing: Sequence[Missing]
-) -> Content:
+) -> FileContent:
     """What the file of a database with its timed points holds. Raises ValueError without them."""
     if database.points is None:
         raise ValueError("a database without its timed points cannot be written")
@@ -66,7 +66,7 @@ def database_content(
         "waypoints": [motion.path.waypoints for motion in motions],
         "points": [_points(motion.trajectory) for motion in motions if motion.trajectory is not None],
     }
-    return Content(fingerprint, made, database.joint_names, tables, pieces)
+    return FileContent(fingerprint, made, database.joint_names, tables, pieces)
 
 
 def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:

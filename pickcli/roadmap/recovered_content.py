@@ -18,10 +18,10 @@ from pickcli.roadmap.roadmap_tables import one_state
 from pickcli.roadmap.stored_marks import row_mark
 from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
-from pickcli.storage.integrity_scan import Survey
+from pickcli.storage.integrity_scan import IntegrityReport
 
 
-def check_intact(found: Survey) -> None:
+def check_intact(found: IntegrityReport) -> None:
     """Raise ValueError, or another of ``SYMPTOMS``, where something makes no sense."""
     _ = found.fingerprint, found.made
     if found.kind is DATABASE:
@@ -34,18 +34,18 @@ def check_intact(found: Survey) -> None:
                 reason_row((), entry.row)
 
 
-def intact_motions(found: Survey) -> list[CoarseMotion]:
+def intact_motions(found: IntegrityReport) -> list[CoarseMotion]:
     """The motions of a database."""
     names, rows = found.joint_names, found.intact["motions"]
     return [motion_of(names, entry.row, entry.pieces["waypoints"], entry.pieces["points"]) for entry in rows]
 
 
-def intact_missing(found: Survey) -> list[Missing]:
+def intact_missing(found: IntegrityReport) -> list[Missing]:
     """The motions that the build of a database could not have."""
     return [missing_row(entry.row) for entry in found.intact["missing"]]
 
 
-def intact_roadmap(found: Survey) -> Roadmap:
+def intact_roadmap(found: IntegrityReport) -> Roadmap:
     """The nodes and edges of a roadmap.
 
     An edge names its nodes by their rows, which says nothing where some are lost: then each has its own two.

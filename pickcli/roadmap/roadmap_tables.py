@@ -13,12 +13,12 @@ from pickcli.errors import Reason
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
 from pickcli.roadmap.stored_reasons import reason_columns, reason_rows, reason_table
-from pickcli.storage.table_format import INDEX, NUMBER, TEXT, Columns, Content, Format, Table
+from pickcli.storage.table_format import INDEX, NUMBER, TEXT, Columns, FileContent, FileFormat, Table
 from pickcli.storage.table_reader import StoredFile
 
 Names = tuple[str, ...]
 
-ROADMAP = Format(
+ROADMAP = FileFormat(
     "roadmap",
     4,
     {
@@ -50,7 +50,7 @@ class RoadmapGaps:
 
 def roadmap_content(
     roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any], gaps: RoadmapGaps
-) -> Content:
+) -> FileContent:
     """What the file of a roadmap holds."""
     tables: dict[str, Columns] = {
         "nodes": {"name": roadmap.names, "pivot": roadmap.pivots},
@@ -69,7 +69,7 @@ def roadmap_content(
         "configurations": list(roadmap.configurations[:, None]),
         "waypoints": [roadmap.edge_path(edge) for edge in range(roadmap.n_edges)],
     }
-    return Content(fingerprint, made, roadmap.joint_names, tables, pieces)
+    return FileContent(fingerprint, made, roadmap.joint_names, tables, pieces)
 
 
 def roadmap_of(file: StoredFile) -> Roadmap:

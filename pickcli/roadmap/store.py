@@ -22,9 +22,9 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.recovered_content import check_intact
 from pickcli.roadmap.roadmap_tables import ROADMAP, RoadmapGaps, gaps_of, roadmap_content, roadmap_of
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, TrajectoryDatabase
-from pickcli.storage.integrity_scan import Survey, survey
+from pickcli.storage.integrity_scan import IntegrityReport, scan_integrity
 from pickcli.storage.safe_open import SYMPTOMS, cause_of, opened, read_attributes
-from pickcli.storage.table_format import Format
+from pickcli.storage.table_format import FileFormat
 from pickcli.storage.table_reader import StoredFile, stored_file
 from pickcli.storage.table_writer import write_content
 
@@ -109,12 +109,12 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
     return None
 
 
-def surveyed(path: Path) -> Survey:
+def surveyed(path: Path) -> IntegrityReport:
     """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
 
-    Raises like ``survey``; DamagedError, too, if what is intact makes no sense: then no row can be trusted.
+    Raises like ``scan_integrity``; DamagedError, too, if what is intact makes no sense: then no row can be trusted.
     """
-    found = survey(path, FORMATS)
+    found = scan_integrity(path, FORMATS)
     try:
         check_intact(found)
     except SYMPTOMS as error:
@@ -152,7 +152,7 @@ def how_made(path: Path) -> dict[str, Any]:
         return file.made
 
 
-def kind_of(path: Path) -> Format:
+def kind_of(path: Path) -> FileFormat:
     """Which of our formats a file has. Raises InputError for another, DamagedError."""
     with opened(path) as file:
         name = read_attributes(file).get("format")

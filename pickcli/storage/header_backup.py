@@ -25,7 +25,7 @@ _END_IN_SUPERBLOCK = slice(28, 36)  # where superblocks of version 2 and 3 keep 
 
 
 @dataclass(frozen=True)
-class Restored:
+class RestoredFile:
     """A file as its spare directory says it was.
 
     image: the HDF5 file with its directory as it was written; data are as they were found
@@ -46,15 +46,15 @@ def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
     return image + spare + _TAIL.pack(hashlib.sha256(spare).digest(), len(spare), _MAGIC)
 
 
-def restored(content: bytes) -> Restored:
+def restored(content: bytes) -> RestoredFile:
     """What is left of a file: its directory put back from the spare, or else, if it is cut off, zeros
     where its end was.
     """
     spare = _spare(content)
     if spare is None:
-        return Restored(_filled_up(content), len(content) >= _length(content), False)
+        return RestoredFile(_filled_up(content), len(content) >= _length(content), False)
     image = bytearray(content[: len(content) - _TAIL.size - spare.size])
-    return Restored(bytes(spare.put_into(image)), spare.is_in(image), True)
+    return RestoredFile(bytes(spare.put_into(image)), spare.is_in(image), True)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import h5py
 
 from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.geometry import Array
-from pickcli.storage.header_backup import Restored, restored
+from pickcli.storage.header_backup import RestoredFile, restored
 from pickcli.storage.safe_open import (
     SYMPTOMS,
     Dataset,
@@ -25,7 +25,7 @@ from pickcli.storage.safe_open import (
 from pickcli.storage.table_format import (
     SEAL,
     AnyArray,
-    Format,
+    FileFormat,
     content_digest,
     joints_of,
     made_of,
@@ -36,7 +36,7 @@ from pickcli.storage.table_format import (
 
 
 @dataclass(frozen=True)
-class Damage:
+class DamagedBlock:
     """A block that is not what was written.
 
     where: which part of the file
@@ -56,17 +56,17 @@ class IntactRow:
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
+class IntegrityReport:
     """What a file holds in spite of its damage.
 
     attributes: proven; without the seal itself
     seal: ``content_sha256`` of the file as it was written
     """
 
-    kind: Format
+    kind: FileFormat
     attributes: Mapping[str, str]
     seal: str
-    damage: tuple[Damage, ...]
+    damage: tuple[DamagedBlock, ...]
     intact: Mapping[str, Sequence[IntactRow]]
 
     @property
@@ -90,7 +90,7 @@ class Survey:
         return joints_of(self.attributes)
 
 
-def survey(path: Path, kinds: Sequence[Format]) -> Survey:
+def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
     """Look at every byte of a file of one of these kinds.
 
     Raises InputError for a missing file or one of another kind, StaleError for another version, and
@@ -114,7 +114,7 @@ def survey(path: Path, kinds: Sequence[Format]) -> Survey:
         ) from None
 
 
-def _kind(path: Path, attributes: Mapping[str, str], kinds: Sequence[Format]) -> Format:
+def _kind(path: Path, attributes: Mapping[str, str], kinds: Sequence[FileFormat]) -> FileFormat:
     name, version = attributes.get("format"), attributes.get("version")
     kind = next((kind for kind in kinds if kind.name == name), None)
     if kind is None:
@@ -128,10 +128,14 @@ def _kind(path: Path, attributes: Mapping[str, str], kinds: Sequence[Format]) ->
 
 
 def _survey(
-    found: Restored, kind: Format, attributes: Mapping[str, str], seal: str, datasets: Mapping[str, Dataset]
-) -> Survey:
-    damage = [] if found.has_directory else [Damage("directory")]
-    damage += [] if found.has_spare else [Damage("spare copy of the directory")]
+    found: RestoredFile,
+    kind: FileFormat,
+    attributes: Mapping[str, str],
+    seal: str,
+    datasets: Mapping[str, Dataset],
+) -> IntegrityReport:
+    damage = [] if found.has_directory else [DamagedBlock("directory")]
+    damage += [] if found.has_spare else [DamagedBlock("spare copy of the directory")]
     digests = json.loads(attributes["tables_sha256"])
     intact: dict[str, list[IntactRow]] = {}
     for name in kind.tables:
@@ -139,24 +143,24 @@ def _survey(
         intact[name] = []
         n_before = len(damage)
         for row in _rows(kind, name, table, datasets):
-            (damage if isinstance(row, Damage) else intact[name]).append(row)  # type: ignore[arg-type]
+            (damage if isinstance(row, DamagedBlock) else intact[name]).append(row)  # type: ignore[arg-type]
         if len(damage) == n_before and table_digest(table) != digests[name]:
-            damage.append(Damage(f"order of the rows of {name}", name))
-    return Survey(kind, attributes, seal, tuple(damage), intact)
+            damage.append(DamagedBlock(f"order of the rows of {name}", name))
+    return IntegrityReport(kind, attributes, seal, tuple(damage), intact)
 
 
 def _rows(
-    kind: Format, name: str, table: AnyArray, datasets: Mapping[str, Dataset]
-) -> Iterator[IntactRow | Damage]:
+    kind: FileFormat, name: str, table: AnyArray, datasets: Mapping[str, Dataset]
+) -> Iterator[IntactRow | DamagedBlock]:
     """Every row of a table, or what is wrong with it."""
     for k, (row, digest) in enumerate(zip(table, row_digests(table), strict=True)):
         if row[SEAL] != digest:
-            yield Damage(f"row {k} of {name}", _told(kind, name, row) + " (if its name is right)")
+            yield DamagedBlock(f"row {k} of {name}", _told(kind, name, row) + " (if its name is right)")
             continue
         pieces = {piece: _piece(row, piece, datasets[piece]) for piece in kind.tables[name].pieces}
         broken = [piece for piece, rows in pieces.items() if rows is None]
         if broken:
-            yield Damage(f"{' and '.join(broken)} of row {k} of {name}", _told(kind, name, row))
+            yield DamagedBlock(f"{' and '.join(broken)} of row {k} of {name}", _told(kind, name, row))
         else:
             yield IntactRow(row, {piece: rows for piece, rows in pieces.items() if rows is not None})
 
@@ -169,7 +173,7 @@ def _piece(row: Any, name: str, dataset: Dataset) -> Array | None:
     return rows if piece_digest(rows) == bytes(row[f"{name}_sha256"]).decode() else None
 
 
-def _told(kind: Format, name: str, row: Any) -> str:
+def _told(kind: FileFormat, name: str, row: Any) -> str:
     """A row by its texts and indices, as far as they can be read."""
     fields = [field for field, type_ in kind.tables[name].fields.items() if type_ != "<f8"]
     values = (row[field] for field in fields)

@@ -22,7 +22,7 @@ import numpy as np
 from pickcli.errors import DamagedError, InputError
 from pickcli.files.bounded_reading import refuse_special_file
 from pickcli.files.file_kind import PICTURE_MAGICS, STORE, refuse_other_kind
-from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, Format, Table
+from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
 
 MAX_FILE = 512 * 2**20  # bytes
 MAX_NAMES = 64
@@ -135,7 +135,7 @@ class Dataset:
         return rows
 
 
-def open_datasets(file: Any, kind: Format, n_bytes: int) -> dict[str, Dataset]:
+def open_datasets(file: Any, kind: FileFormat, n_bytes: int) -> dict[str, Dataset]:
     """The datasets of a file of this kind and size, all that it must not hold refused before any is read.
 
     Raises ValueError.

@@ -50,7 +50,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Format:
+class FileFormat:
     """A kind of file."""
 
     name: str
@@ -64,7 +64,7 @@ class Format:
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class FileContent:
     """What a file holds.
 
     fingerprint: of the cell that it is valid for

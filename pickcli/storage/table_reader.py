@@ -17,7 +17,7 @@ from pickcli.geometry import Array
 from pickcli.storage.safe_open import Dataset, open_datasets, opened, read_attributes
 from pickcli.storage.table_format import (
     AnyArray,
-    Format,
+    FileFormat,
     content_digest,
     joints_of,
     made_of,
@@ -30,7 +30,7 @@ from pickcli.storage.table_format import (
 class StoredFile:
     """An open file of ours whose tables are proven to be those written. Its pieces are proven when read."""
 
-    kind: Format
+    kind: FileFormat
     attributes: Mapping[str, str]
     tables: Mapping[str, AnyArray]
     datasets: Mapping[str, Dataset]  # that pieces are read from
@@ -85,7 +85,7 @@ class StoredFile:
 
 
 @contextmanager
-def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Iterator[StoredFile]:
+def stored_file(path: Path, kind: FileFormat, fingerprint: str | None = None) -> Iterator[StoredFile]:
     """A file open for reading, its tables checked; with ``fingerprint``, only if made for that cell.
 
     Raises InputError for a missing file or one of another kind, DamagedError for bytes that are not those
@@ -107,7 +107,7 @@ def stored_file(path: Path, kind: Format, fingerprint: str | None = None) -> Ite
         yield StoredFile(kind, attributes, tables, {name: datasets[name] for name in kind.owners}, seal)
 
 
-def _check_kind(path: Path, kind: Format, attributes: Mapping[str, str]) -> None:
+def _check_kind(path: Path, kind: FileFormat, attributes: Mapping[str, str]) -> None:
     found, version = attributes.get("format"), attributes.get("version")
     if found != kind.name:
         raise InputError(
@@ -119,7 +119,7 @@ def _check_kind(path: Path, kind: Format, attributes: Mapping[str, str]) -> None
         )
 
 
-def _check_fingerprint(path: Path, kind: Format, found: str, expected: str | None) -> None:
+def _check_fingerprint(path: Path, kind: FileFormat, found: str, expected: str | None) -> None:
     if expected is not None and found != expected:
         raise StaleError(
             f"{path}: this {kind.name} was made for a cell with fingerprint {found[:16]}, "

@@ -24,8 +24,8 @@ from pickcli.storage.table_format import (
     SEAL,
     TEXT,
     AnyArray,
-    Content,
-    Format,
+    FileContent,
+    FileFormat,
     Table,
     content_digest,
     piece_digest,
@@ -34,12 +34,12 @@ from pickcli.storage.table_format import (
 )
 
 
-def write_content(path: Path, kind: Format, content: Content, replace: bool = True) -> None:
+def write_content(path: Path, kind: FileFormat, content: FileContent, replace: bool = True) -> None:
     """Write a file, as ``write_bytes`` does. Raises InputError if the place cannot be written."""
     write_bytes(path, to_bytes(kind, content), replace)
 
 
-def to_bytes(kind: Format, content: Content) -> bytes:
+def to_bytes(kind: FileFormat, content: FileContent) -> bytes:
     """The file's bytes, a pure function of the content."""
     n = len(content.joint_names)
     tables = {name: _sealed(table, content, name) for name, table in kind.tables.items()}
@@ -61,7 +61,7 @@ def to_bytes(kind: Format, content: Content) -> bytes:
     return _image(attributes, tables | pieces)
 
 
-def _sealed(table: Table, content: Content, name: str) -> AnyArray:
+def _sealed(table: Table, content: FileContent, name: str) -> AnyArray:
     """A table as it lies in the file, with the places and digests of the pieces, and its seals.
 
     Raises ValueError for columns of different length.

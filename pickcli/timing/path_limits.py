@@ -69,8 +69,8 @@ class PathBounds:
         here, between = self.lowest(self.scales, s, s), self.lowest(self.scales, s[:-1], s[1:])
         speed = self._speed(s, dq, here)
         line_speed = np.minimum(speed[1:], speed[:-1])
-        twist = np.maximum(np.abs(dddq), 1e-9)
-        by_jerk = np.cbrt((jerk_share * here[:, None] * self.limits.jerk / twist).min(axis=1))
+        third = np.maximum(np.abs(dddq), 1e-9)
+        by_jerk = np.cbrt((jerk_share * here[:, None] * self.limits.jerk / third).min(axis=1))
         acceleration = acceleration_share * between[:, None] * self.limits.acceleration
         is_line = curve.is_line(s[:-1], s[1:])
         planes = self.constraint.half_planes(q, dq, ddq) if self.constraint else None
@@ -85,9 +85,14 @@ class PathBounds:
 
 
 def path_bounds(
-    curve: BlendedPath, limits: Limits, edges: Array, scales: Array, tool_caps: Array, tool_speed: ToolSpeed | None,
+    curve: BlendedPath,
+    limits: Limits,
+    edges: Array,
+    scales: Array,
+    tool_caps: Array,
+    tool_speed: ToolSpeed | None,
     constraint: PathConstraint | None = None,
-) -> PathBounds:  # fmt: skip
+) -> PathBounds:
     """Bounds with the tool's speed tabulated along the parts that have a cap.
 
     Raises ValueError if a part has a cap and no ``tool_speed`` is given.

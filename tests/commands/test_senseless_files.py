@@ -22,7 +22,7 @@ from pickcli.roadmap.database_tables import DATABASE, database_content
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import ROADMAP, RoadmapGaps, roadmap_content
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
-from pickcli.storage.table_format import Content
+from pickcli.storage.table_format import FileContent
 from pickcli.storage.table_writer import write_content
 from support.command_line import apc, refused
 
@@ -39,7 +39,7 @@ def _ends() -> tuple[tuple[str, ...], Array]:
     return cell.robot.joint_names, np.stack([cell.configurations[name].q for name in ("home", "bin_A")])
 
 
-def _motions(missing: Any = (), made: Any = MADE, **changes: Any) -> Content:
+def _motions(missing: Any = (), made: Any = MADE, **changes: Any) -> FileContent:
     names, Q = _ends()
     timed = Trajectory(names, np.array([0.0, 2.0]), Q, np.zeros_like(Q), np.zeros_like(Q))
     key = MotionKey("home", "bin_A", PayloadClass.EMPTY)
@@ -48,20 +48,20 @@ def _motions(missing: Any = (), made: Any = MADE, **changes: Any) -> Content:
     return database_content(database, load_cell("apc2016_delft").fingerprint, made, missing)
 
 
-def _edges(**changes: Any) -> Content:
+def _edges(**changes: Any) -> FileContent:
     names, Q = _ends()
     roadmap = Roadmap.empty(names).with_nodes(Q).with_edge(0, 1, Q)
     fingerprint = load_cell("apc2016_delft").fingerprint
     return roadmap_content(replace(roadmap, **changes), fingerprint, MADE, RoadmapGaps())
 
 
-def _with(content: Content, piece: str, change: Callable[[Array], Array]) -> Content:
+def _with(content: FileContent, piece: str, change: Callable[[Array], Array]) -> FileContent:
     """The content with pieces of one kind changed."""
     changed = [change(part) for part in content.pieces[piece]]
     return replace(content, pieces={**content.pieces, piece: changed})
 
 
-SENSELESS: dict[str, tuple[Callable[[], Content], str]] = {
+SENSELESS: dict[str, tuple[Callable[[], FileContent], str]] = {
     "payload": (lambda: _motions(keys=(BOULDER,)), "'boulder' is not a valid PayloadClass"),
     "pivot": (lambda: _motions(pivots=SIDEWAYS[:1]), "'sideways' is not a valid PivotState"),
     "stand": (lambda: _motions(marks=ELSEWHERE), "'elsewhere' is not a valid PodStand"),
@@ -98,7 +98,7 @@ def test_a_senseless_file_is_refused(
 
 
 @pytest.mark.parametrize("content", [_motions, _edges])
-def test_what_makes_sense_is_undamaged(content: Callable[[], Content], tmp_path: Path) -> None:
+def test_what_makes_sense_is_undamaged(content: Callable[[], FileContent], tmp_path: Path) -> None:
     path = tmp_path / "file.h5"
     write_content(path, DATABASE if content is _motions else ROADMAP, content())
     answer = apc("check", path)

@@ -8,7 +8,7 @@ from pathlib import Path
 from pickcli.cell.cell_file import load_cell
 from pickcli.commands.options import DEFAULT_CELL
 from pickcli.commands.suggest_configurations import command
-from pickcli.reachability.ranked_configuration import SuggestSettings
+from pickcli.reachability.ranked_configuration import RankingSettings
 from support.command_line import apc
 
 QUICK = ("suggest-configurations", "--bin", "bin_C", "--candidates", 3, "--poses", 5, "--count", 2)
@@ -30,7 +30,7 @@ def test_the_entry_is_told_and_written(tmp_path: Path) -> None:
 
 def test_the_defaults_are_those_of_the_settings() -> None:
     defaults = {parameter.name: parameter.default for parameter in command.params}
-    settings = SuggestSettings()
+    settings = RankingSettings()
     assert (defaults["candidates"], defaults["poses"]) == (settings.n_kept, settings.n_poses)
     assert defaults["seed"] == settings.seed
 

@@ -16,7 +16,7 @@ from pickcli.cell.pod_tolerance import ANY_POD
 from pickcli.cell.robot import PivotState
 from pickcli.drawing.draw import cell_of, draw
 from pickcli.drawing.html import html_bytes
-from pickcli.drawing.picture import Ink, Picture
+from pickcli.drawing.picture import Colour, Picture
 from pickcli.drawing.png import png_bytes
 from pickcli.drawing.scenery import solids, tool_path
 from pickcli.drawing.stored import database_picture, roadmap_picture
@@ -89,7 +89,7 @@ def test_a_roadmaps_picture_has_every_node_and_edge_and_counts_routes(cell: Cell
     picture, _ = _drawn(cell)
     assert [node.name for node in picture.nodes] == ["home", "bin_A", "bin_B", "tote"]
     edges = picture.lines[1:]
-    assert [line.ink for line in edges] == [Ink.GOOD, Ink.GOOD, Ink.GOOD, Ink.FAIR]
+    assert [line.ink for line in edges] == [Colour.GOOD, Colour.GOOD, Colour.GOOD, Colour.FAIR]
     assert edges[0].name == "home to bin_A"
     counts = {bar.name: bar.counts for bar in picture.coverage.bars}
     # bin_A: two routes to bin_B and home, one to the tote, none to its camera pose; nor has that to the tote
@@ -112,7 +112,7 @@ def test_the_image_is_one_and_shows_every_colour_of_its_lines(cell: Cell) -> Non
     image = Image.open(io.BytesIO(content)).convert("RGB")
     assert min(image.size) >= 1000
     seen = {tuple(pixel) for pixel in np.unique(np.asarray(image).reshape(-1, 3), axis=0).tolist()}
-    assert {_rgb(Ink.BAD), _rgb(Ink.FAIR), _rgb(Ink.BIN)} <= seen
+    assert {_rgb(Colour.BAD), _rgb(Colour.FAIR), _rgb(Colour.BIN)} <= seen
 
 
 def test_an_empty_roadmap_can_be_drawn(cell: Cell) -> None:
@@ -154,5 +154,5 @@ def test_a_cell_is_found_by_its_fingerprint(cell: Cell) -> None:
         cell_of("0" * 64)
 
 
-def _rgb(ink: Ink) -> tuple[int, int, int]:
+def _rgb(ink: Colour) -> tuple[int, int, int]:
     return int(ink[1:3], 16), int(ink[3:5], 16), int(ink[5:7], 16)

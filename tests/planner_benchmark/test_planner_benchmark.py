@@ -14,16 +14,25 @@ from pickcli.path_planning.path_cost import edge_costs
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
-from pickcli.planner_benchmark.benchmark_entries import Answer, Contestant, Geometric, InTime, Query
-from pickcli.planner_benchmark.benchmark_summary import Attempt, Comparison
+from pickcli.planner_benchmark.benchmark_entries import (
+    BenchmarkEntry,
+    BenchmarkQuery,
+    GeometricEntry,
+    MinimumTimeEntry,
+    PlannerRun,
+)
+from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, PlannerComparison
 from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
 from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import LEAST_EFFORT, small_cell
 
 BLOCKED = ("cam_D", "cam_L")
-ALL: list[Contestant] = [
-    *(Geometric(p, 400) for p in (PlannerName.RRT_CONNECT, PlannerName.RRT_STAR, PlannerName.AO_RRT_CONNECT)),
-    InTime(LEAST_EFFORT),
+ALL: list[BenchmarkEntry] = [
+    *(
+        GeometricEntry(p, 400)
+        for p in (PlannerName.RRT_CONNECT, PlannerName.RRT_STAR, PlannerName.AO_RRT_CONNECT)
+    ),
+    MinimumTimeEntry(LEAST_EFFORT),
 ]
 
 
@@ -40,12 +49,12 @@ def test_no_answer_is_faster_than_its_bound() -> None:
 @pytest.mark.parametrize("name", [PlannerName.RRT_CONNECT, PlannerName.AO_RRT_CONNECT])
 def test_lengths_are_those_of_the_path_as_found_and_of_one_that_costs_no_more(name: PlannerName) -> None:
     cell = small_cell(*BLOCKED)
-    query = Query.of(cell, CollisionModel(cell), BLOCKED, PayloadClass.EMPTY)
+    query = BenchmarkQuery.of(cell, CollisionModel(cell), BLOCKED, PayloadClass.EMPTY)
     tests, joints, (start, goal) = query.planning, query.space, query.ends
     found = plan(tests, joints, start, goal[None], seed=1, planner=name, max_iterations=400)
     assert found is not None
     short = shorten(tests, joints, found, seed=1, iterations=100)
-    answer = Geometric(name, 400, 100).answer(query, 1)
+    answer = GeometricEntry(name, 400, 100).answer(query, 1)
     assert answer is not None and (answer.found, answer.length) == (found.length, short.length)
     costs = [edge_costs(joints, path.waypoints).sum() for path in (short, found)]
     assert costs[0] <= costs[1] + 1e-12
@@ -88,7 +97,7 @@ def test_progress_is_told_before_each_try() -> None:
 
 
 def test_the_table_compares_pairs_that_all_solved() -> None:
-    done = Comparison((
+    done = PlannerComparison((
         _attempt("quick", "ab", 0, 2.0), _attempt("quick", "ab", 1, 4.0), _attempt("quick", "bc", 0, 9.0),
         _attempt("slow", "ab", 0, 1.0), _attempt("slow", "ab", 1, None), _attempt("slow", "bc", 0, None),
     ))  # fmt: skip
@@ -101,7 +110,7 @@ def test_the_table_compares_pairs_that_all_solved() -> None:
 
 
 def test_a_planner_that_solves_nothing_is_told_without_numbers() -> None:
-    values = Comparison((_attempt("never", "ab", 0, None),)).values()
+    values = PlannerComparison((_attempt("never", "ab", 0, None),)).values()
     (row,) = values["planners"]
     assert row["solved"] == 0.0 and row["duration"] is None and row["planning"] == [None, None]
     assert values["attempts"][0]["answer"] is None
@@ -111,10 +120,10 @@ def test_a_planner_that_solves_nothing_is_told_without_numbers() -> None:
 class _Fake:
     name: ClassVar[str] = "fake"
 
-    def answer(self, query: Query, seed: int) -> Answer | None:
+    def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
         return None
 
 
-def _attempt(planner: str, pair: str, attempt: int, duration: float | None) -> Attempt:
-    answer = None if duration is None else Answer(0.1, 0.2, 5.0, 4.0, duration)
-    return Attempt(planner, (pair[0], pair[1]), attempt, 1.0, answer)
+def _attempt(planner: str, pair: str, attempt: int, duration: float | None) -> BenchmarkAttempt:
+    answer = None if duration is None else PlannerRun(0.1, 0.2, 5.0, 4.0, duration)
+    return BenchmarkAttempt(planner, (pair[0], pair[1]), attempt, 1.0, answer)

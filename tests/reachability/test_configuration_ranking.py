@@ -18,18 +18,18 @@ from pickcli.errors import NoPlanError, UnknownNameError
 from pickcli.geometry import inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
-from pickcli.reachability.bin_pose_sampling import BinPoses
-from pickcli.reachability.configuration_ranking import Suggester
-from pickcli.reachability.ranked_configuration import Suggestion, SuggestSettings
+from pickcli.reachability.bin_pose_sampling import BinPoseSampler
+from pickcli.reachability.configuration_ranking import ConfigurationRanking
+from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import small_cell
 
-FEW = SuggestSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
+FEW = RankingSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
 
 
 @cache
-def _found(pivot: PivotState) -> tuple[Suggestion, ...]:
-    return tuple(Suggester(small_cell(), "bin_C", pivot, FEW).suggest(4))
+def _found(pivot: PivotState) -> tuple[RankedConfiguration, ...]:
+    return tuple(ConfigurationRanking(small_cell(), "bin_C", pivot, FEW).suggest(4))
 
 
 @pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
@@ -76,7 +76,7 @@ def test_the_tip_stands_before_the_mouth_and_manipulability_is_sqrt_det_jjt(pivo
 def test_the_same_seed_gives_the_same_and_another_seed_others() -> None:
     def best(seed: int) -> list[float]:
         settings = replace(FEW, n_kept=3, n_poses=5, seed=seed)
-        suggester = Suggester(small_cell(), "bin_C", PivotState.STRAIGHT, settings)
+        suggester = ConfigurationRanking(small_cell(), "bin_C", PivotState.STRAIGHT, settings)
         return suggester.suggest(1)[0].configuration.q.tolist()
 
     assert best(3) == best(3) != best(4)
@@ -98,7 +98,7 @@ def test_a_cell_loads_with_the_best_and_has_it_to_the_last_bit(tmp_path: Path) -
 def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
     cell = small_cell()
     each = cell.pod.bins["bin_C"]
-    poses = BinPoses(CollisionModel(cell), each, PivotState.STRAIGHT)
+    poses = BinPoseSampler(CollisionModel(cell), each, PivotState.STRAIGHT)
     T = inverse(poses.T_world_bin) @ poses.inside(np.random.default_rng(0), 200)
     assert T[:, 0, 3].min() > 0.0 and T[:, 0, 3].max() < each.depth
     assert T[:, 1, 3].min() > each.y_range[0] and T[:, 1, 3].max() < each.y_range[1]
@@ -109,7 +109,7 @@ def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
 
 def test_names_and_places_that_are_none_are_refused() -> None:
     with pytest.raises(UnknownNameError, match="unknown bin 'bin_Z'"):
-        Suggester(small_cell(), "bin_Z", PivotState.STRAIGHT, FEW)
+        ConfigurationRanking(small_cell(), "bin_Z", PivotState.STRAIGHT, FEW)
     hopeless = replace(FEW, margin=0.5)
     with pytest.raises(NoPlanError, match=r"in front of bin_C.*nearer than 50% of a range"):
-        Suggester(small_cell(), "bin_C", PivotState.STRAIGHT, hopeless).suggest(1)
+        ConfigurationRanking(small_cell(), "bin_C", PivotState.STRAIGHT, hopeless).suggest(1)

@@ -27,8 +27,8 @@ from pickcli.roadmap.store import (
     write_roadmap,
 )
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass, TrajectoryDatabase
-from pickcli.storage.header_backup import Restored, restored, with_spare
-from pickcli.storage.integrity_scan import Survey, survey
+from pickcli.storage.header_backup import RestoredFile, restored, with_spare
+from pickcli.storage.integrity_scan import IntegrityReport, scan_integrity
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
@@ -53,7 +53,7 @@ def _flipped(path: Path, place: int, bit: int) -> Path:
 
 @pytest.mark.parametrize("kind", [kind.name for kind in FORMATS])
 def test_an_undamaged_file_is_intact_whole(kind: str, stored: dict[str, Path]) -> None:
-    found = survey(stored[kind], FORMATS)
+    found = scan_integrity(stored[kind], FORMATS)
     assert found.damage == () and found.fingerprint == FINGERPRINT and found.made == MADE
     counts = {name: len(rows) for name, rows in found.intact.items()}
     expected = {
@@ -66,7 +66,7 @@ def test_an_undamaged_file_is_intact_whole(kind: str, stored: dict[str, Path]) -
 @pytest.mark.parametrize("kind", [kind.name for kind in FORMATS])
 def test_500_flipped_bits_are_all_found_and_never_served(kind: str, stored: dict[str, Path]) -> None:
     rng, path = random.Random(7), stored[kind]
-    whole, size = survey(path, FORMATS), path.stat().st_size
+    whole, size = scan_integrity(path, FORMATS), path.stat().st_size
     for _ in range(500):
         flipped = _flipped(path, rng.randrange(size), rng.randrange(8))
         found = surveyed(flipped)
@@ -75,7 +75,7 @@ def test_500_flipped_bits_are_all_found_and_never_served(kind: str, stored: dict
         _assert_read_or_refused(kind, flipped)
 
 
-def _assert_intact_rows_are_those_of(found: Survey, whole: Survey) -> None:
+def _assert_intact_rows_are_those_of(found: IntegrityReport, whole: IntegrityReport) -> None:
     n_lost = 0
     for name, rows in whole.intact.items():
         written = {row.row.tobytes(): row.pieces for row in rows}
@@ -109,7 +109,7 @@ def test_one_motion_is_served_beside_a_damaged_one(stored: dict[str, Path]) -> N
     assert motion is not None and motion.trajectory is not None
     with pytest.raises(DamagedError, match="points"):
         read_motion(flipped, list(database())[1].key)
-    (damage,) = survey(flipped, FORMATS).damage
+    (damage,) = scan_integrity(flipped, FORMATS).damage
     assert (
         damage.where == "points of row 1 of motions"
         and damage.lost == "motions: b, c, empty, moving, nominal"
@@ -126,7 +126,7 @@ def test_one_motion_is_found_in_both_directions(stored: dict[str, Path]) -> None
 
 def test_what_a_truncation_leaves_is_intact(stored: dict[str, Path]) -> None:
     path = stored["roadmap"]
-    content, whole = path.read_bytes(), survey(path, FORMATS)
+    content, whole = path.read_bytes(), scan_integrity(path, FORMATS)
     n_told = 0
     for size in range(0, len(content), max(1, len(content) // 80)):
         cut = path.with_name("cut.h5")
@@ -174,17 +174,17 @@ def test_a_directory_damaged_in_both_copies_is_beyond_repair(stored: dict[str, P
     content[-60] ^= 1
     path.write_bytes(content)
     with pytest.raises(DamagedError, match="beyond repair"):
-        survey(path, FORMATS)
+        scan_integrity(path, FORMATS)
 
 
 def test_other_kinds_and_versions_are_told_apart(stored: dict[str, Path], tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a trajectory database, found roadmap"):
-        survey(stored["roadmap"], [DATABASE])
+        scan_integrity(stored["roadmap"], [DATABASE])
     with pytest.raises(InputError, match="no such file"):
-        survey(tmp_path / "nothing.h5", FORMATS)
+        scan_integrity(tmp_path / "nothing.h5", FORMATS)
     other = DATABASE.__class__(DATABASE.name, 99, DATABASE.tables)
     with pytest.raises(StaleError, match=f"of version {DATABASE.version}, this is version 99"):
-        survey(stored["trajectory database"], [other])
+        scan_integrity(stored["trajectory database"], [other])
 
 
 @pytest.mark.parametrize(
@@ -224,15 +224,15 @@ def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
     image[28:36] = struct.pack("<Q", 100)
     whole = with_spare(bytes(image), [(60, 20), (40, 10), (90, 0)])
     assert whole.startswith(bytes(image))
-    assert restored(whole) == Restored(bytes(image), True, True)
+    assert restored(whole) == RestoredFile(bytes(image), True, True)
     for place in (0, 39, 50, 59, 80, 99):  # what is not data
         broken = bytearray(whole)
         broken[place] ^= 1
-        assert restored(bytes(broken)) == Restored(bytes(image), False, True)
+        assert restored(bytes(broken)) == RestoredFile(bytes(image), False, True)
     for place in (40, 49, 60, 79):  # data are not in it
         broken = bytearray(whole)
         broken[place] ^= 1
-        assert restored(bytes(broken)) == Restored(bytes(broken[:100]), True, True)
+        assert restored(bytes(broken)) == RestoredFile(bytes(broken[:100]), True, True)
     for place in range(100, len(whole)):  # the spare itself
         broken = bytearray(whole)
         broken[place] ^= 1
@@ -241,7 +241,7 @@ def test_a_spare_copy_is_put_back_where_it_came_from() -> None:
 
 
 def test_a_spare_copy_may_be_all_that_there_is() -> None:
-    assert restored(with_spare(b"", [])) == Restored(b"", True, True)
+    assert restored(with_spare(b"", [])) == RestoredFile(b"", True, True)
 
 
 def test_a_spare_copy_is_no_larger_than_what_it_copies() -> None:
@@ -286,12 +286,12 @@ def test_only_an_end_of_up_to_64_megabytes_is_filled_up() -> None:
         assert len(found.image) == (100 + missing if is_filled else 100)
         assert not found.has_directory and not found.has_spare
     longer = IMAGE + b"more"
-    assert restored(longer) == Restored(longer, True, False)
+    assert restored(longer) == RestoredFile(longer, True, False)
 
 
 def test_a_broken_row_is_told_by_its_names(stored: dict[str, Path]) -> None:
     path = stored["roadmap"]
-    found = survey(_flipped(path, path.read_bytes().index("node_ä3".encode()), 0), FORMATS)
+    found = scan_integrity(_flipped(path, path.read_bytes().index("node_ä3".encode()), 0), FORMATS)
     assert len(found.damage) == 1 and found.damage[0].where == "row 3 of nodes"
     assert "down (if its name is right)" in found.damage[0].lost
     assert not found.is_whole
@@ -304,4 +304,4 @@ def test_a_description_that_was_edited_in_both_copies_is_beyond_repair(stored: d
     found = restored(path.read_bytes())
     path.write_bytes(found.image.replace(b"RRTstar", b"RRTSTAR"))
     with pytest.raises(DamagedError, match="beyond repair"):
-        survey(path, FORMATS)
+        scan_integrity(path, FORMATS)

@@ -22,7 +22,7 @@ from pickcli.roadmap.store import (
 )
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from pickcli.storage import table_writer
-from pickcli.storage.integrity_scan import survey
+from pickcli.storage.integrity_scan import scan_integrity
 from pickcli.storage.safe_open import (
     Dataset,
     _dataset,
@@ -31,11 +31,11 @@ from pickcli.storage.safe_open import (
     opened,
     read_attributes,
 )
-from pickcli.storage.table_format import Content, Format, Table
+from pickcli.storage.table_format import FileContent, FileFormat, Table
 from pickcli.storage.table_reader import stored_file
 from support.stored_samples import FINGERPRINT, MADE, database, roadmap
 
-KIND = Format("sample", 1, {"rows": Table({"name": "text", "size": "<f8"}, ("pieces",))})
+KIND = FileFormat("sample", 1, {"rows": Table({"name": "text", "size": "<f8"}, ("pieces",))})
 
 
 @pytest.fixture
@@ -261,7 +261,7 @@ def test_a_piece_outside_of_the_data_is_refused(
 
 
 def test_a_piece_may_begin_where_the_data_end_if_it_is_empty(path: Path) -> None:
-    content = Content(FINGERPRINT, {}, ("x",), {"rows": {"name": ["a", "b"], "size": [1.0, 2.0]}},
+    content = FileContent(FINGERPRINT, {}, ("x",), {"rows": {"name": ["a", "b"], "size": [1.0, 2.0]}},
                       {"pieces": [np.ones((2, 1)), np.zeros((0, 1))]})  # fmt: skip
     path.write_bytes(table_writer.to_bytes(KIND, content))
     with stored_file(path, KIND) as file:
@@ -269,12 +269,12 @@ def test_a_piece_may_begin_where_the_data_end_if_it_is_empty(path: Path) -> None
         rows, offsets = file.pieces("pieces")
         assert (rows.tolist(), offsets.tolist()) == ([[1.0], [1.0]], [0, 2, 2])
         assert file.texts("rows", "name") == ("a", "b")
-    found = survey(path, [KIND])
+    found = scan_integrity(path, [KIND])
     assert found.damage == () and [len(row.pieces["pieces"]) for row in found.intact["rows"]] == [2, 0]
 
 
 def test_columns_of_different_length_are_not_written(path: Path) -> None:
-    content = Content(FINGERPRINT, {}, ("x",), {"rows": {"name": ["a"], "size": [1.0, 2.0]}},
+    content = FileContent(FINGERPRINT, {}, ("x",), {"rows": {"name": ["a"], "size": [1.0, 2.0]}},
                       {"pieces": [np.ones((2, 1)), np.zeros((0, 1))]})  # fmt: skip
     with pytest.raises(ValueError, match="the columns of rows are not equally long"):
         table_writer.to_bytes(KIND, content)
@@ -291,5 +291,5 @@ def test_rows_in_another_order_are_damage(path: Path) -> None:
     path.write_bytes(content.replace(nodes.tobytes(), swapped.tobytes()))
     with pytest.raises(DamagedError, match="the table nodes is not what its SHA-256 says"):
         read_roadmap(path)
-    (damage,) = survey(path, FORMATS).damage
+    (damage,) = scan_integrity(path, FORMATS).damage
     assert (damage.where, damage.lost) == ("order of the rows of nodes", "nodes")
