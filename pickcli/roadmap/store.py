@@ -112,7 +112,8 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
 def surveyed(path: Path) -> IntegrityReport:
     """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
 
-    Raises like ``scan_integrity``; DamagedError, too, if what is intact makes no sense: no row can be trusted.
+    Raises like ``scan_integrity``; DamagedError, too, if what is intact makes no sense: then no row can be
+    trusted.
     """
     found = scan_integrity(path, FORMATS)
     try:
