@@ -23,7 +23,7 @@ from unittest import mock
 import numpy as np
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
@@ -77,7 +77,7 @@ def scaled_run(
     run = proven_run(planner, [replace(piece, scale=scale * piece.scale) for piece in pieces])
     if isinstance(run, Reason):
         return None
-    load = carried_load(planner.arm, grasp.pivot, run.trajectory, hold)
+    load = carried_load(planner.arm, grasp.tool_state, run.trajectory, hold)
     return run.trajectory.duration, load.ratio
 
 
@@ -108,7 +108,7 @@ def carries(planner: Planner, year: int, seeds: Sequence[int], n_grasps: int) ->
 
 def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_grasps: int) -> Iterator[Carry]:
     """One target with one grasp after the other."""
-    home = Start(planner.cell.configurations["home"].q, PivotState.STRAIGHT)
+    home = Start(planner.cell.configurations["home"].q, ToolState.STRAIGHT)
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()

@@ -124,7 +124,7 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
 def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
     home = warm.cell.configurations["home"]
     try:
-        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.pivot))
+        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.tool_state))
     except NoPlanError:
         return False
     return True

@@ -39,11 +39,11 @@ def measure(warm: Planner | None = None) -> dict[str, Any]:
     n_done = 0
     for target in order.work_order:
         try:
-            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.pivot))
+            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.tool_state))
         except NoPlanError:
             continue
         for name, (servo, pace) in ROBOTS.items():
-            run = execute(plan, World(scene, home.q, home.pivot, servo=servo), pace=pace)
+            run = execute(plan, World(scene, home.q, home.tool_state, servo=servo), pace=pace)
             worst = max((1e3 * fired.distance for fired in run.events), default=0.0)
             figures[name]["distance_mm"] = max(figures[name]["distance_mm"], worst)
             # After a stop (a lagging robot may lose the item) nothing more is due.

@@ -24,7 +24,7 @@ import numpy as np
 from bench.warm import fresh_scene, planner
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import displaced
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, inverse, pose
@@ -108,7 +108,7 @@ def meet(warm: Planner, kind: Kind, seed: int, is_supervised: bool) -> Meeting |
     home = warm.cell.configurations["home"]
     reality = replace(DEFAULT, supervision=is_supervised)
     truth = _with_intruder(kind, scene, plan, Arm(warm.cell.robot), rng)
-    world = World(truth, home.q, home.pivot, reality=reality, seed=seed)
+    world = World(truth, home.q, home.tool_state, reality=reality, seed=seed)
     names = {INTRUDER} if kind is not Kind.POD else {body.name for body in truth.cell.pod.bodies}
     for name in sorted(names):
         world.engine.soften(name, STIFFNESS[kind], DAMPING)
@@ -129,7 +129,7 @@ def _some_plan(
     for bin_name, item in targets:
         copies = [p for p in scene.in_location(bin_name) if p.item.name == item]
         try:
-            return plan_pick(warm, scene, bin_name, copies[0].id, Start(home.q, home.pivot), seed)
+            return plan_pick(warm, scene, bin_name, copies[0].id, Start(home.q, home.tool_state), seed)
         except NoPlanError:
             continue
     return None
@@ -161,7 +161,7 @@ def _on_the_way(plan: Plan, arm: Arm, rng: np.random.Generator) -> Array:
     coarse = [s for s in plan.segments if s.kind in COARSE]
     segment = coarse[int(rng.integers(len(coarse)))]
     t = segment.t_start + float(rng.uniform(0.3, 0.8)) * (segment.t_end - segment.t_start)
-    return arm.tip(plan.trajectory.sample(t)[0], PivotState.STRAIGHT)[:3, 3] + rng.uniform(-0.02, 0.02, 3)
+    return arm.tip(plan.trajectory.sample(t)[0], ToolState.STRAIGHT)[:3, 3] + rng.uniform(-0.02, 0.02, 3)
 
 
 def _over(tips: Array, noticed: int) -> float:

@@ -157,7 +157,7 @@ def picks(warm: Planner, seed: int) -> Iterator[tuple[str, Plan, Scene, str]]:
     found: dict[str, tuple[float, Plan, str]] = {}
     for target in order.work_order:
         try:
-            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.pivot))
+            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.tool_state))
         except NoPlanError:
             continue
         assert plan.grasp is not None
@@ -177,7 +177,7 @@ def measure(seed: int) -> list[dict[str, Any]]:
     for kind, plan, scene, target in picks(warm, seed):
         for case in CASES:
             told, real = case.lie(plan, scene, target)
-            world = World(real, home.q, home.pivot, reality=EXACT)
+            world = World(real, home.q, home.tool_state, reality=EXACT)
             run = execute(told, world)
             what = outcome(run, world, target)
             found.append(

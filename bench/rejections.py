@@ -89,7 +89,7 @@ def fresh_scenes(warm: Planner, seeds: Sequence[int]) -> Iterator[tuple[int, Sce
 def tally(warm: Planner, scene: Scene, seed: int, into: Tally) -> None:
     """Plan and verify a pick of every item of a scene that a cup can hold."""
     home = warm.cell.configurations["home"]
-    start = Start(home.q, home.pivot)
+    start = Start(home.q, home.tool_state)
     for placed in scene.items:
         if not placed.item.suction:
             continue

@@ -18,7 +18,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.data_path import data_path
 from pickcli.cell.items_file import ItemsModel, read_items
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.urdf import read_urdf
 from pickcli.errors import RejectedError
 from pickcli.files.atomic_write import write_bytes
@@ -86,7 +86,7 @@ def sound() -> Sound:
     bins: dict[str, list[str]] = {name: [] for name in cell.pod.bins}
     bins["bin_C"] = [ITEM, "crayola_24_ct"]
     scene = make_scene(bins, cell, 3)
-    begin = Start(cell.configurations["home"].q, PivotState.STRAIGHT)
+    begin = Start(cell.configurations["home"].q, ToolState.STRAIGHT)
     plan = certify(plan_pick(Planner(cell, None, None), scene, "bin_C", ITEM, begin, 0), scene)
     order = {"bin_contents": bins, "tote_contents": [], "work_order": [{"bin": "bin_C", "item": ITEM}]}
     return Sound(cell, scene, plan, order)
@@ -274,7 +274,7 @@ def _roadmap(cell: Cell) -> Roadmap:
     """Five named configurations in a row."""
     built = Roadmap.empty(cell.robot.joint_names)
     for named in list(cell.configurations.values())[:5]:
-        built, _ = built.with_node(named.q, named.name, named.pivot)
+        built, _ = built.with_node(named.q, named.name, named.tool_state)
     for a in range(4):
         ends = built.configurations[[a, a + 1]]
         built = built.with_edge(a, a + 1, np.stack([ends[0], ends.mean(axis=0), ends[1]]))
@@ -289,5 +289,5 @@ def _database(cell: Cell) -> TrajectoryDatabase:
         ends, still = np.stack([a.q, b.q]), np.zeros((2, len(joints)))
         timed = Trajectory(joints, np.array([0.0, 9.0]), ends, still, still)
         key = MotionKey(a.name, b.name, PayloadClass.EMPTY)
-        motions.append(CoarseMotion(key, PivotState.MOVING, JointPath(joints, ends), 9.0, timed))
+        motions.append(CoarseMotion(key, ToolState.MOVING, JointPath(joints, ends), 9.0, timed))
     return TrajectoryDatabase.of(joints, motions)

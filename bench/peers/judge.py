@@ -47,7 +47,7 @@ def judge(scene: Scene, query: Query, waypoints: Array) -> Judgement:
     trajectory = _halting(scene, waypoints)
     held = next(iter(query.without)) if query.held is not None else None
     kind = SegmentKind.TRANSIT if held is None else SegmentKind.TRANSFER
-    segment = Segment(kind, 0.0, trajectory.duration, query.pivot, held)
+    segment = Segment(kind, 0.0, trajectory.duration, query.tool_state, held)
     plan = Plan(query.name, scene.cell.fingerprint, "", 0, (segment,), trajectory, ())
     moving = parts(scene, segment, None if query.held is None else query.held.T_tip_item)
     ends = np.array([0.0, trajectory.duration])

@@ -19,7 +19,7 @@ import numpy as np
 
 from bench.peers.robot_model import robot_json, shape_json
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -44,11 +44,11 @@ N_PICKS = 2  # per scene, two queries each
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """One coarse query: from q_start (n,) to q_goal (n,) in one pivot state."""
+    """One coarse query: from q_start (n,) to q_goal (n,) in one tool state."""
 
     name: str
     scene: int
-    pivot: PivotState
+    tool_state: ToolState
     held: AttachedItem | None
     without: frozenset[str]  # ids of items that are not in the world
     q_start: Array
@@ -89,9 +89,9 @@ def _of_pick(
     feasible, _ = feasible_grasps(asked, number, ())
     if not feasible:
         return []
-    pivot = feasible[0].grasp.pivot
-    kin = [f for f in feasible if f.grasp.pivot is pivot]
-    start = _start(planner, scene, pivot, rng)
+    tool_state = feasible[0].grasp.tool_state
+    kin = [f for f in feasible if f.grasp.tool_state is tool_state]
+    start = _start(planner, scene, tool_state, rng)
     there = _nearest(planner, start, [f.preapproach.waypoints[0] for f in kin])
     chosen = kin[there]
     landings = into_tote(asked, chosen, number)
@@ -99,13 +99,13 @@ def _of_pick(
         return []
     out = chosen.retreat[-1].waypoints[-1]
     over = _nearest(planner, out, [landing.start for landing in landings])
-    transit = planner.checker(scene, pivot, reserve=RESERVE)
+    transit = planner.checker(scene, tool_state, reserve=RESERVE)
     gone = frozenset({target})
-    transfer = planner.checker(scene, pivot, held=chosen.held, without=gone, reserve=RESERVE)
+    transfer = planner.checker(scene, tool_state, held=chosen.held, without=gone, reserve=RESERVE)
     to, above, held = _first(chosen), landings[over].start, chosen.held
     made = [
-        Query(f"{number} to {target}", number, pivot, None, NONE, start, to, transit),
-        Query(f"{number} with {target}", number, pivot, held, gone, out, above, transfer),
+        Query(f"{number} to {target}", number, tool_state, None, NONE, start, to, transit),
+        Query(f"{number} with {target}", number, tool_state, held, gone, out, above, transfer),
     ]
     return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]
 
@@ -114,10 +114,10 @@ def _first(chosen: InBin) -> Array:
     return np.asarray(chosen.preapproach.waypoints[0])
 
 
-def _start(planner: Planner, scene: Scene, pivot: PivotState, rng: np.random.Generator) -> Array:
+def _start(planner: Planner, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
-    tests = planner.checker(scene, pivot, reserve=RESERVE)
-    named = [c.q for c in planner.cell.configurations.values() if c.pivot is pivot]
+    tests = planner.checker(scene, tool_state, reserve=RESERVE)
+    named = [c.q for c in planner.cell.configurations.values() if c.tool_state is tool_state]
     free = [q for q in named if tests.is_valid(q)]
     return free[int(rng.integers(len(free)))]
 
@@ -143,7 +143,7 @@ def exchange(cell: Cell, in_scenes: list[Scene], asked: list[Query], time_limit:
             {
                 "scene": query.scene,
                 "without": sorted(query.without),
-                "robot": robot_json(cell, query.pivot, query.held),
+                "robot": robot_json(cell, query.tool_state, query.held),
                 "start": query.q_start.tolist(),
                 "goal": query.q_goal.tolist(),
             }

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Joint, JointType, PivotState
+from pickcli.cell.robot import Joint, JointType, ToolState
 from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -18,7 +18,7 @@ from pickcli.kinematics.chain import bodies_of_frames, is_planned
 BASE, HELD = "world_base", "held_item"
 
 
-def robot_json(cell: Cell, pivot: PivotState, held: AttachedItem | None) -> dict[str, Any]:
+def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> dict[str, Any]:
     """What a peer needs to know of the robot in one state.
 
     links: from the base outwards; each with its joint to the link before it (``kind``, ``T`` (4, 4),
@@ -28,7 +28,7 @@ def robot_json(cell: Cell, pivot: PivotState, held: AttachedItem | None) -> dict
     """
     robot = cell.robot
     links = [{"name": BASE, "joint": None, "shapes": _shapes(robot.links[0].shapes, robot.T_world_base)}]
-    origins = [joint.T_parent_joint @ _turned(cell, joint, pivot) for joint in robot.joints]
+    origins = [joint.T_parent_joint @ _turned(cell, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     for joint, link, T in zip(robot.joints, robot.links[1:], origins, strict=True):
         shapes = _shapes(link.shapes, np.eye(4))
@@ -123,10 +123,10 @@ def _fixed(T: Array) -> dict[str, Any]:
     return {"kind": "fixed", "T": np.asarray(T).tolist(), "axis": [0.0, 0.0, 1.0], "q": -1}
 
 
-def _turned(cell: Cell, joint: Joint, pivot: PivotState) -> Array:
+def _turned(cell: Cell, joint: Joint, tool_state: ToolState) -> Array:
     if joint.name != cell.robot.tool.pivot_joint:
         return np.eye(4)
-    return pose(R=rotation_axis_angle(joint.axis, cell.robot.tool.pivot_positions[pivot]))
+    return pose(R=rotation_axis_angle(joint.axis, cell.robot.tool.pivot_positions[tool_state]))
 
 
 def _shapes(bodies: tuple[Body, ...], T: Array) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cartesian.line import line
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -33,19 +33,19 @@ class Line:
 
 
 def follow_line(
-    arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, pivot: PivotState, q_a: Array, where: str
+    arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, tool_state: ToolState, q_a: Array, where: str
 ) -> Line | Reason:
     """The line from T_a, where the arm stands at q_a, to T_b; or why there is none.
 
     The waypoints that are kept hold the tool within 0.5 mm and 0.17 degrees of the line.
     """
     poses = line(T_a, T_b)
-    result = arm.follow(poses[1:], pivot, q_a)
+    result = arm.follow(poses[1:], tool_state, q_a)
     if not result.is_complete:
         assert result.reason is not None
         return result.reason.at(where)
     dense = np.vstack([q_a[None], result.configurations])
-    kept = dense[_essential(arm, pivot, dense, poses)]
+    kept = dense[_essential(arm, tool_state, dense, poses)]
     blocked = _blocked(checker, kept)
     return Line(kept) if blocked is None else blocked.at(where)
 
@@ -61,22 +61,22 @@ def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
     return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
 
 
-def _essential(arm: Arm, pivot: PivotState, dense: Array, poses: Array) -> list[int]:
+def _essential(arm: Arm, tool_state: ToolState, dense: Array, poses: Array) -> list[int]:
     """Indices of the waypoints that are enough: greedy longest chords within the tolerances."""
     kept, i, last = [0], 0, len(dense) - 1
     while i < last:
         j = last
-        while j > i + 1 and not _chord_is_straight(arm, pivot, dense, poses, i, j):
+        while j > i + 1 and not _chord_is_straight(arm, tool_state, dense, poses, i, j):
             j = i + max(1, (j - i) // 2)
         kept.append(j)
         i = j
     return kept
 
 
-def _chord_is_straight(arm: Arm, pivot: PivotState, dense: Array, poses: Array, i: int, j: int) -> bool:
+def _chord_is_straight(arm: Arm, tool_state: ToolState, dense: Array, poses: Array, i: int, j: int) -> bool:
     """Whether the joint chord from waypoint i to j keeps the tool on the line."""
     s = np.arange(1, j - i)[:, None] / (j - i)
-    tips = arm.tips(dense[i] + (dense[j] - dense[i]) * s, pivot)
+    tips = arm.tips(dense[i] + (dense[j] - dense[i]) * s, tool_state)
     # Only the distance from the line counts, not the progress along it.
     off, along = tips[:, :3, 3] - poses[i, :3, 3], poses[j, :3, 3] - poses[i, :3, 3]
     length = float(np.sqrt(along @ along))

@@ -7,18 +7,18 @@ from pathlib import Path
 
 from pickcli.cell.device import Device
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.robot import Robot, ToolState
 from pickcli.cell.station import Obstacles, Pod, Tote
 from pickcli.geometry import Array
 
 
 @dataclass(frozen=True, eq=False)
 class NamedConfiguration:
-    """A configuration with a name and the pivot state it is meant for."""
+    """A configuration with a name and the tool state it is meant for."""
 
     name: str
     q: Array  # (n,)
-    pivot: PivotState
+    tool_state: ToolState
     kind: str  # "home", "bin", "camera", "tote", "drop", "midway"; "yardstick": only to compare with Delft
 
     @property

@@ -17,7 +17,7 @@ from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Limits, PivotState, Robot, Tool
+from pickcli.cell.robot import Limits, Robot, Tool, ToolState
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tote import build_tote
@@ -52,7 +52,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
             name: Device(name, DeviceKind(d.kind), d.lead, d.actions) for name, d in model.devices.items()
         },
         configurations={
-            c.name: NamedConfiguration(c.name, np.array(c.q), PivotState(c.pivot), c.kind)
+            c.name: NamedConfiguration(c.name, np.array(c.q), ToolState(c.pivot), c.kind)
             for c in model.configurations
         },
         allowed_pairs=tuple(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
@@ -129,8 +129,8 @@ def _tool(tool: ToolModel) -> Tool:
         cup_link=tool.cup_link,
         pivot_joint=tool.pivot_joint,
         pivot_positions={
-            PivotState.STRAIGHT: tool.pivot_positions.straight,
-            PivotState.DOWN: tool.pivot_positions.down,
+            ToolState.STRAIGHT: tool.pivot_positions.straight,
+            ToolState.DOWN: tool.pivot_positions.down,
         },
         T_cup_tip=pose((0.0, 0.0, tool.cup_length)),
         cup_radius=tool.cup_radius,

@@ -43,7 +43,7 @@ class Link:
     mass: float  # kg
 
 
-class PivotState(StrEnum):
+class ToolState(StrEnum):
     """What the pivoting cup does. It is part of the robot's shape, hence of segments and keys."""
 
     STRAIGHT = "straight"  # cup along the flange's +z
@@ -62,7 +62,7 @@ class Tool:
     lance_link: str  # fixed to the flange
     cup_link: str  # turned by pivot_joint
     pivot_joint: str
-    pivot_positions: dict[PivotState, float]  # rad, STRAIGHT and DOWN
+    pivot_positions: dict[ToolState, float]  # rad, STRAIGHT and DOWN
     T_cup_tip: Array  # (4, 4) pose of the tool frame in the cup link
     cup_radius: float  # m
     cup_stroke: float  # m, how far the bellows compress

@@ -1,10 +1,10 @@
-"""The robot in a scene: one checker per scene, pivot state, held item and set of allowed contacts."""
+"""The robot in a scene: one checker per scene, tool state, held item and set of allowed contacts."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.collision_world import KERNEL_KINDS, World, build_world
@@ -16,7 +16,7 @@ from pickcli.scene.scene import Scene
 
 
 class SceneChecker(KernelValidator):
-    """The robot in one scene, in one pivot state. Cheap to make: covers and boxes are shared.
+    """The robot in one scene, in one tool state. Cheap to make: covers and boxes are shared.
 
     Attributes:
         held: What is in the cup, None if nothing is.
@@ -26,7 +26,7 @@ class SceneChecker(KernelValidator):
         self,
         model: CollisionModel,
         scene: Scene,
-        pivot: PivotState,
+        tool_state: ToolState,
         held: AttachedItem | None = None,
         without: frozenset[str] = frozenset(),
         touching: AllowedContacts = NO_CONTACTS,
@@ -38,7 +38,7 @@ class SceneChecker(KernelValidator):
         Args:
             model: The robot of the scene's cell.
             scene: What stands around it.
-            pivot: State of the cup.
+            tool_state: State of the tool.
             held: What is in the cup.
             without: Ids of items that are not there (the held one, or those a planner may ignore).
             touching: What cup and held item may touch, and how deep; all other links keep clear of it.
@@ -49,7 +49,7 @@ class SceneChecker(KernelValidator):
         Raises:
             UnknownNameError: For a name in ``without`` or ``touching`` that is not in the scene.
         """
-        self.held, self._model, self._pivot = held, model, pivot
+        self.held, self._model, self._tool_state = held, model, tool_state
         world = build_world(model, scene)
         touching = touching.but(without)
         parts = (*model.frame_names, held.name if held is not None else "")
@@ -73,7 +73,7 @@ class SceneChecker(KernelValidator):
         for part, name in opening:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored[world.indices([name])] |= np.uint64(1 << frame)
-        state = self._model.state(self._pivot)
+        state = self._model.state(self._tool_state)
         kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
         kept = np.flatnonzero(world.is_kept(without))
         world.enter(kernel, kept, ignored)
@@ -83,7 +83,7 @@ class SceneChecker(KernelValidator):
 
     def _touching(self, world: World, touching: AllowedContacts) -> Entered:
         """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
-        state, cup = self._model.state(self._pivot), self._cup
+        state, cup = self._model.state(self._tool_state), self._cup
         mine = state.frames == cup
         none = np.zeros((0, 2), np.int32)
         kernel = Checker(state.chain, state.centers[mine], state.radii[mine], state.frames[mine], none)
@@ -96,7 +96,7 @@ class SceneChecker(KernelValidator):
 
     def _attach(self, kernel: Checker, held: AttachedItem) -> None:
         tested = self._model.held_tested_frames
-        if self._pivot is PivotState.MOVING:
+        if self._tool_state is ToolState.MOVING:
             cover = swept_cover(self._model, held)
             kernel.set_held(cover.centers, cover.radii, tested)
         else:

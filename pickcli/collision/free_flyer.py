@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.motion_validator import Entered, KernelValidator
@@ -33,8 +33,8 @@ FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line 
 # The axes of the tool frame that become x, y, z of the turning joints: x along the lance, into the bin, and z
 # away from where a pivoted cup points, so that yaw and pitch stay far from where they jump.
 _R_TOOL_TURNING = {
-    PivotState.STRAIGHT: np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
-    PivotState.DOWN: np.diag([-1.0, 1.0, -1.0]),
+    ToolState.STRAIGHT: np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    ToolState.DOWN: np.diag([-1.0, 1.0, -1.0]),
 }
 
 
@@ -107,10 +107,10 @@ class FreeItemChecker(KernelValidator):
 
 
 class FreeToolChecker(KernelValidator):
-    """Lance and cup in one pivot state, in the robot's own spheres, at any pose of the tool frame."""
+    """Lance and cup in one tool state, in the robot's own spheres, at any pose of the tool frame."""
 
     def __init__(
-        self, model: CollisionModel, scene: Scene, pivot: PivotState, R_world_axes: Array,
+        self, model: CollisionModel, scene: Scene, tool_state: ToolState, R_world_axes: Array,
         without: frozenset[str], touching: frozenset[str] = frozenset(),
     ) -> None:  # fmt: skip
         """Enter the scene into the kernel.
@@ -118,13 +118,13 @@ class FreeToolChecker(KernelValidator):
         Args:
             model: The collision model of the scene's cell.
             scene: What stands around the tool.
-            pivot: State of the cup.
+            tool_state: State of the tool.
             R_world_axes: (3, 3) axes about which the tool is level.
             without: Ids of items that are not there.
             touching: Names that the cup may touch; the lance keeps clear of them.
         """
-        self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[pivot]
-        spheres = _tool_spheres(model, pivot, pose(R=self._R_tool.T))
+        self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[tool_state]
+        spheres = _tool_spheres(model, tool_state, pose(R=self._R_tool.T))
         chain = _floating_chain(np.zeros(3), R_world_axes)
         world = build_world(model, scene)
         kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
@@ -157,10 +157,10 @@ def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
 
 
 def _tool_spheres(
-    model: CollisionModel, pivot: PivotState, T_frame_tip: Array
+    model: CollisionModel, tool_state: ToolState, T_frame_tip: Array
 ) -> tuple[Array, Array, NDArray[np.int32]]:
     """Centres (S, 3), radii (S,) and frames (S,) of lance and cup, whose tip is at a pose in the frames."""
-    state, tool = model.state(pivot), model.robot.tool
+    state, tool = model.state(tool_state), model.robot.tool
     links = state.chain.fk(np.zeros(state.chain.n))
     T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_cup_tip)
     centers, frames = np.empty((0, 3)), np.empty(0, np.int32)

@@ -1,4 +1,4 @@
-"""The robot as collision checks see it: per pivot state a chain, its spheres and its self pairs."""
+"""The robot as collision checks see it: per tool state a chain, its spheres and its self pairs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.robot import Robot, ToolState
 from pickcli.cell.shapes import Body
 from pickcli.collision.sphere_cover import Cover, cover_bodies
 from pickcli.collision.swept_cover import sweep
@@ -26,8 +26,8 @@ LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 
 
 @dataclass(frozen=True, eq=False)
-class PivotModel:
-    """The robot in one pivot state, as arrays of the kernel."""
+class KernelRobot:
+    """The robot in one tool state, as arrays of the kernel."""
 
     chain: Chain
     centers: Array  # (S, 3) in their frames, m
@@ -48,7 +48,7 @@ class CollisionModel:
         self.robot: Robot = cell.robot
         self.frame_names: tuple[str, ...] = tuple(link.name for link in cell.robot.links[1:])
         self.bodies: tuple[int, ...] = bodies_of_frames(cell.robot)
-        self._states: dict[PivotState, PivotModel] = {}
+        self._states: dict[ToolState, KernelRobot] = {}
 
     @property
     def n_frames(self) -> int:
@@ -65,16 +65,16 @@ class CollisionModel:
         """Frames that the held item must stay clear of: all but those rigid with it or with the base."""
         return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
 
-    def state(self, pivot: PivotState) -> PivotModel:
-        """The robot's arrays in one pivot state, made at the first call."""
-        if pivot not in self._states:
-            self._states[pivot] = self._build(pivot)
-        return self._states[pivot]
+    def state(self, tool_state: ToolState) -> KernelRobot:
+        """The robot's arrays in one tool state, made at the first call."""
+        if tool_state not in self._states:
+            self._states[tool_state] = self._build(tool_state)
+        return self._states[tool_state]
 
     def swept(self, cover: Cover) -> Cover:
         """What a cover in the cup's frame (STRAIGHT) passes through until the cup is DOWN."""
         joint = next(j for j in self.robot.joints if j.name == self.robot.tool.pivot_joint)
-        straight, down = (pivot_angle(self.robot, p) for p in (PivotState.STRAIGHT, PivotState.DOWN))
+        straight, down = (pivot_angle(self.robot, p) for p in (ToolState.STRAIGHT, ToolState.DOWN))
         return sweep(cover, joint.axis * np.sign(down - straight), abs(down - straight))
 
     def is_allowed(self, a: str, b: str) -> bool:
@@ -103,12 +103,12 @@ class CollisionModel:
         solid = (link.shapes if body > 0 else () for link, body in links)
         return tuple(cover_bodies(shapes, _excess, LINK_COUNT) for shapes in solid)
 
-    def _build(self, pivot: PivotState) -> PivotModel:
+    def _build(self, tool_state: ToolState) -> KernelRobot:
         covers = list(self._covers)
-        if pivot is PivotState.MOVING:
+        if tool_state is ToolState.MOVING:
             covers[-1] = self.swept(covers[-1])
-        return PivotModel(
-            build_chain(self.robot, pivot),
+        return KernelRobot(
+            build_chain(self.robot, tool_state),
             np.concatenate([c.centers for c in covers]),
             np.concatenate([c.radii for c in covers]),
             np.repeat(np.arange(self.n_frames, dtype=np.int32), [len(c.radii) for c in covers]),

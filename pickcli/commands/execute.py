@@ -26,7 +26,7 @@ from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:
-    from pickcli.cell.robot import PivotState
+    from pickcli.cell.robot import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import Planner
@@ -88,13 +88,13 @@ def command(
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
         plan = _trusted(plan, plan_path, believed)
-    q, pivot = _stand(plan, scene, start)
+    q, tool_state = _stand(plan, scene, start)
     plans = [plan]
     if bridge and _is_away(plan, q):
         planner = load_planner(scene.cell, roadmap, trajectories)
-        plans.insert(0, _bridge(planner, believed, plan, q, pivot, seed))
+        plans.insert(0, _bridge(planner, believed, plan, q, tool_state, seed))
     film = _film(video)
-    world = World(scene, q, pivot, reality=reality, seed=seed)
+    world = World(scene, q, tool_state, reality=reality, seed=seed)
     runs = _run(plans, world, film)
     if as_json:
         emit_json(execution_summary(plans, runs, world))
@@ -128,16 +128,16 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
     return plan
 
 
-def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, PivotState]:
+def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
     """Where the robot stands, and its cup; what is not said is as the plan begins."""
-    from pickcli.cell.robot import PivotState
+    from pickcli.cell.robot import ToolState
 
-    first = plan.segments[0].pivot
-    cup = PivotState.STRAIGHT if first is PivotState.MOVING else first
+    first = plan.segments[0].tool_state
+    cup = ToolState.STRAIGHT if first is ToolState.MOVING else first
     if start is None:
         return plan.trajectory.positions[0], cup
-    q, pivot = parse_configuration(scene.cell, start)
-    return q, pivot if pivot in scene.cell.robot.tool.pivot_positions else cup
+    q, tool_state = parse_configuration(scene.cell, start)
+    return q, tool_state if tool_state in scene.cell.robot.tool.pivot_positions else cup
 
 
 def _is_away(plan: Plan, q: Array) -> bool:
@@ -147,14 +147,14 @@ def _is_away(plan: Plan, q: Array) -> bool:
 
 
 def _bridge(
-    planner: Planner, believed: Scene, plan: Plan, q: Array, pivot: PivotState, seed: int
+    planner: Planner, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
 ) -> Plan:  # fmt: skip
     """A certified move from where the robot stands to the plan's first point."""
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
     goal = plan.trajectory.positions[0]
-    bridge = plan_move(planner, believed, Start(q, pivot), goal, seed, label="bridge to the first point")
+    bridge = plan_move(planner, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")
     return certified(bridge, believed, "try another --seed")
 
 

@@ -57,16 +57,16 @@ def command(
     Example:
       apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
     """
-    from pickcli.cell.robot import PivotState
+    from pickcli.cell.robot import ToolState
     from pickcli.planning.pick import Start, plan_pick
     from pickcli.planning.pick_settings import Neighbours
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
     refuse_held(scene, scene_path)
-    q, pivot = parse_configuration(scene.cell, start)
+    q, tool_state = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
-    begin = Start(q, pivot or PivotState.STRAIGHT)
+    begin = Start(q, tool_state or ToolState.STRAIGHT)
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn) as session:
         plan = plan_pick(session.planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)

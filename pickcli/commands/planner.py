@@ -15,7 +15,7 @@ from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.cell.robot import PivotState
+    from pickcli.cell.robot import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import Planner
@@ -137,13 +137,13 @@ def _advice(plan: Plan, cell: Cell) -> str:
     return "try another --seed, or look at the plan with --no-verify"
 
 
-def parse_configuration(cell: Cell, text: str) -> tuple[Array, PivotState | None]:
+def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
     """A named configuration with its cup, or n numbers with commas (any cup: None). Raises InputError."""
     import numpy as np
 
     if text in cell.configurations:
         named = cell.configurations[text]
-        return named.q, named.pivot
+        return named.q, named.tool_state
     if "," not in text:
         raise UnknownNameError("configuration", text, list(cell.configurations))
     try:

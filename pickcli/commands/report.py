@@ -71,7 +71,7 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
         "min_clearance_mm": None if certificate is None else 1e3 * certificate.min_clearance,
         "grasp": None
         if grasp is None
-        else {"item": grasp.item, "kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.pivot)},
+        else {"item": grasp.item, "kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.tool_state)},
         "segments": [
             {"kind": str(s.kind), "t_start": s.t_start, "t_end": s.t_end, "held": s.held}
             for s in plan.segments

@@ -12,7 +12,7 @@ from math import cos, sin
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState, Tool
+from pickcli.cell.robot import Tool, ToolState
 from pickcli.cell.station import Bin
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
@@ -109,7 +109,7 @@ def _placements(
     """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
     R = T_bin_item[:3, :3] @ T_item_tip[:3, :3]
     along = R[:, 2]  # the cup's axis in the bin frame
-    kind, pivot, off = _kind(along)
+    kind, tool_state, off = _kind(along)
     if kind is None:
         return [], None  # faces away from every way in: not a failure, just another side
     hold = Hold.of(item, face, inverse(T_item_tip), tool)
@@ -131,18 +131,18 @@ def _placements(
             score = (
                 load.ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
             )
-            grasps.append(Grasp(item_id, kind, face, pivot, T, float(score), *figures))
+            grasps.append(Grasp(item_id, kind, face, tool_state, T, float(score), *figures))
     return grasps, None
 
 
-def _kind(along: Array) -> tuple[str | None, PivotState, float]:
+def _kind(along: Array) -> tuple[str | None, ToolState, float]:
     """The kind of grasp for a cup's axis (3,) in the bin frame, and how many rad that is off its ideal."""
     if along[0] >= np.cos(MAX_FRONTAL_TILT):
-        return "frontal", PivotState.STRAIGHT, float(np.arccos(min(1.0, along[0])))
+        return "frontal", ToolState.STRAIGHT, float(np.arccos(min(1.0, along[0])))
     best = max(-along[2], abs(along[1]))
     kind = "top-down" if -along[2] >= abs(along[1]) else "side"
     off = float(np.arccos(min(1.0, best)))
-    return kind if off <= MAX_PIVOTED_TILT else None, PivotState.DOWN, off
+    return kind if off <= MAX_PIVOTED_TILT else None, ToolState.DOWN, off
 
 
 def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:

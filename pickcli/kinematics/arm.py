@@ -1,10 +1,10 @@
-"""The arm of a cell: forward and inverse kinematics of its tool, in every pivot state."""
+"""The arm of a cell: forward and inverse kinematics of its tool, in every tool state."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import JointType, Limits, PivotState, Robot
+from pickcli.cell.robot import JointType, Limits, Robot, ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Chain
@@ -32,7 +32,7 @@ class Arm:
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._chains = {pivot: build_chain(robot, pivot) for pivot in PivotState}
+        self._chains = {tool_state: build_chain(robot, tool_state) for tool_state in ToolState}
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_cup_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
@@ -56,51 +56,53 @@ class Arm:
         """Limits of the planned joints."""
         return self.robot.limits
 
-    def chain(self, pivot: PivotState) -> Chain:
-        """The kernel's chain in that pivot state (MOVING stands where STRAIGHT does)."""
-        return self._chains[pivot]
+    def chain(self, tool_state: ToolState) -> Chain:
+        """The kernel's chain in that tool state (MOVING stands where STRAIGHT does)."""
+        return self._chains[tool_state]
 
-    def tip(self, q: Array, pivot: PivotState) -> Array:
+    def tip(self, q: Array, tool_state: ToolState) -> Array:
         """Pose (4, 4) of the tool frame in the world at q (n,)."""
-        return np.asarray(self._chains[pivot].fk(q)[-1] @ self._T_last_tip)
+        return np.asarray(self._chains[tool_state].fk(q)[-1] @ self._T_last_tip)
 
-    def tips(self, Q: Array, pivot: PivotState) -> Array:
+    def tips(self, Q: Array, tool_state: ToolState) -> Array:
         """Poses (N, 4, 4) of the tool frame in the world at Q (N, n)."""
-        return np.asarray(self._chains[pivot].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip)
+        return np.asarray(
+            self._chains[tool_state].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip
+        )
 
-    def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, pivot: PivotState) -> TipMotion:
+    def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
         """How the tool frame moves in the world, the pivot at rest.
 
         Args:
             Q: (N, n) configurations.
             dQ: (N, n) their first derivatives, by time or by the parameter of a path.
             ddQ: (N, n) their second derivatives.
-            pivot: State of the cup.
+            tool_state: State of the tool.
         """
-        poses, motions = self._chains[pivot].tip_motion(Q, dQ, ddQ, self._T_last_tip)
+        poses, motions = self._chains[tool_state].tip_motion(Q, dQ, ddQ, self._T_last_tip)
         return TipMotion(poses, *(np.ascontiguousarray(motions[:, k]) for k in range(4)))
 
-    def jacobian(self, q: Array, pivot: PivotState) -> Array:
+    def jacobian(self, q: Array, tool_state: ToolState) -> Array:
         """(6, n): velocity of the tip (m/s), then angular velocity (rad/s), in world axes, per joint rate."""
-        return np.asarray(self._chains[pivot].jacobian(q, self._T_last_tip))
+        return np.asarray(self._chains[tool_state].jacobian(q, self._T_last_tip))
 
-    def manipulability(self, q: Array, pivot: PivotState) -> float:
+    def manipulability(self, q: Array, tool_state: ToolState) -> float:
         """Yoshikawa's measure, 0 in a singular configuration."""
-        return yoshikawa(self.jacobian(q, pivot))
+        return yoshikawa(self.jacobian(q, tool_state))
 
-    def solve(self, T_world_tip: Array, pivot: PivotState, seeds: Array) -> Array:
+    def solve(self, T_world_tip: Array, tool_state: ToolState, seeds: Array) -> Array:
         """Distinct configurations (M, n) within limits that put the tip at a pose, in the seeds' order.
 
         seeds: (K, n) starting points of the descent. No solution is an empty (0, n).
         """
-        solutions = self._chains[pivot].ik(
+        solutions = self._chains[tool_state].ik(
             T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
             self._lower, self._upper, self.weights,
         )  # fmt: skip
         return np.asarray(solutions).reshape(-1, self.n)
 
     def solve_spread(
-        self, T_world_tip: Array, pivot: PivotState, rng: np.random.Generator, n_seeds: int = 16
+        self, T_world_tip: Array, tool_state: ToolState, rng: np.random.Generator, n_seeds: int = 16
     ) -> Array:
         """Distinct solutions (M, n) spread over the redundancy: the prismatic joints of the seeds are
         stratified over their range, the others random. Same generator state, same solutions."""
@@ -109,14 +111,14 @@ class Arm:
         lower, upper = self.limits.lower, self.limits.upper
         for j in np.flatnonzero(self._is_prismatic):
             seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
-        return self.solve(T_world_tip, pivot, seeds)
+        return self.solve(T_world_tip, tool_state, seeds)
 
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
         """(k, n) configurations, uniform within the limits."""
         return rng.uniform(self.limits.lower, self.limits.upper, size=(k, self.n))
 
     def follow(
-        self, T_world_tips: Array, pivot: PivotState, q0: Array, deviation: Deviation | None = None
+        self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation | None = None
     ) -> FollowResult:
         """Configurations along tool poses (P, 4, 4), each next to the one before, the first next to q0.
 
@@ -124,12 +126,12 @@ class Arm:
         two configurations the tool is no farther off the line than ``deviation`` (1 mm, 0.5 degrees).
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
-        Q, code = self._chains[pivot].follow(
+        Q, code = self._chains[tool_state].follow(
             poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step
         )
         whole = np.vstack([q0, np.asarray(Q).reshape(-1, self.n)])
         reason = None if code == 0 else self._why_broken(whole[-1], code, len(whole) - 1, len(poses))
-        tips, middles = self.tips(whole, pivot), self.tips((whole[:-1] + whole[1:]) / 2, pivot)
+        tips, middles = self.tips(whole, tool_state), self.tips((whole[:-1] + whole[1:]) / 2, tool_state)
         off = (deviation or Deviation()).first_broken(tips, middles)
         if off is not None:
             i, how_far = off

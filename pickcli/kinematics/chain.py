@@ -1,10 +1,10 @@
-"""A robot in one pivot state as the kernel's chain: the pivot folded in as a fixed joint."""
+"""A robot in one tool state as the kernel's chain: the pivot folded in as a fixed joint."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, PivotState, Robot
+from pickcli.cell.robot import Joint, JointType, Robot, ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kernel import Chain
@@ -17,7 +17,7 @@ _KERNEL_TYPE = {
 }
 
 
-def build_chain(robot: Robot, pivot: PivotState) -> Chain:
+def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
     """The kernel's chain of ``robot``: frame k is the child link of ``robot.joints[k]``.
 
     Base pose and pivot position are folded into the joint origins. MOVING stands where STRAIGHT does: its
@@ -25,7 +25,7 @@ def build_chain(robot: Robot, pivot: PivotState) -> Chain:
     chain that ends in the cup, or if a moving joint is neither planned nor the pivot.
     """
     _check_serial(robot)
-    origins = [joint.T_parent_joint @ _pivot_turn(robot, joint, pivot) for joint in robot.joints]
+    origins = [joint.T_parent_joint @ _pivot_turn(robot, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     fixed = [not is_planned(robot, joint) for joint in robot.joints]
     types = [2 if f else _KERNEL_TYPE[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
@@ -51,16 +51,16 @@ def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
     return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
 
 
-def pivot_angle(robot: Robot, pivot: PivotState) -> float:
+def pivot_angle(robot: Robot, tool_state: ToolState) -> float:
     """Position in rad of the pivot joint; MOVING counts from STRAIGHT."""
-    key = PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+    key = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
     return robot.tool.pivot_positions[key]
 
 
-def _pivot_turn(robot: Robot, joint: Joint, pivot: PivotState) -> Array:
+def _pivot_turn(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
     if joint.name != robot.tool.pivot_joint:
         return np.eye(4)
-    return pose(R=rotation_axis_angle(joint.axis, pivot_angle(robot, pivot)))
+    return pose(R=rotation_axis_angle(joint.axis, pivot_angle(robot, tool_state)))
 
 
 def _check_serial(robot: Robot) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
@@ -25,7 +25,7 @@ class Grasp:
     item: str  # id in the scene
     kind: str
     face: str
-    pivot: PivotState
+    tool_state: ToolState
     T_item_tip: Array  # (4, 4) tool frame in the item frame; tip on the face, +z into the item
     score: float  # smaller is better
     moment: float  # Nm of bending about the cup, worst over gravity and planned acceleration; so all below

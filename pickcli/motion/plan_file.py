@@ -145,7 +145,7 @@ def _segment(segment: Segment) -> dict[str, Any]:
         "kind": str(segment.kind),
         "t_start": float(segment.t_start),
         "t_end": float(segment.t_end),
-        "pivot": str(segment.pivot),
+        "pivot": str(segment.tool_state),
         "held": segment.held,
         "touching": list(segment.touching),
     }
@@ -168,7 +168,7 @@ def _grasp(grasp: Grasp) -> dict[str, Any]:
         "item": grasp.item,
         "kind": grasp.kind,
         "face": grasp.face,
-        "pivot": str(grasp.pivot),
+        "pivot": str(grasp.tool_state),
         "T_item_tip": _rows(grasp.T_item_tip),
         "score": float(grasp.score),
         "moment": float(grasp.moment),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 
 
 class SegmentKind(StrEnum):
@@ -36,6 +36,6 @@ class Segment:
     kind: SegmentKind
     t_start: float  # s
     t_end: float  # s
-    pivot: PivotState
+    tool_state: ToolState
     held: str | None
     touching: tuple[str, ...] = ()

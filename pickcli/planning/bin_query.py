@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cartesian.corridor import Corridor
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.station import Bin
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.checker import SceneChecker
@@ -157,11 +157,11 @@ class BinQuery:
         return np.asarray(by * axis)
 
     @cached_property
-    def empty(self) -> dict[PivotState, SceneChecker]:
-        """Checkers of the empty tool by pivot state."""
+    def empty(self) -> dict[ToolState, SceneChecker]:
+        """Checkers of the empty tool by tool state."""
         return {
-            pivot: self.planner.checker(self.scene, pivot, without=self.ignored)
-            for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+            tool_state: self.planner.checker(self.scene, tool_state, without=self.ignored)
+            for tool_state in (ToolState.STRAIGHT, ToolState.DOWN)
         }
 
     def met(self, face: str) -> frozenset[str]:
@@ -191,20 +191,22 @@ class BinQuery:
     def meeting(self, grasp: Grasp) -> SceneChecker:
         """A checker of the empty tool where the cup may touch what it meets."""
         met = AllowedContacts.of(cup=dict.fromkeys(self.met(grasp.face), self._pressed(grasp)))
-        return self.planner.checker(self.scene, grasp.pivot, without=self.ignored, touching=met)
+        return self.planner.checker(self.scene, grasp.tool_state, without=self.ignored, touching=met)
 
     def tool(
-        self, pivot: PivotState, touching: frozenset[str] = NONE, without: frozenset[str] = NONE
+        self, tool_state: ToolState, touching: frozenset[str] = NONE, without: frozenset[str] = NONE
     ) -> FreeToolChecker:
         """The empty tool by itself. touching: names that the cup may touch. without: ids of items, gone."""
-        key = pivot, touching, without
+        key = tool_state, touching, without
         if key not in self._tools:
             axes, gone = self.T_world_bin[:3, :3], self.ignored | without
-            self._tools[key] = FreeToolChecker(self.planner.model, self.scene, pivot, axes, gone, touching)
+            self._tools[key] = FreeToolChecker(
+                self.planner.model, self.scene, tool_state, axes, gone, touching
+            )
         return self._tools[key]
 
     @cached_property
-    def _tools(self) -> dict[tuple[PivotState, frozenset[str], frozenset[str]], FreeToolChecker]:
+    def _tools(self) -> dict[tuple[ToolState, frozenset[str], frozenset[str]], FreeToolChecker]:
         """Those made so far."""
         return {}
 

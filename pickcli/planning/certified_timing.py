@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
@@ -62,16 +62,16 @@ def carried_run(
     most = planner.settings.load_ratio
     where = f"{grasp.kind} grasp on face {grasp.face}"
     waypoints = np.vstack([piece.waypoints for piece in pieces])
-    still = path_load(planner.arm, grasp.pivot, waypoints, hold)
+    still = path_load(planner.arm, grasp.tool_state, waypoints, hold)
     if still.ratio > most:
         return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
-    cup = WrenchLimit(planner.arm, grasp.pivot, hold.body, hold.limits, most * hold.vacuum_share)
+    cup = WrenchLimit(planner.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
     limit, are_blends_proven = None, False
     while True:
         run = _timed(planner, pieces, speed_scale, are_blends_proven, limit)
         if isinstance(run, Reason):
             return run
-        load = carried_load(planner.arm, grasp.pivot, run.trajectory, hold)
+        load = carried_load(planner.arm, grasp.tool_state, run.trajectory, hold)
         if load.ratio > most * (1.0 + BETWEEN):
             if limit is not None:
                 return Reason("does not hold", where, f"{load} as timed, {load.ratio:.2f} of the limit")
@@ -145,10 +145,12 @@ def _timed_once(
         return pieces[part].checker.first_invalid_edge(chords, slack)
 
     # A cell's own limit holds for both places of the cup, whichever it is in.
-    pivots = [pieces[-1].pivot] if most is None else [PivotState.STRAIGHT, PivotState.DOWN]
+    tool_states = [pieces[-1].tool_state] if most is None else [ToolState.STRAIGHT, ToolState.DOWN]
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
-        return np.asarray(np.max([_tip_travel(planner.arm, Q, dQ, pivot) for pivot in pivots], axis=0))
+        return np.asarray(
+            np.max([_tip_travel(planner.arm, Q, dQ, tool_state) for tool_state in tool_states], axis=0)
+        )
 
     blends = is_free if are_blends_proven else None
     try:
@@ -162,7 +164,7 @@ def _lower(*speeds: float | None) -> float | None:
     return min((speed for speed in speeds if speed is not None), default=None)
 
 
-def _tip_travel(arm: Arm, Q: Array, dQ: Array, pivot: PivotState) -> Array:
+def _tip_travel(arm: Arm, Q: Array, dQ: Array, tool_state: ToolState) -> Array:
     """(M,) m that the tip goes per unit of a path, at Q (M, n) in the direction of dQ (M, n)."""
-    ahead, behind = (arm.tips(Q + h * dQ, pivot)[:, :3, 3] for h in (NUDGE, -NUDGE))
+    ahead, behind = (arm.tips(Q + h * dQ, tool_state)[:, :3, 3] for h in (NUDGE, -NUDGE))
     return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))

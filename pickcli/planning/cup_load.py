@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm
@@ -15,14 +15,14 @@ STEP = (
 )
 
 
-def carried_load(arm: Arm, pivot: PivotState, trajectory: Trajectory, hold: Hold) -> Load:
+def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> Load:
     """The worst load on the cup over a trajectory, at its points and between them."""
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
     Q, dQ, ddQ = (trajectory.sample(t, derivative) for derivative in range(3))
-    return hold.in_motion(arm.tip_motion(Q, dQ, ddQ, pivot))
+    return hold.in_motion(arm.tip_motion(Q, dQ, ddQ, tool_state))
 
 
-def path_load(arm: Arm, pivot: PivotState, waypoints: Array, hold: Hold) -> Load:
+def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> Load:
     """The worst load at rest over the configurations (N, n): no slower motion loads the cup less."""
-    return hold.at_rest(arm.tips(waypoints, pivot)[:, :3, :3])
+    return hold.at_rest(arm.tips(waypoints, tool_state)[:, :3, :3])

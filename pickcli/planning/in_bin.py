@@ -58,7 +58,7 @@ def plan_in_bin(
     ways_out = tool_ways_out(query, grasp, contact, ways)
     if isinstance(ways_out, Reason):
         return Failures.of(ways_out.within(where))
-    solutions = planner.arm.solve(contact, grasp.pivot, _seeds(query, rng))
+    solutions = planner.arm.solve(contact, grasp.tool_state, _seeds(query, rng))
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
     meeting = query.meeting(grasp)
@@ -107,17 +107,19 @@ def _lines_in(
     query: BinQuery, grasp: Grasp, poses: PickPoses, q_contact: Array, where: str
 ) -> tuple[Line, Line, Line] | Reason:
     """Pre-approach, approach and contact, followed backwards from the contact configuration."""
-    arm, pivot = query.planner.arm, grasp.pivot
-    empty, meeting = query.empty[pivot], query.meeting(grasp)
-    contact = follow_line(arm, meeting, poses.contact, poses.touch, pivot, q_contact, f"{where}, contact")
+    arm, tool_state = query.planner.arm, grasp.tool_state
+    empty, meeting = query.empty[tool_state], query.meeting(grasp)
+    contact = follow_line(
+        arm, meeting, poses.contact, poses.touch, tool_state, q_contact, f"{where}, contact"
+    )
     if isinstance(contact, Reason):
         return contact
     q = contact.waypoints[-1]
-    approach = follow_line(arm, empty, poses.touch, poses.approach, pivot, q, f"{where}, approach")
+    approach = follow_line(arm, empty, poses.touch, poses.approach, tool_state, q, f"{where}, approach")
     if isinstance(approach, Reason):
         return approach
     q = approach.waypoints[-1]
-    pre = follow_line(arm, empty, poses.approach, poses.preapproach, pivot, q, f"{where}, pre-approach")
+    pre = follow_line(arm, empty, poses.approach, poses.preapproach, tool_state, q, f"{where}, pre-approach")
     if isinstance(pre, Reason):
         return pre
     return pre.backwards(), approach.backwards(), contact.backwards()
@@ -130,9 +132,9 @@ def _way_out(
     """Lift and retreat with the item held, along the first way that the arm can follow."""
     planner = query.planner
     gone = query.ignored | {query.target.id}
-    carrying = planner.checker(query.scene, grasp.pivot, held=held, without=gone)
+    carrying = planner.checker(query.scene, grasp.tool_state, held=held, without=gone)
     touching = query.leaving(grasp)
-    leaving = planner.checker(query.scene, grasp.pivot, held=held, without=gone, touching=touching)
+    leaving = planner.checker(query.scene, grasp.tool_state, held=held, without=gone, touching=touching)
     failures = Failures()
     for option in ways:
         out = _lines_out(query, grasp, contact, option, q_contact, leaving, carrying, where)
@@ -146,20 +148,20 @@ def _lines_out(
     query: BinQuery, grasp: Grasp, contact: Array, option: LiftPoses, q_contact: Array,
     leaving: SceneChecker, carrying: SceneChecker, where: str,
 ) -> tuple[Line, Line, tuple[Line, ...]] | Reason:  # fmt: skip
-    arm, pivot = query.planner.arm, grasp.pivot
-    freed = follow_line(arm, leaving, contact, option.freed, pivot, q_contact, f"{where}, lift")
+    arm, tool_state = query.planner.arm, grasp.tool_state
+    freed = follow_line(arm, leaving, contact, option.freed, tool_state, q_contact, f"{where}, lift")
     if isinstance(freed, Reason):
         return freed
     q = freed.waypoints[-1]
     if not carrying.is_valid(q):
         return carrying.explain(q).at(f"{where}, lift")
-    lift = follow_line(arm, carrying, option.freed, option.lift, pivot, q, f"{where}, lift")
+    lift = follow_line(arm, carrying, option.freed, option.lift, tool_state, q, f"{where}, lift")
     if isinstance(lift, Reason):
         return lift
     q = lift.waypoints[-1]
     retreat, here = [], option.lift
     for there in option.retreat:
-        push = follow_line(arm, carrying, here, there, pivot, q, f"{where}, retreat")
+        push = follow_line(arm, carrying, here, there, tool_state, q, f"{where}, retreat")
         if isinstance(push, Reason):
             return push
         retreat.append(push)

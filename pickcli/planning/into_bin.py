@@ -55,12 +55,12 @@ def _too_close(there: BinQuery, names: frozenset[str], where: str) -> Failures:
 def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
     """The lines of a pick from there, each backwards."""
     planner, settings, kind = there.planner, there.planner.settings, SegmentKind
-    pivot, held, floor = as_picked.grasp.pivot, as_picked.held, as_picked.leaving.names
+    tool_state, held, floor = as_picked.grasp.tool_state, as_picked.held, as_picked.leaving.names
     gone = as_picked.ignored | {there.target.id}
-    carrying = planner.checker(there.scene, pivot, held=held, without=gone)
+    carrying = planner.checker(there.scene, tool_state, held=held, without=gone)
     touching = as_picked.leaving
-    lowering = planner.checker(there.scene, pivot, held=held, without=gone, touching=touching)
-    empty, meeting = there.empty[pivot], there.meeting(as_picked.grasp)
+    lowering = planner.checker(there.scene, tool_state, held=held, without=gone, touching=touching)
+    empty, meeting = there.empty[tool_state], there.meeting(as_picked.grasp)
     inward = (
         *(
             Step(kind.INSERT, push.backwards(), carrying, settings.retreat_speed)

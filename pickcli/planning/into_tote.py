@@ -21,20 +21,20 @@ COST = 2.0  # s that a metre of a spot's cost is worth
 
 def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] | Failures:
     """Spots whose straight lines are proven, the best first; or every reason why there is none."""
-    planner, pivot, target = query.planner, chosen.grasp.pivot, query.target.id
-    places = spots(query.scene, chosen.held, pivot)
+    planner, tool_state, target = query.planner, chosen.grasp.tool_state, query.target.id
+    places = spots(query.scene, chosen.held, tool_state)
     if isinstance(places, Reason):
         return Failures.of(places)
     rng = derived_rng(seed, "drop", target)
     named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
     gone = frozenset({target})
-    carrying = planner.checker(query.scene, pivot, held=chosen.held, without=gone)
-    empty = planner.checker(query.scene, pivot, without=gone)
+    carrying = planner.checker(query.scene, tool_state, held=chosen.held, without=gone)
+    empty = planner.checker(query.scene, tool_state, without=gone)
     found: list[Landing] = []
     failures = Failures()
     for spot in places:
         seeds = np.vstack([chosen.retreat[-1].waypoints[-1], *named, planner.arm.random_seeds(rng, 4)])
-        solutions = planner.arm.solve(spot.above, pivot, seeds)
+        solutions = planner.arm.solve(spot.above, tool_state, seeds)
         for q in solutions[carrying.are_valid(solutions)]:
             landing = _landing(query, spot, q, chosen, carrying, empty)
             if not isinstance(landing, Reason):
@@ -52,7 +52,7 @@ def _landing(
 ) -> Landing | Reason:
     """The proven lines of one spot, from a configuration above the tote."""
     planner, speed = query.planner, query.planner.settings.place_speed
-    down = follow_line(planner.arm, carrying, spot.above, spot.release, chosen.grasp.pivot, q, "place")
+    down = follow_line(planner.arm, carrying, spot.above, spot.release, chosen.grasp.tool_state, q, "place")
     if isinstance(down, Reason):
         return down
     # The way up is the way down without the item: a part of the volume that was just proven free.

@@ -22,8 +22,8 @@ JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
 
 def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
     """A short straight edge in joint space that takes the nearest pair apart farthest."""
-    q, pivot = rules.start.q, rules.start.pivot
-    all_pairs = rules.planner.checker(rules.seen, pivot, reserve=rules.reserve)
+    q, tool_state = rules.start.q, rules.start.tool_state
+    all_pairs = rules.planner.checker(rules.seen, tool_state, reserve=rules.reserve)
     before = all_pairs.clearance(q)
     ranked = []
     for step in _jogs(rules, all_pairs):
@@ -41,7 +41,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
         elif (closes := rules.closes(edge)) is not None:
             failures += closes
         else:
-            piece = Piece(SegmentKind.TRANSIT, edge, pivot, checker, scale=rules.scale)
+            piece = Piece(SegmentKind.TRANSIT, edge, tool_state, checker, scale=rules.scale)
             plan = assemble_pieces(rules.planner, rules.scene, [piece], label, seed)
             if not isinstance(plan, Reason):
                 return plan
@@ -51,14 +51,14 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
 
 def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
     """Joint steps (n,) within the limits: up the gradient of the least distance, and the tool every way."""
-    arm, q, pivot = rules.planner.arm, rules.start.q, rules.start.pivot
+    arm, q, tool_state = rules.planner.arm, rules.start.q, rules.start.tool_state
     unit = np.eye(arm.n)
     ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
     behind = np.array([all_pairs.clearance(q - JOG_STEP * e).distance for e in unit])
-    jacobian = np.linalg.pinv(arm.jacobian(q, pivot), rcond=1e-3)
+    jacobian = np.linalg.pinv(arm.jacobian(q, tool_state), rcond=1e-3)
     axes = rules.scene.T_world_pod[:3, :3]
     ways = [sign * axes[:, k] for k in range(3) for sign in (1.0, -1.0)]
-    ways.append(-arm.tip(q, pivot)[:3, 2])
+    ways.append(-arm.tip(q, tool_state)[:3, 2])
     directions = [ahead - behind, *(jacobian @ np.concatenate([way, np.zeros(3)]) for way in ways)]
     directions += [sign * e for e in unit for sign in (1.0, -1.0)]
     for direction in directions:
@@ -72,8 +72,8 @@ def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
 
 def _farthest(rules: Rules, step: Array) -> float:
     """m that a small joint step (n,) moves the frame, or the tool, that goes farthest."""
-    arm, q, pivot = rules.planner.arm, rules.start.q, rules.start.pivot
-    chain = arm.chain(pivot)
+    arm, q, tool_state = rules.planner.arm, rules.start.q, rules.start.tool_state
+    chain = arm.chain(tool_state)
     moved = np.asarray(chain.fk(q + step))[:, :3, 3] - np.asarray(chain.fk(q))[:, :3, 3]
-    tool = arm.tip(q + step, pivot)[:3, 3] - arm.tip(q, pivot)[:3, 3]
+    tool = arm.tip(q + step, tool_state)[:3, 3] - arm.tip(q, tool_state)[:3, 3]
     return float(np.linalg.norm(np.vstack([moved, tool]), axis=1).max())

@@ -23,13 +23,13 @@ def plan_move(
     Raises NoPlanError with the reasons.
     """
     began = time.perf_counter()
-    checker = planner.checker(scene, start.pivot)
+    checker = planner.checker(scene, start.tool_state)
     if not checker.is_valid(q_goal):
         raise NoPlanError(label, [checker.explain(q_goal).at("goal")])
     coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Failures):
         raise NoPlanError(label, coarse)
-    plan = assemble_move(planner, scene, start.pivot, coarse, label, seed)
+    plan = assemble_move(planner, scene, start.tool_state, coarse, label, seed)
     if isinstance(plan, Reason):
         raise NoPlanError(label, [plan])
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
@@ -32,7 +32,7 @@ class Start:
     """Where the robot is when the query is asked."""
 
     q: Array  # (n,)
-    pivot: PivotState
+    tool_state: ToolState
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class WayIn:
 
     in_bin: InBin
     transit: Coarse
-    transit_pivot: PivotState
+    transit_tool_state: ToolState
     total: float  # about the seconds to the end of the retreat, and what the grasp's score is worth
 
 
@@ -100,25 +100,25 @@ def _ways_in(
 ) -> Iterator[WayIn | Failures]:
     """Ways to the pre-approach configurations, the fastest whole way in first, and why others failed.
 
-    All grasps with one pivot state go to the planner as one goal set. Losers stay as fallbacks, planned
+    All grasps with one tool state go to the planner as one goal set. Losers stay as fallbacks, planned
     when they are asked for.
     """
     groups = {
-        pivot: [f for f in feasible if f.grasp.pivot is pivot]
-        for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+        tool_state: [f for f in feasible if f.grasp.tool_state is tool_state]
+        for tool_state in (ToolState.STRAIGHT, ToolState.DOWN)
     }
-    heads: dict[PivotState, WayIn] = {}
+    heads: dict[ToolState, WayIn] = {}
     todo = list(groups)
     while todo or heads:
-        for pivot in todo:
-            head = _way_in(query, groups[pivot], pivot, start, seed) if groups[pivot] else None
+        for tool_state in todo:
+            head = _way_in(query, groups[tool_state], tool_state, start, seed) if groups[tool_state] else None
             if isinstance(head, WayIn):
-                heads[pivot] = head
+                heads[tool_state] = head
             elif head is not None:
                 yield head
         if not heads:
             return
-        best = min(heads, key=lambda pivot: (heads[pivot].total, pivot))
+        best = min(heads, key=lambda tool_state: (heads[tool_state].total, tool_state))
         chosen = heads.pop(best)
         yield chosen
         groups[best].remove(chosen.in_bin)
@@ -126,17 +126,17 @@ def _ways_in(
 
 
 def _way_in(
-    query: BinQuery, group: Sequence[InBin], pivot: PivotState, start: Start, seed: int
+    query: BinQuery, group: Sequence[InBin], tool_state: ToolState, start: Start, seed: int
 ) -> WayIn | Failures:
-    """The fastest way into one of the grasps with one pivot state."""
+    """The fastest way into one of the grasps with one tool state."""
     planner = query.planner
     # While the cup turns on the way, the volume that it sweeps must be free.
-    shape = pivot if pivot is start.pivot else PivotState.MOVING
+    shape = tool_state if tool_state is start.tool_state else ToolState.MOVING
     checker = planner.checker(query.scene, shape, reserve=RESERVE)
     goals = np.stack([f.preapproach.waypoints[0] for f in group])
     worth = planner.settings.load_worth
     extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score + worth * f.grasp.load_ratio for f in group]
-    name = derived_seed(seed, "transit", query.target.id, pivot)
+    name = derived_seed(seed, "transit", query.target.id, tool_state)
     coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
     if isinstance(coarse, Failures):
         return coarse
@@ -156,8 +156,8 @@ def _carried_out(query: BinQuery, option: WayIn, into: str, seed: int) -> PickMo
     landings = into_bin(query, chosen, cell_bin, seed) if cell_bin else into_tote(query, chosen, seed)
     if isinstance(landings, Failures):
         return landings
-    held, pivot, gone = chosen.held, chosen.grasp.pivot, frozenset({target.id})
-    carrying = planner.checker(query.scene, pivot, held=held, without=gone, reserve=RESERVE)
+    held, tool_state, gone = chosen.held, chosen.grasp.tool_state, frozenset({target.id})
+    carrying = planner.checker(query.scene, tool_state, held=held, without=gone, reserve=RESERVE)
     goals = np.stack([landing.start for landing in landings])
     extra = [landing.cost for landing in landings]
     name = derived_seed(seed, "transfer", target.id)
@@ -165,4 +165,4 @@ def _carried_out(query: BinQuery, option: WayIn, into: str, seed: int) -> PickMo
     transfer = plan_coarse(planner, carrying, q, goals, extra, name, "transfer")
     if isinstance(transfer, Failures):
         return transfer
-    return PickMotion(chosen, option.transit, option.transit_pivot, transfer, landings[transfer.goal])
+    return PickMotion(chosen, option.transit, option.transit_tool_state, transfer, landings[transfer.goal])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cartesian.line_following import Line
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
@@ -29,7 +29,7 @@ class PickMotion:
 
     in_bin: InBin
     transit: Coarse
-    transit_pivot: PivotState  # MOVING where the cup turns on the way
+    transit_tool_state: ToolState  # MOVING where the cup turns on the way
     transfer: Coarse
     landing: Landing
 
@@ -44,7 +44,7 @@ class Piece:
 
     kind: SegmentKind
     waypoints: Array
-    pivot: PivotState
+    tool_state: ToolState
     checker: SceneChecker
     held: str | None = None
     touching: frozenset[str] = frozenset()
@@ -56,19 +56,19 @@ class Piece:
 def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
     """From where the robot is to the cup pressed on the item."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
-    pivot, kind = in_bin.grasp.pivot, SegmentKind
-    empty, meeting = query.empty[pivot], query.meeting(in_bin.grasp)
-    transit = planner.checker(query.scene, motion.transit_pivot)
+    tool_state, kind = in_bin.grasp.tool_state, SegmentKind
+    empty, meeting = query.empty[tool_state], query.meeting(in_bin.grasp)
+    transit = planner.checker(query.scene, motion.transit_tool_state)
     # The cup touches the target; once it holds it, the target still touches what it rests on.
     touching = frozenset({query.target.id}) | in_bin.leaving.names
     contact_speed = SLOWER_THAN_ALLOWED * planner.cell.robot.tool.contact_speed
 
     def line(kind: SegmentKind, path: Line, speed: float) -> Piece:
-        return Piece(kind, path.waypoints, pivot, empty, max_tool_speed=speed)
+        return Piece(kind, path.waypoints, tool_state, empty, max_tool_speed=speed)
 
     contact = line(kind.CONTACT, in_bin.contact, contact_speed)
     return [
-        Piece(kind.TRANSIT, motion.transit.waypoints, motion.transit_pivot, transit, blend=COARSE_BLEND),
+        Piece(kind.TRANSIT, motion.transit.waypoints, motion.transit_tool_state, transit, blend=COARSE_BLEND),
         line(kind.PREAPPROACH, in_bin.preapproach, settings.preapproach_speed),
         line(kind.APPROACH, in_bin.approach, settings.approach_speed),
         replace(contact, checker=meeting, touching=touching),
@@ -78,32 +78,32 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
 def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
     """With the item out of the bin and to where it is let go."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
-    pivot, target, kind = in_bin.grasp.pivot, query.target.id, SegmentKind
+    tool_state, target, kind = in_bin.grasp.tool_state, query.target.id, SegmentKind
     gone, held = in_bin.ignored | {target}, in_bin.held
-    leaving = planner.checker(query.scene, pivot, held=held, without=gone, touching=in_bin.leaving)
-    carrying = planner.checker(query.scene, pivot, held=held, without=gone)
-    outside = planner.checker(query.scene, pivot, held=held, without=frozenset({target}))
+    leaving = planner.checker(query.scene, tool_state, held=held, without=gone, touching=in_bin.leaving)
+    carrying = planner.checker(query.scene, tool_state, held=held, without=gone)
+    outside = planner.checker(query.scene, tool_state, held=held, without=frozenset({target}))
 
     def line(kind: SegmentKind, path: Line, speed: float, checker: SceneChecker) -> Piece:
-        return Piece(kind, path.waypoints, pivot, checker, held=target, max_tool_speed=speed)
+        return Piece(kind, path.waypoints, tool_state, checker, held=target, max_tool_speed=speed)
 
     freed = line(kind.LIFT, in_bin.freed, settings.lift_speed, leaving)
     return [
         replace(freed, touching=in_bin.leaving.names),
         line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
         *(line(kind.RETREAT, push, settings.retreat_speed, carrying) for push in in_bin.retreat),
-        Piece(kind.TRANSFER, motion.transfer.waypoints, pivot, outside, held=target, blend=COARSE_BLEND),
-        *(_landed(step, pivot, target) for step in motion.landing.inward),
+        Piece(kind.TRANSFER, motion.transfer.waypoints, tool_state, outside, held=target, blend=COARSE_BLEND),
+        *(_landed(step, tool_state, target) for step in motion.landing.inward),
     ]
 
 
 def way_up(motion: PickMotion) -> list[Piece]:
     """Empty again, away from the release."""
-    return [_landed(step, motion.in_bin.grasp.pivot) for step in motion.landing.away]
+    return [_landed(step, motion.in_bin.grasp.tool_state) for step in motion.landing.away]
 
 
-def _landed(step: Step, pivot: PivotState, held: str | None = None) -> Piece:
-    return Piece(step.kind, step.line.waypoints, pivot, step.checker, held, step.touching, step.speed)
+def _landed(step: Step, tool_state: ToolState, held: str | None = None) -> Piece:
+    return Piece(step.kind, step.line.waypoints, tool_state, step.checker, held, step.touching, step.speed)
 
 
 def moving(pieces: Sequence[Piece], speed_scale: float) -> list[Piece]:

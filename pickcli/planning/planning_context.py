@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -73,16 +73,16 @@ class Planner:
     def checker(
         self,
         scene: Scene,
-        pivot: PivotState,
+        tool_state: ToolState,
         held: AttachedItem | None = None,
         without: frozenset[str] = NONE,
         touching: AllowedContacts = NO_CONTACTS,
         reserve: float = 0.0,
         opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> SceneChecker:
-        """A checker of the scene for one pivot state, held item and set of planned contacts.
+        """A checker of the scene for one tool state, held item and set of planned contacts.
 
         reserve: m on top of the cell's clearance. opening: pairs that are not tested, see SceneChecker
         """
         margin = self.cell.clearance + reserve
-        return self._checkers(scene, pivot, held, without, touching, margin, opening)
+        return self._checkers(scene, tool_state, held, without, touching, margin, opening)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.kinematics.arm import Arm
@@ -75,7 +75,7 @@ def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None
         if last is None or not is_release or event.t_trigger is None:
             continue
         times = np.arange(event.t_trigger, last.t_end + SPEED_STEP, SPEED_STEP)
-        p = arm.tips(plan.trajectory.sample(times), last.pivot)[:, :3, 3]
+        p = arm.tips(plan.trajectory.sample(times), last.tool_state)[:, :3, 3]
         speed = float(np.linalg.norm(np.diff(p, axis=0), axis=1).max(initial=0.0)) / SPEED_STEP
         if speed > RELEASE_SPEED:
             detail = f"{speed:.3f} m/s where the command is given, at most {RELEASE_SPEED}"
@@ -91,7 +91,7 @@ def not_straight(arm: Arm, run: TimedRun, pieces: Sequence[Piece]) -> Iterator[t
         return
     times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
     # The cup turns on coarse motions only: all lines of a run have it in the same place.
-    tips = _tips(arm, run, np.concatenate(times), pieces[lines[0]].pivot)
+    tips = _tips(arm, run, np.concatenate(times), pieces[lines[0]].tool_state)
     for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):
         distance, angle = off_line(mine)
         if distance > OFF_LINE or angle > OFF_ANGLE:
@@ -126,12 +126,12 @@ def _too_fast(
             continue
         start, end = run.part_times[k], run.part_times[k + 1]
         times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
-        p = _tips(arm, run, times, piece.pivot)[:, :3, 3]
+        p = _tips(arm, run, times, piece.tool_state)[:, :3, 3]
         speed = float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max(initial=0.0))
         if speed > contact_speed:
             yield k, speed
 
 
-def _tips(arm: Arm, run: TimedRun, times: Array, pivot: PivotState) -> Array:
+def _tips(arm: Arm, run: TimedRun, times: Array, tool_state: ToolState) -> Array:
     """Poses (N, 4, 4) of the tool on the run's curve."""
-    return arm.tips(run.trajectory.sample(times), pivot)
+    return arm.tips(run.trajectory.sample(times), tool_state)

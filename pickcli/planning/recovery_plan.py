@@ -56,7 +56,7 @@ def plan_recovery(
     Args:
         planner: The planning context.
         scene: The scene as it is seen now.
-        start: Configuration (n,) and pivot state in which the robot stands.
+        start: Configuration (n,) and tool state in which the robot stands.
         seed: Seed of the coarse motion.
         level: What the plan may claim. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the
             stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from what is near.
@@ -122,8 +122,8 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
 
 def _home(rules: Rules, q: Array, seed: int) -> Piece | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
-    planner, pivot = rules.planner, rules.start.pivot
-    checker = planner.checker(rules.scene, pivot)
+    planner, tool_state = rules.planner, rules.start.tool_state
+    checker = planner.checker(rules.scene, tool_state)
     if not checker.is_valid(q):
         checker = rules.checker()
     goal = planner.cell.configurations[SAFE].q
@@ -132,13 +132,13 @@ def _home(rules: Rules, q: Array, seed: int) -> Piece | Failures:
         return coarse
     if (closes := rules.closes(coarse.waypoints)) is not None:
         return Failures.of(closes)
-    return Piece(SegmentKind.TRANSIT, coarse.waypoints, pivot, checker, blend=COARSE_BLEND)
+    return Piece(SegmentKind.TRANSIT, coarse.waypoints, tool_state, checker, blend=COARSE_BLEND)
 
 
 def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[Piece], Array] | Reason]:
     """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
     planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
-    tip = planner.arm.tip(start.q, start.pivot)
+    tip = planner.arm.tip(start.q, start.tool_state)
     depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
     if depth <= 0.0 and not rules.touching and not rules.opening:
         yield [], start.q
@@ -174,7 +174,7 @@ def _risen_and_out(
         if np.allclose(there, here):
             continue
         checker = rules.checker(allowed)
-        line = follow_line(planner.arm, checker, here, there, start.pivot, q, "way out")
+        line = follow_line(planner.arm, checker, here, there, start.tool_state, q, "way out")
         if isinstance(line, Reason):
             return line
         if (closes := rules.closes(line.waypoints)) is not None:
@@ -182,7 +182,7 @@ def _risen_and_out(
         speed = planner.settings.lift_speed
         pieces.append(
             Piece(
-                kind, line.waypoints, start.pivot, checker, touching=allowed, max_tool_speed=speed,
+                kind, line.waypoints, start.tool_state, checker, touching=allowed, max_tool_speed=speed,
                 scale=rules.scale,
             )
         )  # fmt: skip

@@ -51,7 +51,7 @@ class Rules:
         """Of the empty tool as it stands."""
         return self.planner.checker(
             self.scene,
-            self.start.pivot,
+            self.start.tool_state,
             touching=AllowedContacts.anyhow(touching),
             reserve=self.reserve,
             opening=self.opening,
@@ -61,7 +61,7 @@ class Rules:
         """Why a polyline brings together what is near at the start; None where it does not."""
         if not self.opening:
             return None
-        all_pairs = self.planner.checker(self.seen, self.start.pivot, reserve=self.reserve)
+        all_pairs = self.planner.checker(self.seen, self.start.tool_state, reserve=self.reserve)
         s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
         dense = [a + s * (b - a) for a, b in pairwise(waypoints)]
         Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))
@@ -81,7 +81,7 @@ def rules_at(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel)
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
     if level in SLOW_LEVELS:
-        depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.pivot))[0, 3])
+        depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.tool_state))[0, 3])
         if depth <= 0.0 and rules.checker().is_valid(start.q):
             outside = "outside of the pod, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)

@@ -89,7 +89,7 @@ class StoppedMotion:
         for segment in self.plan.segments:
             if segment.kind is SegmentKind.CONTACT:
                 q = self.plan.trajectory.sample(segment.t_end)
-                tip = Arm(robot).tip(np.ravel(q), segment.pivot)
+                tip = Arm(robot).tip(np.ravel(q), segment.tool_state)
                 T_tip_item = np.asarray(inverse(tip) @ placed.T_world_item)
         return HeldItem(placed.id, placed.item, T_tip_item)
 
@@ -132,7 +132,7 @@ def _loaded(plan: Plan, scene: Scene) -> Plan | Reason:
     assert plan.grasp is not None and scene.held is not None
     robot, grasp = scene.cell.robot, plan.grasp
     hold = Hold.of(scene.held.item, grasp.face, scene.held.T_tip_item, robot.tool)
-    load = carried_load(Arm(robot), plan.segments[0].pivot, plan.trajectory, hold)
+    load = carried_load(Arm(robot), plan.segments[0].tool_state, plan.trajectory, hold)
     if load.ratio > 1.0:
         return Reason("does not hold", plan.query, f"{load}, {load.ratio:.2f} of the limit")
     return replace(plan, grasp=load.of(grasp))
@@ -186,7 +186,7 @@ def _segments(
     carries = held is not None
     segments: list[Segment] = []
     t = 0.0
-    pivot = passed[0].pivot
+    tool_state = passed[0].tool_state
     for old, end in zip(passed, ends, strict=True):
         if end <= t:
             continue
@@ -198,7 +198,7 @@ def _segments(
         is_off = kind is SegmentKind.DEPART and not segments
         keeps_contact = carries or is_off
         touching = old.touching if keeps_contact else ()
-        segments.append(Segment(kind, t, end, pivot, held, touching))
+        segments.append(Segment(kind, t, end, tool_state, held, touching))
         t = end
     return tuple(segments)
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan
@@ -67,11 +67,11 @@ def assemble_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) ->
 
 
 def assemble_move(
-    planner: Planner, scene: Scene, pivot: PivotState, coarse: Coarse, label: str, seed: int
+    planner: Planner, scene: Scene, tool_state: ToolState, coarse: Coarse, label: str, seed: int
 ) -> Plan | Reason:
     """Time and prove a coarse motion of the empty tool."""
-    checker = planner.checker(scene, pivot)
-    piece = Piece(SegmentKind.TRANSIT, coarse.waypoints, pivot, checker, blend=COARSE_BLEND)
+    checker = planner.checker(scene, tool_state)
+    piece = Piece(SegmentKind.TRANSIT, coarse.waypoints, tool_state, checker, blend=COARSE_BLEND)
     return assemble_pieces(planner, scene, [piece], label, seed)
 
 
@@ -98,7 +98,7 @@ def _joined(
     starts[0] = 0.0
     ends = np.append(starts[1:], joined.trajectory.duration)
     segments = tuple(
-        Segment(p.kind, float(t0), float(t1), p.pivot, p.held, tuple(sorted(p.touching)))
+        Segment(p.kind, float(t0), float(t1), p.tool_state, p.held, tuple(sorted(p.touching)))
         for p, t0, t1 in zip(pieces, starts, ends, strict=True)
     )
     return joined.trajectory, segments

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
@@ -37,7 +37,7 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways) -> tuple[lis
     """The grasps with room for the tool at the target and where it has been lifted; why others have none."""
     T = query.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
-    kinds = [(g.pivot, g.face) for g in grasps]
+    kinds = [(g.tool_state, g.face) for g in grasps]
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
         mine = mine[_are_valid(_meeting(query, *kind), T[mine])]
@@ -48,25 +48,25 @@ def with_room(query: BinQuery, grasps: Sequence[Grasp], ways: Ways) -> tuple[lis
     return [g for g, has in zip(grasps, has_room, strict=True) if has], failures
 
 
-def _can_be_lifted(query: BinQuery, pivot: PivotState, T: Array, ways: Ways) -> NDArray[np.bool_]:
+def _can_be_lifted(query: BinQuery, tool_state: ToolState, T: Array, ways: Ways) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
     lifted = np.stack([pushed[LIFTED] for pushed in query.ways_out.pushes(ways)]) @ T[:, None]
-    is_free = _are_valid(_carrying(query, pivot), lifted.reshape(-1, 4, 4))
+    is_free = _are_valid(_carrying(query, tool_state), lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
 def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, ways: Ways) -> Reason:
     where = f"{grasp.kind} grasp on face {grasp.face}"
-    tool = _meeting(query, grasp.pivot, grasp.face)
+    tool = _meeting(query, grasp.tool_state, grasp.face)
     if not _are_valid(tool, T[None])[0]:
         return _blocked(query, tool, T, f"{where}, contact")
     lifted = query.ways_out.pushes(ways)[0][LIFTED] @ T
-    return _blocked(query, _carrying(query, grasp.pivot), lifted, f"{where}, lift")
+    return _blocked(query, _carrying(query, grasp.tool_state), lifted, f"{where}, lift")
 
 
 def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[PickPoses, ...] | Reason:
     """Ways to the contact that the tool alone can go, the plainest first; or what is in its way."""
-    empty, meeting = query.tool(grasp.pivot), _meeting(query, grasp.pivot, grasp.face)
+    empty, meeting = query.tool(grasp.tool_state), _meeting(query, grasp.tool_state, grasp.face)
     usual, shortest = query.planner.settings.approach_offset, overtravel + CONTACT_DISTANCE
     plain = _poses(query, grasp, usual, overtravel, STRAIGHT_IN)
     if not _is_valid_path(meeting, plain.contact, plain.touch):
@@ -89,7 +89,7 @@ def tool_ways_out(
     query: BinQuery, grasp: Grasp, contact: Array, ways: Ways
 ) -> tuple[LiftPoses, ...] | Reason:
     """Ways out on which the tool keeps clear of everything and holds the target; or what is in their way."""
-    tool = _carrying(query, grasp.pivot)
+    tool = _carrying(query, grasp.tool_state)
     found = [pushed @ contact for pushed in query.ways_out.pushes(ways)]
     # A push that turns the item moves the tool farther than the item's middle.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
@@ -111,12 +111,12 @@ def _holds(query: BinQuery, grasp: Grasp, poses: Array) -> bool:
     return hold.at_rest(poses[:, :3, :3]).ratio <= most
 
 
-def _meeting(query: BinQuery, pivot: PivotState, face: str) -> FreeToolChecker:
-    return query.tool(pivot, touching=query.met(face))
+def _meeting(query: BinQuery, tool_state: ToolState, face: str) -> FreeToolChecker:
+    return query.tool(tool_state, touching=query.met(face))
 
 
-def _carrying(query: BinQuery, pivot: PivotState) -> FreeToolChecker:
-    return query.tool(pivot, without=frozenset({query.target.id}))
+def _carrying(query: BinQuery, tool_state: ToolState) -> FreeToolChecker:
+    return query.tool(tool_state, without=frozenset({query.target.id}))
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cartesian.line import shifted
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -62,31 +62,35 @@ class _Pile:
         return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
 
 
-def spots(scene: Scene, held: AttachedItem, pivot: PivotState, n_most: int = 30) -> tuple[Spot, ...] | Reason:
+def spots(
+    scene: Scene, held: AttachedItem, tool_state: ToolState, n_most: int = 30
+) -> tuple[Spot, ...] | Reason:
     """Places in the tote where the item fits between the walls, lowest pile first.
 
     Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
     cannot reach next to it either.
     """
     pile = _Pile.of(scene)
-    found = [s for price, R in _orientations(pivot) for s in _best(scene, held, pivot, R, price, pile)]
+    found = [
+        s for price, R in _orientations(tool_state) for s in _best(scene, held, tool_state, R, price, pile)
+    ]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
         return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
     return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
 
 
-def _orientations(pivot: PivotState) -> list[tuple[float, Array]]:
+def _orientations(tool_state: ToolState) -> list[tuple[float, Array]]:
     """Tool orientations with the cup pointing straight down, and what each costs: a level lance that
     points across the tote, as the arm comes, is the easiest to reach."""
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
-    turns = [a for a in YAWS if pivot is PivotState.STRAIGHT or abs(a) <= LEVEL_LANCE]
-    price = 0.0 if pivot is PivotState.STRAIGHT else LANCE_TURN_COST
+    turns = [a for a in YAWS if tool_state is ToolState.STRAIGHT or abs(a) <= LEVEL_LANCE]
+    price = 0.0 if tool_state is ToolState.STRAIGHT else LANCE_TURN_COST
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
 def _best(
-    scene: Scene, held: AttachedItem, pivot: PivotState, R: Array, price: float, pile: _Pile
+    scene: Scene, held: AttachedItem, tool_state: ToolState, R: Array, price: float, pile: _Pile
 ) -> list[Spot]:
     """The best few release poses, on a grid, for one tool orientation."""
     tote = scene.cell.tote
@@ -100,7 +104,7 @@ def _best(
     rim = pile.floor + tote.inner[2]
     height = pile.heights(centres, reach[:2])
     tip = height + ABOVE_PILE + reach[2] - T[2, 3]
-    if pivot is PivotState.DOWN:
+    if tool_state is ToolState.DOWN:
         tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
     rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)

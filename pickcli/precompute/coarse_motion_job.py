@@ -8,7 +8,7 @@ from typing import Any
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodMark, PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
@@ -69,7 +69,7 @@ def record_of(made: CoarseMotion | Reason) -> Record:
     if timed is None:
         raise ValueError("a motion without its timed points cannot be kept")
     values = {
-        "pivot": str(made.pivot),
+        "pivot": str(made.tool_state),
         "duration": made.duration,
         "lower_bound": made.lower_bound,
         "clearance": made.clearance,
@@ -93,6 +93,6 @@ def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> Coa
     timed = Trajectory(joint_names, a["times"], a["positions"], a["velocities"], a["accelerations"])
     path = JointPath(joint_names, a["waypoints"])
     return CoarseMotion(
-        key, PivotState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
+        key, ToolState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
         PodMark(PodStand(v["stand"]), v["why_nominal"]),
     )  # fmt: skip

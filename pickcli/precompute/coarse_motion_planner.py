@@ -15,7 +15,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodMark, PodStand
-from pickcli.cell.robot import Limits, PivotState
+from pickcli.cell.robot import Limits, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -34,7 +34,7 @@ from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 
-# Times the least duration: what a motion that holds in every pivot state may take, ...
+# Times the least duration: what a motion that holds in every tool state may take, ...
 _WORTH = 1.01
 
 # ... and what ends the search.
@@ -73,7 +73,7 @@ class MotionMaker:
 
     def depth(self, key: MotionKey) -> float:
         """How deep in m, at most, the straight line runs in what any displaced pod may leave in its way."""
-        tests = self._planning[PodStand.DISPLACED, PivotState.MOVING, key.payload]
+        tests = self._planning[PodStand.DISPLACED, ToolState.MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
         lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
@@ -82,20 +82,20 @@ class MotionMaker:
     def _in_stand(
         self, key: MotionKey, stand: PodStand, quicker_than: float = float("inf")
     ) -> CoarseMotion | Reason:
-        """The best motion of a pair in the widest pivot state that costs no time; else why there is none.
+        """The best motion of a pair in the widest tool state that costs no time; else why there is none.
 
         MOVING covers the other states. Where it allows nothing, or nothing near the bound, the state that
         both ends are meant for is taken.
 
         quicker_than: s, what takes as long is not wanted
         """
-        pivots = {self.cell.configurations[name].pivot for name in (key.start, key.goal)}
-        if len(pivots) == 2:
-            return self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than)
-        wide = self._in_case(key, (stand, PivotState.MOVING, key.payload), quicker_than, _WORTH)
+        tool_states = {self.cell.configurations[name].tool_state for name in (key.start, key.goal)}
+        if len(tool_states) == 2:
+            return self._in_case(key, (stand, ToolState.MOVING, key.payload), quicker_than)
+        wide = self._in_case(key, (stand, ToolState.MOVING, key.payload), quicker_than, _WORTH)
         if isinstance(wide, CoarseMotion):
             return wide
-        return self._in_case(key, (stand, pivots.pop(), key.payload), quicker_than)
+        return self._in_case(key, (stand, tool_states.pop(), key.payload), quicker_than)
 
     def _in_case(
         self, key: MotionKey, case: Case, quicker_than: float, at_most: float = float("inf")
@@ -137,9 +137,9 @@ class MotionMaker:
             return None
         bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
         clearance = proven_clearance(timed, self._space, tests)
-        stand, pivot, _ = case
+        stand, tool_state, _ = case
         path = JointPath(names, waypoints)
-        return CoarseMotion(key, pivot, path, timed.duration, timed, bound, clearance, PodMark(stand))
+        return CoarseMotion(key, tool_state, path, timed.duration, timed, bound, clearance, PodMark(stand))
 
     @cached_property
     def _limits(self) -> Limits:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -27,7 +27,7 @@ CUBE_EDGE = 0.2  # m
 # with its corners blended, each time that it is used.
 RESERVE = 0.001  # m
 
-Case: TypeAlias = tuple[PodStand, PivotState, PayloadClass]  # what a checker is for
+Case: TypeAlias = tuple[PodStand, ToolState, PayloadClass]  # what a checker is for
 
 
 def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
@@ -39,17 +39,17 @@ def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
 
 def checker(
     model: CollisionModel,
-    pivot: PivotState,
+    tool_state: ToolState,
     payload: PayloadClass,
     reserve: float = 0.0,
     stand: PodStand = PodStand.NOMINAL,
 ) -> SceneChecker:
-    """A checker of the empty scene for one pivot state and payload class: the cell's clearance, and more.
+    """A checker of the empty scene for one tool state and payload class: the cell's clearance, and more.
 
     What it proves for ``DISPLACED`` holds wherever the pod stands within its bounds.
     """
     scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
-    return SceneChecker(model, scene, pivot, held=stand_in(payload), margin=margin)
+    return SceneChecker(model, scene, tool_state, held=stand_in(payload), margin=margin)
 
 
 def checkers(
@@ -62,8 +62,10 @@ def checkers(
     scenes = {stand: empty_scene(cell or model.cell, stand) for stand in PodStand}
     margin = model.cell.clearance + reserve
     return {
-        (stand, pivot, load): SceneChecker(model, scenes[stand], pivot, stand_in(load), margin=margin)
-        for stand, pivot, load in product(PodStand, PivotState, PayloadClass)
+        (stand, tool_state, load): SceneChecker(
+            model, scenes[stand], tool_state, stand_in(load), margin=margin
+        )
+        for stand, tool_state, load in product(PodStand, ToolState, PayloadClass)
     }
 
 

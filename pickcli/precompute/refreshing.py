@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange, change_since
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
@@ -132,11 +132,11 @@ class _Sieve:
 
     def _motion(self, key: Key, motion: CoarseMotion) -> CoarseMotion | None:
         """A motion as it is or, where it is touched, with its new clearance; None if it must be planned."""
-        pivot = self._pivot(key)
-        if pivot is None or not self._has_ends(motion, pivot):
+        tool_state = self._tool_state(key)
+        if tool_state is None or not self._has_ends(motion, tool_state):
             return None
         if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
-            motion.path.waypoints, pivot, motion.key.payload
+            motion.path.waypoints, tool_state, motion.key.payload
         ):
             return None
         if self.proof.is_motion_untouched(motion):
@@ -148,7 +148,7 @@ class _Sieve:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
         if stand is PodStand.NOMINAL and self.proof.is_relieved(
-            waypoints, PivotState.MOVING, PayloadClass.EMPTY
+            waypoints, ToolState.MOVING, PayloadClass.EMPTY
         ):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
@@ -156,16 +156,16 @@ class _Sieve:
         self.touched.append(key)
         return self.proof.is_edge_proven(waypoints, stand)
 
-    def _pivot(self, key: Key) -> PivotState | None:
-        """The narrowest pivot state that a motion between two names may have; None if a name is gone."""
+    def _tool_state(self, key: Key) -> ToolState | None:
+        """The narrowest tool state that a motion between two names may have; None if a name is gone."""
         if not all(name in self.cell.configurations for name in key[:2]):
             return None
-        pivots = {self.cell.configurations[name].pivot for name in key[:2]}
-        return pivots.pop() if len(pivots) == 1 else PivotState.MOVING
+        tool_states = {self.cell.configurations[name].tool_state for name in key[:2]}
+        return tool_states.pop() if len(tool_states) == 1 else ToolState.MOVING
 
-    def _has_ends(self, motion: CoarseMotion, pivot: PivotState) -> bool:
+    def _has_ends(self, motion: CoarseMotion, tool_state: ToolState) -> bool:
         """Whether a motion leads between the configurations of its names as they are now."""
-        if motion.pivot not in (pivot, PivotState.MOVING):
+        if motion.tool_state not in (tool_state, ToolState.MOVING):
             return False
         ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         return bool(np.array_equal(motion.path.waypoints[[0, -1]], ends))

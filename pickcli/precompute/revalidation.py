@@ -22,7 +22,7 @@ from functools import cached_property
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -48,8 +48,8 @@ class Reproof:
         tests = self._all[_case(motion)]
         if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
             return None
-        stand, pivot, payload = _case(motion)
-        tests = checker(self._model, pivot, payload, stand=stand)
+        stand, tool_state, payload = _case(motion)
+        tests = checker(self._model, tool_state, payload, stand=stand)
         return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
 
     def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
@@ -60,18 +60,18 @@ class Reproof:
         """Whether an edge is proven in the cell as it is now."""
         return self._all[_edge(stand)].is_valid_path(waypoints)
 
-    def is_relieved(self, waypoints: Array, pivot: PivotState, payload: PayloadClass) -> bool:
+    def is_relieved(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
         """Whether a polyline (N, n) that holds for the pod in its place alone may give way to one for any.
 
-        pivot: the narrowest state that its ends may have
+        tool_state: the narrowest state that its ends may have
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False
-        return bool(self._all[PodStand.DISPLACED, pivot, payload].are_valid(waypoints[[0, -1]]).all())
+        return bool(self._all[PodStand.DISPLACED, tool_state, payload].are_valid(waypoints[[0, -1]]).all())
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
         """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
-        case = PodStand.DISPLACED, PivotState.MOVING, payload
+        case = PodStand.DISPLACED, ToolState.MOVING, payload
         if not self.change.went or self._old[case].is_valid_path(waypoints):
             return False
         return not self.change.came or self._new[case].is_valid_path(waypoints)
@@ -107,8 +107,8 @@ class Reproof:
 
 
 def _case(motion: CoarseMotion) -> Case:
-    return motion.mark.stand, motion.pivot, motion.key.payload
+    return motion.mark.stand, motion.tool_state, motion.key.payload
 
 
 def _edge(stand: PodStand) -> Case:
-    return stand, PivotState.MOVING, PayloadClass.EMPTY
+    return stand, ToolState.MOVING, PayloadClass.EMPTY

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.cell import NamedConfiguration
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build
@@ -31,7 +31,7 @@ Pair = tuple[int, int]
 def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
     """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
-    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. Each edge depends
+    Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. Each edge depends
     on its ends and the settings alone.
 
     build: of that recipe, where it has a journal or workers
@@ -66,7 +66,7 @@ class _Builder:
 
     def __post_init__(self) -> None:
         cell = self.recipe.cell
-        self.roadmap = Roadmap.empty(cell.robot.joint_names, PivotState.MOVING)
+        self.roadmap = Roadmap.empty(cell.robot.joint_names, ToolState.MOVING)
         for named in cell.configurations.values():
             self._add_node(named)
         if self.roadmap.n_nodes == 0:
@@ -115,7 +115,7 @@ class _Builder:
     def _add_node(self, named: NamedConfiguration) -> None:
         tests = self.recipe.checker
         if tests.is_valid(named.q):
-            self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.pivot)
+            self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.tool_state)
         else:
             self.refused.append(((named.name,), tests.explain(named.q)))
 

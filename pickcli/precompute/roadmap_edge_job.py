@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -37,7 +37,7 @@ _AS_SHORT = 1.1
 class EdgeRecipe:
     """Edges between named configurations of one cell; the key of a task is the two names, sorted.
 
-    Edges are proven for the pivoting cup (MOVING), so that they hold in each pivot state. An edge's seed
+    Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. An edge's seed
     follows from the names of its ends.
     """
 
@@ -112,7 +112,7 @@ class EdgeRecipe:
         """Prove configurations and edges."""
         model = CollisionModel(self.cell)
         return {
-            stand: checker(model, PivotState.MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand
+            stand: checker(model, ToolState.MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand
         }
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -26,8 +26,8 @@ _DRAWS = 40  # poses drawn for one that the tool can take, at most
 # Orientation of the tip, in the bin frame, of a lance that points straight in: flange x down as in Delft's
 # poses; the pivoted cup points down.
 _R_BIN_TIP = {
-    PivotState.STRAIGHT: np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
-    PivotState.DOWN: np.diag([-1.0, 1.0, -1.0]),
+    ToolState.STRAIGHT: np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+    ToolState.DOWN: np.diag([-1.0, 1.0, -1.0]),
 }
 
 
@@ -37,7 +37,7 @@ class BinPoseSampler:
 
     model: CollisionModel
     cell_bin: Bin
-    pivot: PivotState
+    tool_state: ToolState
 
     @property
     def T_world_bin(self) -> Array:
@@ -51,7 +51,7 @@ class BinPoseSampler:
         low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.mouth_height / 2 - _BESIDE])
         high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.mouth_height / 2 + _BESIDE])
         places = rng.uniform(low, high, (n, 3))
-        is_turned = rng.random(n) < (0.5 if self.pivot is PivotState.STRAIGHT else 0.0)
+        is_turned = rng.random(n) < (0.5 if self.tool_state is ToolState.STRAIGHT else 0.0)
         return np.stack(
             [self._pose(p, 0.0, 0.0, np.pi * turn) for p, turn in zip(places, is_turned, strict=True)]
         )
@@ -66,21 +66,23 @@ class BinPoseSampler:
         drawn = rng.uniform(low, high, (_DRAWS * n, 5))
         poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
         tool = FreeToolChecker(
-            self.model, empty_scene(self.model.cell), self.pivot, self.T_world_bin[:3, :3], frozenset()
+            self.model, empty_scene(self.model.cell), self.tool_state, self.T_world_bin[:3, :3], frozenset()
         )
         free = poses[tool.are_valid(tool.displacements(poses))][:n]
         if len(free) < n:
-            raise InputError(f"{each.name}: the tool fits in with the cup {self.pivot} nowhere to speak of")
+            raise InputError(
+                f"{each.name}: the tool fits in with the cup {self.tool_state} nowhere to speak of"
+            )
         return np.asarray(free)
 
     def roll(self, T_world_tip: Array) -> float:
         """rad by which a pose in front of the bin is turned about the cup's axis."""
-        R = (self.T_world_bin[:3, :3] @ _R_BIN_TIP[self.pivot]).T @ T_world_tip[:3, :3]
+        R = (self.T_world_bin[:3, :3] @ _R_BIN_TIP[self.tool_state]).T @ T_world_tip[:3, :3]
         return float(np.arctan2(R[1, 0], R[0, 0]))
 
     def _pose(self, place: Array, yaw: float, pitch: float, roll: float) -> Array:
         """(4, 4) in the world: the lance turned about the bin's axes, then about itself."""
         T = np.eye(4)
-        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ _R_BIN_TIP[self.pivot] @ rotation_rpy(0.0, 0.0, roll)
+        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ _R_BIN_TIP[self.tool_state] @ rotation_rpy(0.0, 0.0, roll)
         T[:3, 3] = place
         return np.asarray(self.T_world_bin @ T)

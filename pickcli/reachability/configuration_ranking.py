@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cartesian.line_following import Line, follow_line
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.configuration_text import DECIMALS
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
@@ -42,7 +42,7 @@ class ConfigurationRanking:
 
     cell: Cell
     bin_name: str
-    pivot: PivotState
+    tool_state: ToolState
     settings: RankingSettings
 
     def __post_init__(self) -> None:
@@ -67,22 +67,23 @@ class ConfigurationRanking:
         """(M, n) configurations before the bin, rounded as in a cell file; the most manipulable first."""
         rng, settings = self._rng("front"), self.settings
         solved = [
-            self._arm.solve_spread(T, self.pivot, rng) for T in self._poses.in_front(rng, settings.n_places)
+            self._arm.solve_spread(T, self.tool_state, rng)
+            for T in self._poses.in_front(rng, settings.n_places)
         ]
         Q: Array = np.concatenate(solved).round(DECIMALS)
         usable = [q for q in Q if self._has_room(q) and self._waiting.is_valid(q)]
         if not usable:
             raise NoPlanError(f"a configuration in front of {self.bin_name}", self._why_none(Q))
-        usable.sort(key=lambda q: -self._arm.manipulability(q, self.pivot))
+        usable.sort(key=lambda q: -self._arm.manipulability(q, self.tool_state))
         return np.stack(usable[: settings.n_kept])
 
     def judged(self, q: Array) -> RankedConfiguration:
         """What a configuration (n,) is worth."""
-        T_world_tip = self._arm.tip(q, self.pivot)
+        T_world_tip = self._arm.tip(q, self.tool_state)
         return RankedConfiguration(
-            NamedConfiguration(self.bin_name, q, self.pivot, "bin"),
+            NamedConfiguration(self.bin_name, q, self.tool_state, "bin"),
             np.linalg.inv(self._poses.T_world_bin) @ T_world_tip,
-            self._arm.manipulability(q, self.pivot),
+            self._arm.manipulability(q, self.tool_state),
             float(np.mean([self._reaches(q, T_world_tip, T) for T in self._inside])),
             self._margin(q),
             self._waiting.clearance(q).distance,
@@ -93,7 +94,7 @@ class ConfigurationRanking:
         """Whether one line leads there. The round cup may arrive turned as it leaves."""
         goal = T_world_goal.copy()
         goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, self._poses.roll(T_world_tip))
-        line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.pivot, q, self.bin_name)
+        line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.tool_state, q, self.bin_name)
         return isinstance(line, Line)
 
     def _margin(self, q: Array) -> float:
@@ -116,7 +117,7 @@ class ConfigurationRanking:
         return self._margin(q) >= self.settings.margin
 
     def _rng(self, what: str) -> np.random.Generator:
-        return derived_rng(self.settings.seed, "suggest", self.bin_name, self.pivot, what)
+        return derived_rng(self.settings.seed, "suggest", self.bin_name, self.tool_state, what)
 
     @cached_property
     def _model(self) -> CollisionModel:
@@ -128,7 +129,7 @@ class ConfigurationRanking:
 
     @cached_property
     def _poses(self) -> BinPoseSampler:
-        return BinPoseSampler(self._model, self.cell.pod.bins[self.bin_name], self.pivot)
+        return BinPoseSampler(self._model, self.cell.pod.bins[self.bin_name], self.tool_state)
 
     @cached_property
     def _inside(self) -> Array:
@@ -138,8 +139,8 @@ class ConfigurationRanking:
     def _waiting(self) -> SceneChecker:
         """Where the arm waits the cup may pivot: roadmap and database pass through."""
         reserve = self.settings.clearance - self.cell.clearance
-        return checker(self._model, PivotState.MOVING, PayloadClass.EMPTY, reserve)
+        return checker(self._model, ToolState.MOVING, PayloadClass.EMPTY, reserve)
 
     @cached_property
     def _moving_in(self) -> SceneChecker:
-        return checker(self._model, self.pivot, PayloadClass.EMPTY)
+        return checker(self._model, self.tool_state, PayloadClass.EMPTY)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -54,7 +54,7 @@ def database_content(
     tables: dict[str, Columns] = {
         "motions": {
             **{name: [getattr(key, name) for key in database.keys] for name in NAMES},
-            "pivot": database.pivots,
+            "pivot": database.tool_states,
             **mark_columns(database.marks),
             "duration": database.durations,
             "lower_bound": database.lower_bounds,
@@ -79,7 +79,7 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
     return TrajectoryDatabase(
         file.joint_names,
         keys,
-        tuple(PivotState(text) for text in file.texts("motions", "pivot")),
+        tuple(ToolState(text) for text in file.texts("motions", "pivot")),
         table["duration"],
         waypoints,
         offsets,
@@ -100,10 +100,10 @@ def row_of(file: StoredFile, key: MotionKey) -> int | None:
 
 def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: Array) -> CoarseMotion:
     """One motion from its row of the table and its pieces. Raises ValueError for an unknown name."""
-    start, goal, payload, pivot = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
+    start, goal, payload, tool_state = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
     return CoarseMotion(
         MotionKey(start, goal, PayloadClass(payload)),
-        PivotState(pivot),
+        ToolState(tool_state),
         JointPath(joint_names, waypoints),
         float(row["duration"]),
         Trajectory(joint_names, *_parts(points)),

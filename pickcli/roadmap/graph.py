@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 
@@ -28,16 +28,16 @@ class Roadmap:
     joint_names: tuple[str, ...]
     configurations: Array  # (N, n)
     names: tuple[str, ...]  # (N,), "" for a node without a name
-    pivots: tuple[PivotState, ...]  # (N,), the state that the node is meant for
+    tool_states: tuple[ToolState, ...]  # (N,), the state that the node is meant for
     edges: IntArray  # (M, 2)
     lengths: Array  # (M,), Euclidean length of the polyline (mixed m and rad), the cost
     waypoints: Array  # (W, n)
     offsets: IntArray  # (M + 1,)
-    proven_for: PivotState = PivotState.MOVING  # the state in which every edge was proven when it was made
+    proven_for: ToolState = ToolState.MOVING  # the state in which every edge was proven when it was made
     marks: tuple[PodMark, ...] = ()  # (M,), for which pods each edge was proven
 
     @classmethod
-    def empty(cls, joint_names: tuple[str, ...], proven_for: PivotState = PivotState.MOVING) -> Roadmap:
+    def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = ToolState.MOVING) -> Roadmap:
         """A roadmap without nodes."""
         n = len(joint_names)
         return cls(
@@ -84,18 +84,18 @@ class Roadmap:
             self,
             configurations=np.vstack([self.configurations, Q]),
             names=(*self.names, *[""] * len(Q)),
-            pivots=(*self.pivots, *[PivotState.MOVING] * len(Q)),
+            tool_states=(*self.tool_states, *[ToolState.MOVING] * len(Q)),
         )
 
     def with_node(
-        self, q: Array, name: str = "", pivot: PivotState = PivotState.MOVING
+        self, q: Array, name: str = "", tool_state: ToolState = ToolState.MOVING
     ) -> tuple[Roadmap, int]:
         """A roadmap with one more node, and the node's index."""
         enlarged = replace(
             self,
             configurations=np.vstack([self.configurations, np.asarray(q, dtype=float)[None]]),
             names=(*self.names, name),
-            pivots=(*self.pivots, pivot),
+            tool_states=(*self.tool_states, tool_state),
         )
         return enlarged, self.n_nodes
 

@@ -1,6 +1,6 @@
 """What a survey found intact, as motions and edges; and whether that makes sense.
 
-Whoever keeps the checksums right can write what no build does: a pivot state that there is not, polylines
+Whoever keeps the checksums right can write what no build does: a tool state that there is not, polylines
 that join nothing. What is served is checked for that when it is read; so is what is kept from a survey.
 """
 
@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.roadmap import validate
 from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.graph import Roadmap
@@ -60,7 +60,7 @@ def intact_roadmap(found: IntegrityReport) -> Roadmap:
         found.joint_names,
         np.concatenate([none, *configurations]),
         tuple(bytes(node.row["name"]).decode() for node in nodes),
-        tuple(PivotState(bytes(node.row["pivot"]).decode()) for node in nodes),
+        tuple(ToolState(bytes(node.row["pivot"]).decode()) for node in nodes),
         np.array([(edge.row["a"], edge.row["b"]) for edge in edges], dtype=np.int64).reshape(-1, 2),
         np.array([edge.row["length"] for edge in edges]),
         np.concatenate([none, *ways]),

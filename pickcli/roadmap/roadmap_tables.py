@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
@@ -53,7 +53,7 @@ def roadmap_content(
 ) -> FileContent:
     """What the file of a roadmap holds."""
     tables: dict[str, Columns] = {
-        "nodes": {"name": roadmap.names, "pivot": roadmap.pivots},
+        "nodes": {"name": roadmap.names, "pivot": roadmap.tool_states},
         "edges": {
             "a": roadmap.edges[:, 0],
             "b": roadmap.edges[:, 1],
@@ -81,17 +81,17 @@ def roadmap_of(file: StoredFile) -> Roadmap:
         raise ValueError("a node has not exactly one configuration")
     return Roadmap(
         file.joint_names, configurations, file.texts("nodes", "name"),
-        tuple(PivotState(text) for text in file.texts("nodes", "pivot")),
+        tuple(ToolState(text) for text in file.texts("nodes", "pivot")),
         np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets,
         one_state(file.texts("edges", "proven_for")), marks_of(file, "edges"),
     )  # fmt: skip
 
 
-def one_state(texts: Iterable[str]) -> PivotState:
+def one_state(texts: Iterable[str]) -> ToolState:
     """The state that all edges are proven for. Raises ValueError if there are several."""
-    states = {PivotState(text) for text in texts} or {PivotState.MOVING}
+    states = {ToolState(text) for text in texts} or {ToolState.MOVING}
     if len(states) != 1:
-        raise ValueError("edges are proven for different pivot states")
+        raise ValueError("edges are proven for different tool states")
     return states.pop()
 
 

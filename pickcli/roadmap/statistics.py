@@ -34,7 +34,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
     return {
         "motions": len(database),
         "by_payload": _counts(str(key.payload) for key in database.keys),
-        "by_pivot": _counts(str(pivot) for pivot in database.pivots),
+        "by_pivot": _counts(str(tool_state) for tool_state in database.tool_states),
         "by_pod": _counts(str(mark.stand) for mark in database.marks),
         "coverage": round(len(database) / max(len(database) + len(missing), 1), 4),
         "duration_s": round(float(database.durations.sum()), 3),

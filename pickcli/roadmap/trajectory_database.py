@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
@@ -44,7 +44,7 @@ class MotionKey:
 class CoarseMotion:
     """One stored motion: proven, when it was made, in an empty cell with the cell's clearance.
 
-    pivot: state of the cup that it is valid for (MOVING covers the others)
+    tool_state: State of the tool that it is valid for (MOVING covers the others)
     trajectory: None where the timed points were not loaded
     lower_bound: s that no motion between the two ends can undercut
     clearance: m that the motion is proven to keep from everything
@@ -52,7 +52,7 @@ class CoarseMotion:
     """
 
     key: MotionKey
-    pivot: PivotState
+    tool_state: ToolState
     path: JointPath
     duration: float  # s, at full speed
     trajectory: Trajectory | None = None
@@ -96,7 +96,7 @@ class TrajectoryDatabase:
 
     joint_names: tuple[str, ...]
     keys: tuple[MotionKey, ...]  # (K,)
-    pivots: tuple[PivotState, ...]  # (K,)
+    tool_states: tuple[ToolState, ...]  # (K,)
     durations: Array  # (K,) s
     waypoints: Array  # (W, n)
     offsets: IntArray  # (K + 1,) into waypoints
@@ -122,7 +122,7 @@ class TrajectoryDatabase:
         return cls(
             joint_names,
             tuple(motion.key for motion in motions),
-            tuple(motion.pivot for motion in motions),
+            tuple(motion.tool_state for motion in motions),
             np.array([motion.duration for motion in motions], dtype=float),
             np.concatenate([empty, *(motion.path.waypoints for motion in motions)]),
             _offsets([len(motion.path.waypoints) for motion in motions]),
@@ -169,7 +169,7 @@ class TrajectoryDatabase:
     def _motion(self, k: int) -> CoarseMotion:
         path = JointPath(self.joint_names, self.waypoints[self.offsets[k] : self.offsets[k + 1]])
         return CoarseMotion(
-            self.keys[k], self.pivots[k], path, float(self.durations[k]), self._trajectory(k),
+            self.keys[k], self.tool_states[k], path, float(self.durations[k]), self._trajectory(k),
             float(self.lower_bounds[k]), float(self.clearances[k]), self.marks[k],
         )  # fmt: skip
 

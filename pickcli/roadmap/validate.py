@@ -18,7 +18,7 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
     """Shapes, indices, polylines that join their nodes, lengths; with ``cell``, its joints."""
     n_nodes = roadmap.n_nodes
     _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
-    _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.pivots))
+    _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.tool_states))
     _same_count("edges", roadmap.n_edges, len(roadmap.lengths), len(roadmap.offsets) - 1, len(roadmap.marks))
     _offsets("offsets", roadmap.offsets, len(roadmap.waypoints), least=2)
     if roadmap.n_edges and not (roadmap.edges.min() >= 0 and roadmap.edges.max() < n_nodes):
@@ -38,7 +38,9 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
     """Shapes, offsets, unique keys, one configuration per name; with ``cell``, the joints."""
     count = len(database)
     _joints(database.joint_names, cell, database.waypoints)
-    _same_count("motions", count, len(database.pivots), len(database.durations), len(database.offsets) - 1)
+    _same_count(
+        "motions", count, len(database.tool_states), len(database.durations), len(database.offsets) - 1
+    )
     _offsets("offsets", database.offsets, len(database.waypoints), least=2)
     if len({key for k in database.keys for key in (k, k.reversed())}) != 2 * count:
         raise ValueError("a motion is stored twice")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
@@ -96,9 +96,11 @@ def check_start(plan: Plan, world: World) -> None:
     worst = int(np.argmax(offsets))
     if offsets[worst] > START_TOLERANCE:
         raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
-    wanted = plan.segments[0].pivot
-    if PivotState.MOVING not in (wanted, world.pivot) and wanted is not world.pivot:
-        raise InputError(f"refusing to start: the cup is {world.pivot}, the plan begins with it {wanted}")
+    wanted = plan.segments[0].tool_state
+    if ToolState.MOVING not in (wanted, world.tool_state) and wanted is not world.tool_state:
+        raise InputError(
+            f"refusing to start: the cup is {world.tool_state}, the plan begins with it {wanted}"
+        )
 
 
 @dataclass
@@ -289,8 +291,8 @@ class _Run:
         if not self.trace.told:
             return 0.0
         arm = Arm(self.world.robot)
-        told = arm.tips(np.array(self.trace.told), PivotState.STRAIGHT)
-        measured = arm.tips(np.array(self.trace.measured), PivotState.STRAIGHT)
+        told = arm.tips(np.array(self.trace.told), ToolState.STRAIGHT)
+        measured = arm.tips(np.array(self.trace.measured), ToolState.STRAIGHT)
         return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
 
 

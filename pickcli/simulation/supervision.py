@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import JointType, PivotState
+from pickcli.cell.robot import JointType, ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment, SegmentKind
@@ -153,7 +153,7 @@ class Supervisor:
         if not (np.abs(unexplained) > limits).any():
             return None
         if force > 0.0:
-            reach = np.linalg.norm(self._arm.jacobian(self._world.q, self._pivot())[:3], axis=0)
+            reach = np.linalg.norm(self._arm.jacobian(self._world.q, self._tool_state())[:3], axis=0)
             limits = limits + force * reach
         worst = int(np.argmax(np.abs(unexplained) / limits))
         if abs(unexplained[worst]) <= limits[worst]:
@@ -177,7 +177,7 @@ class Supervisor:
 
     def _tool_following(self, command: Array, q: Array) -> ProtectiveStop | None:
         """By the Jacobian: the errors are small, and this is asked every millisecond."""
-        jacobian = self._arm.jacobian(q, self._pivot())[:3]
+        jacobian = self._arm.jacobian(q, self._tool_state())[:3]
         error = float(np.linalg.norm(jacobian @ (command - q)))
         speed = float(np.abs(jacobian) @ self._speed @ np.ones(3) / np.sqrt(3.0))
         allowed = self._thresholds.tool + self._thresholds.lag * speed
@@ -185,9 +185,9 @@ class Supervisor:
             return self._stop(StopCause.FOLLOWING_ERROR, "tool", error, allowed, "m")
         return None
 
-    def _pivot(self) -> PivotState:
-        pivot = self._world.pivot
-        return PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+    def _tool_state(self) -> ToolState:
+        tool_state = self._world.tool_state
+        return ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
 
     def _stop(
         self, cause: StopCause, where: str, measured: float, threshold: float, unit: str

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import JointType, PivotState, Robot
+from pickcli.cell.robot import JointType, Robot, ToolState
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
@@ -46,7 +46,7 @@ class World:
 
     scene: with the true poses of the items; the noisy ones are the planner's business
     q: configuration (n,) at the start
-    pivot: state of the pivoting cup at the start, STRAIGHT or DOWN
+    tool_state: state of the tool at the start, STRAIGHT or DOWN
     reality: how this world differs from what the planner believes
     seed: of what is random about it
     """
@@ -55,7 +55,7 @@ class World:
         self,
         scene: Scene,
         q: Array,
-        pivot: PivotState = PivotState.STRAIGHT,
+        tool_state: ToolState = ToolState.STRAIGHT,
         *,
         reality: Reality = DEFAULT,
         seed: int = 0,
@@ -76,7 +76,7 @@ class World:
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self._ground = ground_of(scene)
-        self._load_robot(q, pivot)
+        self._load_robot(q, tool_state)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
         self.suction = self._build_suction()
@@ -102,7 +102,7 @@ class World:
             self.reality.honest_seals,
         )
 
-    def _load_robot(self, q: Array, pivot: PivotState) -> None:
+    def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
         self.engine.load_robot(ROBOT, urdf_with_solid_cup(self.robot), self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
@@ -112,9 +112,9 @@ class World:
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        angle = tool.pivot_positions[pivot]
+        angle = tool.pivot_positions[tool_state]
         device = next(d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT)
-        turn = abs(tool.pivot_positions[PivotState.DOWN] - tool.pivot_positions[PivotState.STRAIGHT])
+        turn = abs(tool.pivot_positions[ToolState.DOWN] - tool.pivot_positions[ToolState.STRAIGHT])
         self._swing = Swing(angle, angle, turn / device.lead)
         start = np.array([*q, angle])
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
@@ -162,7 +162,7 @@ class World:
         elif kind is DeviceKind.VALVE:
             self.suction.vacuum.switch_valve(action == "on")
         else:
-            self._swing.target = self.robot.tool.pivot_positions[PivotState(action)]
+            self._swing.target = self.robot.tool.pivot_positions[ToolState(action)]
         return None
 
     def step(self) -> None:
@@ -181,12 +181,12 @@ class World:
 
     def _drive(self) -> None:
         """Set the motors for the next step: the planned joints by their loops, the pivot by its own."""
-        pivot = self._swing.advance(self.time_step) - self._measured[-1]
+        swing = self._swing.advance(self.time_step) - self._measured[-1]
         velocities = self._drives.velocities(self._command, self.q, self.torques)
         self.engine.drive(
             ROBOT,
             self._indices,
-            np.append(velocities, pivot / max(self.servo.lag, self.time_step)),
+            np.append(velocities, swing / max(self.servo.lag, self.time_step)),
             np.append(self._drives.forces, self._pivot_force),
         )
 
@@ -264,12 +264,12 @@ class World:
         return self._torques[:-1]
 
     @property
-    def pivot(self) -> PivotState:
+    def tool_state(self) -> ToolState:
         """State of the pivoting cup as it stands."""
         for state, angle in self.robot.tool.pivot_positions.items():
             if abs(angle - self._measured[-1]) < PIVOT_TOLERANCE:
                 return state
-        return PivotState.MOVING
+        return ToolState.MOVING
 
     @property
     def tip(self) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody
@@ -34,14 +34,14 @@ class WrenchLimit:
 
     Attributes:
         arm: Moves the cup.
-        pivot: State of the cup.
+        tool_state: State of the tool.
         body: What it holds.
         limits: What the cup bears at full vacuum.
         share: Of the limits that may be used: vacuum under the cup over full vacuum, and any margin.
     """
 
     arm: Arm
-    pivot: PivotState
+    tool_state: ToolState
     body: HeldBody
     limits: CupLimits
     share: float
@@ -51,7 +51,7 @@ class WrenchLimit:
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
         """Polygons inscribed in the wrench's limits; see ``PathConstraint``."""
-        plane = self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.pivot))
+        plane = self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state))
         inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
         return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
@@ -61,7 +61,7 @@ class WrenchLimit:
         The wrench beyond that at rest falls with the square of time. The states that keep the limits with
         a share of it are an interval from 0, as the limits are convex.
         """
-        motion = self.arm.tip_motion(q, velocity, acceleration, self.pivot)
+        motion = self.arm.tip_motion(q, velocity, acceleration, self.tool_state)
         moving = self.body.wrench(motion)
         factor = np.ones(len(q))
         over = np.flatnonzero(self.limits.ratio(moving, self.share) > 1.0)

@@ -96,7 +96,7 @@ class Player:
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
         seed = derived_seed("plan", self.settings.seed, *names)
         where = (attempt.out_of, attempt.item, attempt.into)
-        return self.crew.plan(scene, *where, arena.q, arena.pivot, seed, exclude)
+        return self.crew.plan(scene, *where, arena.q, arena.tool_state, seed, exclude)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """The attempt with its plan, or with the reason why there is none."""

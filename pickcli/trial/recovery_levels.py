@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
@@ -101,9 +101,11 @@ class _Recovery:
         arena, robot, stopped = self.player.crew.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
-        pivot = stopped.plan.grasp.pivot if arena.pivot is PivotState.MOVING else arena.pivot
+        tool_state = (
+            stopped.plan.grasp.tool_state if arena.tool_state is ToolState.MOVING else arena.tool_state
+        )
         T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
-        T_world_hanging = Arm(robot).tip(arena.q, pivot) @ T_tip_item
+        T_world_hanging = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
         off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])
         return bool(off <= IN_THE_CUP + self.player.settings.noise.position)
 
@@ -166,7 +168,7 @@ class _Recovery:
             seed = derived_seed("recover", player.settings.seed, *names)
 
             def plan(level: RecoveryLevel = level, seed: int = seed) -> Plan:
-                return player.crew.recover(scene, arena.q, arena.pivot, seed, level, self.stopped)
+                return player.crew.recover(scene, arena.q, arena.tool_state, seed, level, self.stopped)
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:

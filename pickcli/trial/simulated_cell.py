@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
@@ -46,7 +46,7 @@ class SimulatedArena:
 
     def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
         home = scene.cell.configurations[HOME]
-        self._world = World(scene, home.q, home.pivot, reality=reality, seed=seed)
+        self._world = World(scene, home.q, home.tool_state, reality=reality, seed=seed)
         self._recorded = scene  # the truth when something was recorded last
 
     @property
@@ -55,9 +55,9 @@ class SimulatedArena:
         return self._world.q
 
     @property
-    def pivot(self) -> PivotState:
+    def tool_state(self) -> ToolState:
         """State of the pivoting cup."""
-        return self._world.pivot
+        return self._world.tool_state
 
     @property
     def held(self) -> str | None:
@@ -151,21 +151,21 @@ def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
         item: str,
         into: str,
         q: Array,
-        pivot: PivotState,
+        tool_state: ToolState,
         seed: int,
         exclude: Sequence[Grasp | GraspKind],
     ) -> Plan:
-        return plan_pick(planner, scene, bin_name, item, Start(q, pivot), seed, exclude, into=into)
+        return plan_pick(planner, scene, bin_name, item, Start(q, tool_state), seed, exclude, into=into)
 
     def recover(
         scene: Scene,
         q: Array,
-        pivot: PivotState,
+        tool_state: ToolState,
         seed: int,
         level: RecoveryLevel,
         stopped: StoppedMotion | None,
     ) -> Plan:
-        return plan_recovery(planner, scene, Start(q, pivot), seed, level, stopped)
+        return plan_recovery(planner, scene, Start(q, tool_state), seed, level, stopped)
 
     def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, planner.arm.limits, seed)

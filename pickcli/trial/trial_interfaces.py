@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
@@ -67,7 +67,7 @@ class Arena(Protocol):
         """Measured configuration (n,)."""
 
     @property
-    def pivot(self) -> PivotState:
+    def tool_state(self) -> ToolState:
         """State of the pivoting cup."""
 
     @property
@@ -107,7 +107,7 @@ class PlanPick(Protocol):
         item: str,
         into: str,
         q: Array,
-        pivot: PivotState,
+        tool_state: ToolState,
         seed: int,
         exclude: Sequence[Grasp | GraspKind],
     ) -> Plan: ...
@@ -120,7 +120,7 @@ class PlanRecovery(Protocol):
         self,
         scene: Scene,
         q: Array,
-        pivot: PivotState,
+        tool_state: ToolState,
         seed: int,
         level: RecoveryLevel,
         stopped: StoppedMotion | None,

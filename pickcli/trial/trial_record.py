@@ -156,7 +156,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
         else {
             "kind": grasp.kind,
             "face": grasp.face,
-            "pivot": str(grasp.pivot),
+            "pivot": str(grasp.tool_state),
             "load_ratio": _rounded(grasp.load_ratio),
         },
         "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],

@@ -122,7 +122,7 @@ class _Pair:
     def _pressed_in(self) -> Part:
         """The cup with the whole stroke of its bellows pressed in."""
         robot = self.scene.cell.robot
-        T_lance_tip = T_lance_cup(robot, pivot_angle(robot, self.segment.pivot)) @ robot.tool.T_cup_tip
+        T_lance_tip = T_lance_cup(robot, pivot_angle(robot, self.segment.tool_state)) @ robot.tool.T_cup_tip
         back = pose(-robot.tool.cup_stroke * T_lance_tip[:3, 2])
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 

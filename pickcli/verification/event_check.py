@@ -1,4 +1,4 @@
-"""I/O events: they resolve to the stated times, come in an order that works, and fit the pivot states."""
+"""I/O events: they resolve to the stated times, come in an order that works, and fit the tool states."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
@@ -30,7 +30,7 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """All events of the plan against its motion and the cell's devices."""
     reasons = [*_resolved(plan, scene)]
     if not reasons:
-        reasons = [*_order(plan, scene), *_pivot(plan, scene)]
+        reasons = [*_order(plan, scene), *_tool_state(plan, scene)]
     return tuple(reasons)
 
 
@@ -79,7 +79,7 @@ def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
     a, b = sorted((segment.t_start, t))
     times = np.linspace(a, b, max(2, int(np.ceil((b - a) * 1e3)) + 1))
     robot = scene.cell.robot
-    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), segment.pivot)[:, :3, 3]
+    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), segment.tool_state)[:, :3, 3]
     way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
     return way if t >= segment.t_start else -way
 
@@ -124,7 +124,7 @@ def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Rea
     for at, most in ((event.t_trigger, RELEASE_SPEED), (event.t_anchor, STANDING)):
         if at is not None:
             t = max(last.t_start, min(at, last.t_end - LAST_MOMENT))
-            speed = fastest_tip(plan, scene.cell.robot, last.pivot, t, last.t_end)
+            speed = fastest_tip(plan, scene.cell.robot, last.tool_state, t, last.t_end)
             if speed > most:
                 detail = f"the tool moves at {speed:.3f} m/s from {t:.3f} s on, at most {most} m/s"
                 yield Reason("released too fast", "valve off", detail)
@@ -155,7 +155,7 @@ def _near(
     assert t is not None
     robot = scene.cell.robot
     at, end = tip_poses(
-        robot, link_poses(robot, plan.trajectory.sample(np.array([t, segment.t_end]))), segment.pivot
+        robot, link_poses(robot, plan.trajectory.sample(np.array([t, segment.t_end]))), segment.tool_state
     )
     away = float(np.linalg.norm(at[:3, 3] - end[:3, 3]))
     if away > most:
@@ -183,18 +183,18 @@ def _needed(what: str, events: Sequence[Event], earliest: float, latest: float) 
         )
 
 
-def _pivot(plan: Plan, scene: Scene) -> Iterator[Reason]:
+def _tool_state(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Segments say what the cup does; commands must make it so, at rest in the hand."""
     find = _finder(plan, scene)
     moves = sorted(
-        (e.t_trigger, e.t_anchor, PivotState(e.action))
-        for action in (PivotState.STRAIGHT, PivotState.DOWN)
+        (e.t_trigger, e.t_anchor, ToolState(e.action))
+        for action in (ToolState.STRAIGHT, ToolState.DOWN)
         for e in find(DeviceKind.PIVOT, action)
         if e.t_trigger is not None and e.t_anchor is not None
     )
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
-        if segment.pivot is PivotState.MOVING:
+        if segment.tool_state is ToolState.MOVING:
             if segment.held is not None:
                 yield Reason("pivots while holding", where, "the load on the cup would not be known")
             continue
@@ -202,22 +202,22 @@ def _pivot(plan: Plan, scene: Scene) -> Iterator[Reason]:
     yield from _changes(plan, moves)
 
 
-def _still(
-    segment: Segment, moves: Sequence[tuple[float, float, PivotState]], where: str
-) -> Iterator[Reason]:
+def _still(segment: Segment, moves: Sequence[tuple[float, float, ToolState]], where: str) -> Iterator[Reason]:
     """No command moves the cup while a segment counts on its state."""
     for trigger, anchor, state in moves:
         if trigger < segment.t_end - TIME_TOLERANCE and anchor > segment.t_start + TIME_TOLERANCE:
             yield Reason("wrong pivot", where, f"moves to {state} from {trigger:.3f} to {anchor:.3f} s")
 
 
-def _changes(plan: Plan, moves: Sequence[tuple[float, float, PivotState]]) -> Iterator[Reason]:
+def _changes(plan: Plan, moves: Sequence[tuple[float, float, ToolState]]) -> Iterator[Reason]:
     """Every resting state is the one that the last command before it leads to, or the one at the start."""
-    resting = [(k, s) for k, s in enumerate(plan.segments) if s.pivot is not PivotState.MOVING]
+    resting = [(k, s) for k, s in enumerate(plan.segments) if s.tool_state is not ToolState.MOVING]
     for k, segment in resting:
         done = [m[2] for m in moves if m[1] <= segment.t_start + TIME_TOLERANCE]
         first, at_start = resting[0]
-        known = done[-1] if done else (at_start.pivot if first == 0 else None)
-        if known is not segment.pivot:
+        known = done[-1] if done else (at_start.tool_state if first == 0 else None)
+        if known is not segment.tool_state:
             said = f"the commands leave it {known}" if known else "no command says to where it moves before"
-            yield Reason("wrong pivot", f"segment {k} ({segment.kind})", f"stated {segment.pivot}, {said}")
+            yield Reason(
+                "wrong pivot", f"segment {k} ({segment.kind})", f"stated {segment.tool_state}, {said}"
+            )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, PivotState, Robot
+from pickcli.cell.robot import Joint, JointType, Robot, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
 
 
@@ -50,16 +50,16 @@ def T_lance_cup(robot: Robot, angle: float) -> Array:
     return joint.T_parent_joint @ pose(R=rotation_axis_angle(joint.axis, angle))
 
 
-def pivot_angle(robot: Robot, pivot: PivotState) -> float:
+def pivot_angle(robot: Robot, tool_state: ToolState) -> float:
     """Position of the pivot joint in rad; where it moves, that of the straight cup."""
-    resting = PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+    resting = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
     return robot.tool.pivot_positions[resting]
 
 
-def tip_poses(robot: Robot, links: Array, pivot: PivotState) -> Array:
+def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
     """Poses in the world (N, 4, 4) of the tool frame, from ``link_poses`` (L, N, 4, 4)."""
     return np.asarray(
-        links[pivot_index(robot)] @ T_lance_cup(robot, pivot_angle(robot, pivot)) @ robot.tool.T_cup_tip
+        links[pivot_index(robot)] @ T_lance_cup(robot, pivot_angle(robot, tool_state)) @ robot.tool.T_cup_tip
     )
 
 

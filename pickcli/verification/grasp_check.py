@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState, Tool
+from pickcli.cell.robot import Tool, ToolState
 from pickcli.cell.shapes import ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, rotation_angle
@@ -29,15 +29,15 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
         return ()
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
     reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
-    if grasp.pivot is PivotState.MOVING:
+    if grasp.tool_state is ToolState.MOVING:
         reasons.append(
             Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
         )
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
-            if segment.pivot is not grasp.pivot:
+            if segment.tool_state is not grasp.tool_state:
                 reasons.append(
-                    Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.pivot}")
+                    Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.tool_state}")
                 )
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
             reasons += _kind(scene, grasp)
@@ -121,7 +121,7 @@ def _sign(value: float) -> str:
 def _meets(plan: Plan, scene: Scene, grasp: Grasp, t: float, where: str) -> Iterator[Reason]:
     """At the end of contact the tip is where the grasp says."""
     robot = scene.cell.robot
-    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.pivot)[0]
+    tip = tip_poses(robot, link_poses(robot, plan.trajectory.sample(t)), grasp.tool_state)[0]
     yield from _as_grasped(scene, grasp, inverse(scene.find(grasp.item).T_world_item) @ tip, where)
 
 

@@ -24,5 +24,5 @@ def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
         return None if scene.held is None else scene.held.T_tip_item
     robot = scene.cell.robot
     q = plan.trajectory.sample(contact.t_end)
-    T_world_tip = tip_poses(robot, link_poses(robot, q), contact.pivot)[0]
+    T_world_tip = tip_poses(robot, link_poses(robot, q), contact.tool_state)[0]
     return np.asarray(inverse(T_world_tip) @ scene.find(plan.grasp.item).T_world_item)

@@ -85,7 +85,7 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
     n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
     times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
     robot = scene.cell.robot
-    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].pivot)
+    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].tool_state)
     return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), STEP)
 
 

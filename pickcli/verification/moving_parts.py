@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.robot import Robot, ToolState
 from pickcli.cell.shapes import Body, Shape
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
@@ -78,21 +78,21 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         for body in link.shapes
     ]
     for body in robot.links[cup].shapes:
-        found += _pivoted(robot, segment.pivot, body)
+        found += _pivoted(robot, segment.tool_state, body)
     if segment.held is not None and T_tip_item is not None:
         bound = scene.noise.bound(scene.item(segment.held))
-        found += _pivoted(robot, segment.pivot, held_body(scene, segment.held, T_tip_item), bound, True)
+        found += _pivoted(robot, segment.tool_state, held_body(scene, segment.held, T_tip_item), bound, True)
     return tuple(found)
 
 
 def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
-    """The parts of every segment; segments with the same pivot state and held item share theirs."""
-    known: dict[tuple[PivotState, str | None], tuple[Part, ...]] = {}
+    """The parts of every segment; segments with the same tool state and held item share theirs."""
+    known: dict[tuple[ToolState, str | None], tuple[Part, ...]] = {}
     for segment in plan.segments:
-        key = (segment.pivot, segment.held)
+        key = (segment.tool_state, segment.held)
         if key not in known:
             known[key] = parts(scene, segment, T_tip_item)
-    return [known[segment.pivot, segment.held] for segment in plan.segments]
+    return [known[segment.tool_state, segment.held] for segment in plan.segments]
 
 
 def farthest(moving: tuple[Part, ...]) -> Array:
@@ -106,18 +106,18 @@ def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
 
 
 def _pivoted(
-    robot: Robot, pivot: PivotState, body: Body, slack: float = 0.0, is_held: bool = False
+    robot: Robot, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
     """A body in the cup link as parts of the link before it: one, or many where the cup pivots."""
     lance = pivot_index(robot)
     name = body.name if is_held else robot.links[lance + 1].name
-    angles = [pivot_angle(robot, pivot)]
-    if pivot is PivotState.MOVING:
+    angles = [pivot_angle(robot, tool_state)]
+    if tool_state is ToolState.MOVING:
         positions = robot.tool.pivot_positions
-        way = abs(positions[PivotState.DOWN] - positions[PivotState.STRAIGHT])
+        way = abs(positions[ToolState.DOWN] - positions[ToolState.STRAIGHT])
         radius = _radius(body.T_parent_shape, body.shape)
         n = int(np.ceil(way * radius / SWEEP_STEP)) + 1
-        angles = list(np.linspace(positions[PivotState.STRAIGHT], positions[PivotState.DOWN], n))
+        angles = list(np.linspace(positions[ToolState.STRAIGHT], positions[ToolState.DOWN], n))
         slack += way / (n - 1) * (radius + slack) / 2
     return [
         _part(

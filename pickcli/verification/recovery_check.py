@@ -78,7 +78,7 @@ def _leads(
             i, how = strayed
             yield Reason("not back the way it came", where, f"at {states.times[i]:.3f} s {how}")
         return
-    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].tool_state)
     depths = np.maximum(0.0, (inverse(scene.T_world_pod) @ tips)[:, 0, 3])
     if plan.recovery in IGNORES_ERROR and depths[0] <= 0.0 and not opening.pairs:
         yield Reason("not a way out", where, "it begins outside of the pod, and near to nothing")
@@ -136,7 +136,7 @@ def _claims(plan: Plan, scene: Scene, states: States, velocity: float) -> Iterat
 
 def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
     """m, of the origin of the link, or of the tool, that goes farthest."""
-    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].pivot)
+    tips = tip_poses(scene.cell.robot, states.links, plan.segments[0].tool_state)
     points = np.concatenate([states.links[:, :, :3, 3], tips[None, :, :3, 3]])
     return float(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1).max())
 

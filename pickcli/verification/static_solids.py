@@ -58,7 +58,7 @@ def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tup
     if held is None or plan.segments[0].held != held.id:
         return found
     robot, q = scene.cell.robot, plan.trajectory.sample(0.0)
-    T = tip_poses(robot, link_poses(robot, q), plan.segments[0].pivot)[0] @ held.T_tip_item
+    T = tip_poses(robot, link_poses(robot, q), plan.segments[0].tool_state)[0] @ held.T_tip_item
     most = SAME_PLACE + 2.0 * scene.noise.bound(held.item)
     return tuple(
         replace(fixture, name=f"{held.id} as seen") if fixture.name == held.id else fixture
@@ -78,7 +78,7 @@ def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
     """Pose (4, 4) in the world of the item at the end of segment k, where it is let go."""
     robot, segment = scene.cell.robot, plan.segments[k]
     q = plan.trajectory.sample(segment.t_end)
-    return np.asarray(tip_poses(robot, link_poses(robot, q), segment.pivot)[0] @ T_tip_item)
+    return np.asarray(tip_poses(robot, link_poses(robot, q), segment.tool_state)[0] @ T_tip_item)
 
 
 def bin_at(scene: Scene, T_world_item: Array) -> str | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from pickcli.cell.robot import PivotState, Robot
+from pickcli.cell.robot import Robot, ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.motion.plan import Plan
@@ -43,7 +43,7 @@ def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
     touched = dict.fromkeys(TOUCHED_WAY, 0.0)
     for k, segment in enumerate(plan.segments):
         first, last = states.between(segment.t_start, segment.t_end)
-        tips = tip_poses(robot, states.links[:, first : last + 1], segment.pivot)
+        tips = tip_poses(robot, states.links[:, first : last + 1], segment.tool_state)
         where = f"segment {k} ({segment.kind})"
         if segment.kind in STRAIGHT:
             reasons += _straight(tips, where)
@@ -88,17 +88,17 @@ def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str
     aside = float(np.linalg.norm(way - (way @ axis) * axis))
     if way @ axis <= 0.0 or aside > OFF_LINE:
         yield Reason("not along the tool axis", where, f"{aside * 1e3:.2f} mm aside")
-    speed = fastest_tip(plan, robot, segment.pivot, segment.t_start, segment.t_end)
+    speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
     limit = robot.tool.contact_speed
     if speed > limit * (1.0 + SPEED_TOLERANCE):
         yield Reason("contact speed", where, f"{speed:.4f} m/s, the tool takes {limit}")
 
 
-def fastest_tip(plan: Plan, robot: Robot, pivot: PivotState, t_start: float, t_end: float) -> float:
+def fastest_tip(plan: Plan, robot: Robot, tool_state: ToolState, t_start: float, t_end: float) -> float:
     """Greatest speed of the tip in m/s over every millisecond between two times, the cup in one place."""
     n = max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1)
     times = np.linspace(t_start, t_end, n)
-    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), pivot)[:, :3, 3]
+    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), tool_state)[:, :3, 3]
     # The chord over a millisecond is the mean speed in it.
     return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, fastest_tip
@@ -21,7 +21,8 @@ def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
             continue
         span = segment.t_start, segment.t_end
         speed = max(
-            fastest_tip(plan, cell.robot, pivot, *span) for pivot in (PivotState.STRAIGHT, PivotState.DOWN)
+            fastest_tip(plan, cell.robot, tool_state, *span)
+            for tool_state in (ToolState.STRAIGHT, ToolState.DOWN)
         )
         if not speed <= limit * (1.0 + SPEED_TOLERANCE):
             where = f"segment {k} ({segment.kind})"

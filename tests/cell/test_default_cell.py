@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import Link, PivotState
+from pickcli.cell.robot import Link, ToolState
 from pickcli.cell.shapes import ShapeKind
 from pickcli.geometry import Array
 from support import arm_table
@@ -39,8 +39,8 @@ def configurations() -> st.SearchStrategy[Array]:
 
 
 @given(configurations(), st.sampled_from([STRAIGHT, DOWN]))
-def test_the_urdf_moves_like_the_table(q: Array, pivot: float) -> None:
-    assert_allclose(arm_table.chain_tip(CELL.robot, q, pivot), arm_table.tip(q, pivot), atol=1e-12)
+def test_the_urdf_moves_like_the_table(q: Array, tool_state: float) -> None:
+    assert_allclose(arm_table.chain_tip(CELL.robot, q, tool_state), arm_table.tip(q, tool_state), atol=1e-12)
 
 
 def test_home_holds_the_lance_level_at_the_stated_place(cell: Cell) -> None:
@@ -52,7 +52,7 @@ def test_home_holds_the_lance_level_at_the_stated_place(cell: Cell) -> None:
 @pytest.mark.parametrize("letter", BINS)
 def test_bin_poses_point_into_their_bin_and_the_pivoted_cup_down(cell: Cell, letter: str) -> None:
     named = cell.configurations[f"bin_{letter}"]
-    assert (named.kind, named.pivot) == ("bin", PivotState.STRAIGHT)
+    assert (named.kind, named.tool_state) == ("bin", ToolState.STRAIGHT)
     T = arm_table.chain_tip(cell.robot, named.q, STRAIGHT)
     mouth = cell.pod.bins[f"bin_{letter}"].T_pod_bin[:3, 3]
     assert_allclose(T[0, 3], -0.30, atol=0.01)
@@ -80,12 +80,12 @@ def test_yardstick_poses_stand_over_the_tote_pointing_down(cell: Cell) -> None:
 def test_drop_poses_span_the_tote_under_the_drop_limit(cell: Cell) -> None:
     centres = []
     for named in (c for c in cell.configurations.values() if c.kind == "drop"):
-        T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.pivot_positions[named.pivot])
+        T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.pivot_positions[named.tool_state])
         p = T[:3, 3] - cell.tote.T_world_tote[:3, 3]
         assert p[2] == pytest.approx(0.24, abs=1e-3)
         assert T[2, 2] < -0.86
         assert all(abs(p[:2]) < np.array(cell.tote.inner[:2]) / 2 - 0.08)
-        centres.append((named.pivot, *np.round(p[:2], 2)))
+        centres.append((named.tool_state, *np.round(p[:2], 2)))
     assert len(centres) == len(set(centres)) == 12
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -33,7 +33,7 @@ def arm(cell: Cell) -> Arm:
 
 @pytest.fixture(scope="session")
 def T_home_tip(arm: Arm, home: Array) -> Array:
-    return arm.tip(home, PivotState.STRAIGHT)
+    return arm.tip(home, ToolState.STRAIGHT)
 
 
 @pytest.fixture(scope="session")
@@ -54,8 +54,8 @@ def make_checker(model: CollisionModel, make_scene: MakeScene) -> MakeChecker:
     """make_checker(scene=..., pivot=..., **options) with an empty scene and a straight cup by default."""
 
     def make(
-        scene: Scene | None = None, pivot: PivotState = PivotState.STRAIGHT, **options: object
+        scene: Scene | None = None, tool_state: ToolState = ToolState.STRAIGHT, **options: object
     ) -> SceneChecker:
-        return SceneChecker(model, scene or make_scene(), pivot, **options)  # type: ignore[arg-type]
+        return SceneChecker(model, scene or make_scene(), tool_state, **options)  # type: ignore[arg-type]
 
     return make

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -148,10 +148,10 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
 
 def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
-    for pivot in PivotState:
-        assert make_checker(pivot=pivot, touching=floor).is_valid(home) == make_checker(pivot=pivot).is_valid(
-            home
-        )
+    for tool_state in ToolState:
+        assert make_checker(tool_state=tool_state, touching=floor).is_valid(home) == make_checker(
+            tool_state=tool_state
+        ).is_valid(home)
 
 
 def test_one_contact_that_is_only_so_deep_makes_a_limit() -> None:

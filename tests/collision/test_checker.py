@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import AllowedPair, Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
@@ -21,15 +21,15 @@ from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PoseNoise
 from support.solid_helpers import MakeChecker, MakeScene, box_item, link_points
 
-STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
+STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 DELFT_HOME = np.array([0.2191, 0, -1.0945, 0, -1.7267, 0, -0.9443, 0])
 CUBE = box_item((0.1, 0.1, 0.1))
 
 
 def test_named_configurations_are_free(cell: Cell, make_checker: MakeChecker) -> None:
     """Delft's own poses, but for three over the tote that put our longer tool into its wall."""
-    checkers = {pivot: make_checker(pivot=pivot) for pivot in PivotState}
-    blocked = {c.name for c in cell.configurations.values() if not checkers[c.pivot].is_valid(c.q)}
+    checkers = {tool_state: make_checker(tool_state=tool_state) for tool_state in ToolState}
+    blocked = {c.name for c in cell.configurations.values() if not checkers[c.tool_state].is_valid(c.q)}
     assert blocked == {"tote_10h", "tote_11h", "tote_12h"}
     assert checkers[STRAIGHT].is_valid(DELFT_HOME)
 
@@ -39,7 +39,7 @@ def test_no_collision_of_the_exact_shapes_is_missed(
 ) -> None:
     """Points of the links themselves against the boxes, by forward kinematics: a hit is never called free."""
     rng = np.random.default_rng(5)
-    checker = make_checker(pivot=DOWN, margin=0.0)
+    checker = make_checker(tool_state=DOWN, margin=0.0)
     clouds = [link_points(cell, name, rng, 60) for name in model.frame_names]
     Q = arm.random_seeds(rng, 150)
     free, n_hits = checker.are_valid(Q), 0
@@ -60,7 +60,9 @@ def test_no_collision_of_the_exact_shapes_is_missed(
 def test_moving_is_free_only_where_both_ends_are(arm: Arm, make_checker: MakeChecker) -> None:
     rng = np.random.default_rng(6)
     Q = arm.random_seeds(rng, 2000)
-    moving, straight, down = (make_checker(pivot=pivot).are_valid(Q) for pivot in (MOVING, STRAIGHT, DOWN))
+    moving, straight, down = (
+        make_checker(tool_state=tool_state).are_valid(Q) for tool_state in (MOVING, STRAIGHT, DOWN)
+    )
     assert moving.any() and not (moving & ~straight).any() and not (moving & ~down).any()
 
 
@@ -168,7 +170,7 @@ def test_a_held_item_swings_with_the_moving_cup(
     below = make_scene((CUBE, T_home_tip @ pose((0.15, 0, 0.1))))
     held = AttachedItem(CUBE, pose((0, 0, 0.05)), 0.0)
     assert make_checker(below, held=held).is_valid(home)
-    assert not make_checker(below, pivot=MOVING, held=held).is_valid(home)
+    assert not make_checker(below, tool_state=MOVING, held=held).is_valid(home)
 
 
 def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:

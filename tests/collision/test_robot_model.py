@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import pose, rotation_axis_angle, transform_points
 from support.solid_helpers import link_points
 
 
-@pytest.mark.parametrize("pivot", list(PivotState))
-def test_every_link_lies_in_its_spheres(cell: Cell, model: CollisionModel, pivot: PivotState) -> None:
+@pytest.mark.parametrize("tool_state", list(ToolState))
+def test_every_link_lies_in_its_spheres(cell: Cell, model: CollisionModel, tool_state: ToolState) -> None:
     rng = np.random.default_rng(0)
-    state = model.state(pivot)
+    state = model.state(tool_state)
     for k, name in enumerate(model.frame_names):
         points = link_points(cell, name, rng)
         centers, radii = state.centers[state.frames == k], state.radii[state.frames == k]
@@ -25,10 +25,10 @@ def test_every_link_lies_in_its_spheres(cell: Cell, model: CollisionModel, pivot
 
 def test_the_moving_cup_contains_every_position_of_the_cup(cell: Cell, model: CollisionModel) -> None:
     rng = np.random.default_rng(1)
-    tool, state = cell.robot.tool, model.state(PivotState.MOVING)
+    tool, state = cell.robot.tool, model.state(ToolState.MOVING)
     axis = next(j.axis for j in cell.robot.joints if j.name == tool.pivot_joint)
     cup = state.frames == model.n_frames - 1
-    straight, down = (tool.pivot_positions[p] for p in (PivotState.STRAIGHT, PivotState.DOWN))
+    straight, down = (tool.pivot_positions[p] for p in (ToolState.STRAIGHT, ToolState.DOWN))
     for angle in np.linspace(0, down - straight, 37):
         points = transform_points(
             pose(R=rotation_axis_angle(axis, angle)), link_points(cell, "cup", rng, 100)
@@ -39,7 +39,7 @@ def test_the_moving_cup_contains_every_position_of_the_cup(cell: Cell, model: Co
 
 def test_pairs_leave_out_rigid_and_adjacent_bodies_only(model: CollisionModel) -> None:
     names = model.frame_names
-    pairs = {frozenset((names[i], names[j])) for i, j in model.state(PivotState.STRAIGHT).self_pairs}
+    pairs = {frozenset((names[i], names[j])) for i, j in model.state(ToolState.STRAIGHT).self_pairs}
     assert frozenset(("carriage", "arm_base")) not in pairs  # one rigid body
     assert frozenset(("carriage", "link_s")) not in pairs  # joined by joint_s
     assert frozenset(("link_t", "lance")) not in pairs and frozenset(("link_b", "cup")) not in pairs
@@ -51,12 +51,12 @@ def test_pairs_leave_out_rigid_and_adjacent_bodies_only(model: CollisionModel) -
 
 
 def test_states_are_made_once_and_share_covers(model: CollisionModel) -> None:
-    straight = model.state(PivotState.STRAIGHT)
-    assert model.state(PivotState.STRAIGHT) is straight
-    np.testing.assert_array_equal(straight.centers, model.state(PivotState.DOWN).centers)
+    straight = model.state(ToolState.STRAIGHT)
+    assert model.state(ToolState.STRAIGHT) is straight
+    np.testing.assert_array_equal(straight.centers, model.state(ToolState.DOWN).centers)
 
 
 def test_the_kernel_stays_small(model: CollisionModel) -> None:
-    """Spheres per pivot state: what the cost of every check hangs on."""
-    assert len(model.state(PivotState.STRAIGHT).radii) <= 320
-    assert len(model.state(PivotState.MOVING).radii) <= 550
+    """Spheres per tool state: what the cost of every check hangs on."""
+    assert len(model.state(ToolState.STRAIGHT).radii) <= 320
+    assert len(model.state(ToolState.MOVING).radii) <= 550

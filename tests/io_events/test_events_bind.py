@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import InputError
 from pickcli.io_events.bind import bind_pick, bind_pivot
 from pickcli.io_events.resolve import delay_segments, resolve
@@ -14,7 +14,7 @@ from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
-STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
+STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 DEVICES = {
     device.name: device
     for device in (
@@ -26,19 +26,19 @@ DEVICES = {
 }
 
 
-def pick(pivot: PivotState = DOWN, first: PivotState = MOVING) -> tuple[Segment, ...]:
+def pick(tool_state: ToolState = DOWN, first: ToolState = MOVING) -> tuple[Segment, ...]:
     """A pick whose segments last one second each, but the contact and the place: one and a half."""
     k, rows, t = SegmentKind, [], 0.0
     for kind, held, state, lasts in (
         (k.TRANSIT, None, first, 1.0),
-        (k.PREAPPROACH, None, pivot, 1.0),
-        (k.APPROACH, None, pivot, 1.0),
-        (k.CONTACT, None, pivot, 1.5),
-        (k.LIFT, "duck", pivot, 1.0),
-        (k.RETREAT, "duck", pivot, 1.0),
-        (k.TRANSFER, "duck", pivot, 1.0),
-        (k.PLACE, "duck", pivot, 1.5),
-        (k.DEPART, None, pivot, 1.0),
+        (k.PREAPPROACH, None, tool_state, 1.0),
+        (k.APPROACH, None, tool_state, 1.0),
+        (k.CONTACT, None, tool_state, 1.5),
+        (k.LIFT, "duck", tool_state, 1.0),
+        (k.RETREAT, "duck", tool_state, 1.0),
+        (k.TRANSFER, "duck", tool_state, 1.0),
+        (k.PLACE, "duck", tool_state, 1.5),
+        (k.DEPART, None, tool_state, 1.0),
     ):
         rows.append(Segment(kind, t, t + lasts, state, held))
         t += lasts
@@ -106,7 +106,7 @@ def test_missing_device_or_action_is_named() -> None:
 
 def test_lead_longer_than_the_way_asks_for_a_delay_that_suffices() -> None:
     segments = pick()[2:]
-    segments = tuple(Segment(s.kind, s.t_start - 2, s.t_end - 2, s.pivot, s.held) for s in segments)
+    segments = tuple(Segment(s.kind, s.t_start - 2, s.t_end - 2, s.tool_state, s.held) for s in segments)
     events = bind_pick(segments, {**DEVICES, "pump": Device("pump", DeviceKind.PUMP, 5.0, ("on", "off"))})
     first = resolve(events, segments, line())
     assert first.start_delay == pytest.approx(5.0 - 2.5)

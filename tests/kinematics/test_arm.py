@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import JointType, PivotState, Robot
+from pickcli.cell.robot import JointType, Robot, ToolState
 from pickcli.geometry import Array, is_pose, pose, rotation_angle, rotation_axis_angle, rotation_vector
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.chain import bodies_of_frames
 
-PIVOTS = list(PivotState)
+PIVOTS = list(ToolState)
 
 
-def oracle_tip(robot: Robot, q: Array, pivot: PivotState) -> Array:
+def oracle_tip(robot: Robot, q: Array, tool_state: ToolState) -> Array:
     """Forward kinematics straight from the URDF's definition, one joint after the other."""
     position = dict(zip(robot.joint_names, q, strict=True))
-    still = PivotState.STRAIGHT if pivot is PivotState.MOVING else pivot
+    still = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
     position[robot.tool.pivot_joint] = robot.tool.pivot_positions[still]
     T = robot.T_world_base
     for joint in robot.joints:
@@ -29,86 +29,86 @@ def oracle_tip(robot: Robot, q: Array, pivot: PivotState) -> Array:
     return np.asarray(T @ robot.tool.T_cup_tip)
 
 
-@pytest.mark.parametrize("pivot", PIVOTS)
-def test_tip_agrees_with_the_oracle(arm: Arm, pivot: PivotState, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("tool_state", PIVOTS)
+def test_tip_agrees_with_the_oracle(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     Q = arm.random_seeds(rng, 50)
-    expected = np.array([oracle_tip(arm.robot, q, pivot) for q in Q])
-    np.testing.assert_allclose(arm.tips(Q, pivot), expected, atol=1e-12)
-    np.testing.assert_allclose(arm.tip(Q[0], pivot), expected[0], atol=1e-12)
+    expected = np.array([oracle_tip(arm.robot, q, tool_state) for q in Q])
+    np.testing.assert_allclose(arm.tips(Q, tool_state), expected, atol=1e-12)
+    np.testing.assert_allclose(arm.tip(Q[0], tool_state), expected[0], atol=1e-12)
 
 
 def test_home_stands_where_it_was_measured(cell: Cell, arm: Arm) -> None:
-    tip = arm.tip(cell.configurations["home"].q, PivotState.STRAIGHT)
+    tip = arm.tip(cell.configurations["home"].q, ToolState.STRAIGHT)
     np.testing.assert_allclose(tip[:3, 3], [-0.605, 0.0, 1.716], atol=1e-3)
     np.testing.assert_allclose(tip[:3, 2], [1, 0, 0], atol=0.05)  # the lance is level, pointing at the shelf
 
 
 def test_cup_down_points_down_in_front_of_the_shelf(cell: Cell, arm: Arm) -> None:
-    tip = arm.tip(cell.configurations["home"].q, PivotState.DOWN)
+    tip = arm.tip(cell.configurations["home"].q, ToolState.DOWN)
     np.testing.assert_allclose(tip[:3, 2], [0, 0, -1], atol=0.05)
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
-def test_jacobian_is_the_derivative(arm: Arm, pivot: PivotState, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+def test_jacobian_is_the_derivative(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     for q in arm.random_seeds(rng, 10):
-        J, T = arm.jacobian(q, pivot), arm.tip(q, pivot)
+        J, T = arm.jacobian(q, tool_state), arm.tip(q, tool_state)
         for j in range(arm.n):
             step = np.zeros(arm.n)
             step[j] = 1e-6
-            ahead = arm.tip(q + step, pivot)
+            ahead = arm.tip(q + step, tool_state)
             np.testing.assert_allclose(J[:3, j], (ahead[:3, 3] - T[:3, 3]) / 1e-6, atol=1e-5)
             np.testing.assert_allclose(
                 J[3:, j], rotation_vector(ahead[:3, :3] @ T[:3, :3].T) / 1e-6, atol=1e-4
             )
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
-def test_reachable_poses_are_reached(arm: Arm, pivot: PivotState, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+def test_reachable_poses_are_reached(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     n_solved = 0
     for q in arm.random_seeds(rng, 60):
-        target = arm.tip(q, pivot)
-        solutions = arm.solve_spread(target, pivot, rng, 24)
+        target = arm.tip(q, tool_state)
+        solutions = arm.solve_spread(target, tool_state, rng, 24)
         n_solved += len(solutions) > 0
         for solution in solutions:
-            off = np.linalg.inv(target) @ arm.tip(solution, pivot)
+            off = np.linalg.inv(target) @ arm.tip(solution, tool_state)
             assert np.linalg.norm(off[:3, 3]) <= 2e-5 and rotation_angle(off[:3, :3]) <= 2e-4
             assert np.all(solution >= arm.limits.lower) and np.all(solution <= arm.limits.upper)
     assert n_solved >= 59
 
 
 def test_solutions_are_distinct_and_spread_over_the_rail(arm: Arm, rng: np.random.Generator) -> None:
-    target = arm.tip(np.array([0.5, 0.2, 0.5, 0.0, -1.2, 0.0, 0.3, 0.0]), PivotState.STRAIGHT)
-    solutions = arm.solve_spread(target, PivotState.STRAIGHT, rng, 32)
+    target = arm.tip(np.array([0.5, 0.2, 0.5, 0.0, -1.2, 0.0, 0.3, 0.0]), ToolState.STRAIGHT)
+    solutions = arm.solve_spread(target, ToolState.STRAIGHT, rng, 32)
     gaps = np.abs(solutions[:, None] - solutions[None]).max(axis=2)[np.triu_indices(len(solutions), 1)]
     assert gaps.min() > 0.04
     assert np.ptp(solutions[:, 0]) > 0.25
 
 
 def test_same_seed_same_solutions(arm: Arm) -> None:
-    target = arm.tip(np.full(arm.n, 0.4), PivotState.STRAIGHT)
-    a, b = (arm.solve_spread(target, PivotState.STRAIGHT, np.random.default_rng(3)) for _ in range(2))
+    target = arm.tip(np.full(arm.n, 0.4), ToolState.STRAIGHT)
+    a, b = (arm.solve_spread(target, ToolState.STRAIGHT, np.random.default_rng(3)) for _ in range(2))
     np.testing.assert_array_equal(a, b)
 
 
 def test_unreachable_is_an_empty_answer(arm: Arm, rng: np.random.Generator) -> None:
     far = pose((5.0, 0, 1))
-    assert arm.solve(far, PivotState.STRAIGHT, arm.random_seeds(rng, 5)).shape == (0, arm.n)
+    assert arm.solve(far, ToolState.STRAIGHT, arm.random_seeds(rng, 5)).shape == (0, arm.n)
 
 
 def test_manipulability_vanishes_where_the_arm_is_stretched(arm: Arm, rng: np.random.Generator) -> None:
     stretched = np.zeros(arm.n)
     stretched[0] = 0.5
-    assert arm.manipulability(stretched, PivotState.STRAIGHT) < 1e-6
+    assert arm.manipulability(stretched, ToolState.STRAIGHT) < 1e-6
     bent = np.array([0.5, 0.2, 0.5, 0.3, -1.2, 0.4, 0.3, 0.0])
-    J = arm.jacobian(bent, PivotState.STRAIGHT)
+    J = arm.jacobian(bent, ToolState.STRAIGHT)
     singular_values = np.linalg.svd(np.diag([1, 1, 1, 0.5, 0.5, 0.5]) @ J, compute_uv=False)
-    assert arm.manipulability(bent, PivotState.STRAIGHT) == pytest.approx(np.prod(singular_values), rel=1e-9)
+    assert arm.manipulability(bent, ToolState.STRAIGHT) == pytest.approx(np.prod(singular_values), rel=1e-9)
 
 
 def test_tips_are_poses_in_every_pivot_state(arm: Arm, rng: np.random.Generator) -> None:
     q = arm.random_seeds(rng, 1)[0]
-    assert all(is_pose(arm.tip(q, pivot)) for pivot in PIVOTS)
-    np.testing.assert_array_equal(arm.tip(q, PivotState.MOVING), arm.tip(q, PivotState.STRAIGHT))
+    assert all(is_pose(arm.tip(q, tool_state)) for tool_state in PIVOTS)
+    np.testing.assert_array_equal(arm.tip(q, ToolState.MOVING), arm.tip(q, ToolState.STRAIGHT))
 
 
 def test_bodies_group_what_fixed_joints_join(arm: Arm) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, pose
@@ -15,26 +15,26 @@ from pickcli.scene.scene import PoseNoise, Scene
 
 # Tool frames in the bin frame: the lance points into the bin; frontal the cup with it, top-down the cup down.
 APPROACHES = {
-    PivotState.STRAIGHT: np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
-    PivotState.DOWN: np.array([[-1.0, 0, 0], [0, 1, 0], [0, 0, -1]]),
+    ToolState.STRAIGHT: np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
+    ToolState.DOWN: np.array([[-1.0, 0, 0], [0, 1, 0], [0, 0, -1]]),
 }
 
 
-def poses_in(cell: Cell, name: str, pivot: PivotState, rng: np.random.Generator, n: int) -> Array:
+def poses_in(cell: Cell, name: str, tool_state: ToolState, rng: np.random.Generator, n: int) -> Array:
     """(n, 4, 4) tool poses with the lance 30 mm inside the mouth's edges and the cup behind the lip."""
     cell_bin = cell.pod.bins[name]
     half, height = cell_bin.mouth_width / 2 - 0.03, cell_bin.mouth_height
-    hangs = np.linalg.norm(cell.robot.tool.T_cup_tip[:3, 3]) if pivot is PivotState.DOWN else 0.0
+    hangs = np.linalg.norm(cell.robot.tool.T_cup_tip[:3, 3]) if tool_state is ToolState.DOWN else 0.0
     points = rng.uniform((0.06, -half, 0.03 - hangs), (0.38, half, height - 0.03 - hangs), (n, 3))
-    return np.array([cell_bin.T_pod_bin @ pose(p, R=APPROACHES[pivot]) for p in points])
+    return np.array([cell_bin.T_pod_bin @ pose(p, R=APPROACHES[tool_state]) for p in points])
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
-def test_every_bin_is_within_reach(cell: Cell, arm: Arm, pivot: PivotState) -> None:
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+def test_every_bin_is_within_reach(cell: Cell, arm: Arm, tool_state: ToolState) -> None:
     rng = np.random.default_rng(2016)
     empty = Scene(cell, cell.T_world_pod, (), PoseNoise())
-    checker = SceneChecker(CollisionModel(cell), empty, pivot)
+    checker = SceneChecker(CollisionModel(cell), empty, tool_state)
     for name in cell.pod.bins:
-        for T in poses_in(cell, name, pivot, rng, 8):
-            solutions = arm.solve_spread(T, pivot, rng, 32)
+        for T in poses_in(cell, name, tool_state, rng, 8):
+            solutions = arm.solve_spread(T, tool_state, rng, 32)
             assert len(solutions) and checker.are_valid(solutions).any(), (name, T[:3, 3])

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -43,8 +43,8 @@ def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
         scene_hash="5" * 64,
         seed=7,
         segments=(
-            Segment(SegmentKind.CONTACT, 0.0, middle, PivotState.STRAIGHT, None, ("crayola_24_ct",)),
-            Segment(SegmentKind.LIFT, middle, trajectory.duration, PivotState.STRAIGHT, "crayola_24_ct"),
+            Segment(SegmentKind.CONTACT, 0.0, middle, ToolState.STRAIGHT, None, ("crayola_24_ct",)),
+            Segment(SegmentKind.LIFT, middle, trajectory.duration, ToolState.STRAIGHT, "crayola_24_ct"),
         ),
         trajectory=trajectory,
         events=(
@@ -52,7 +52,7 @@ def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
             Event("valve", "off", Anchor(AnchorKind.ARC_LENGTH, 1, 1 / 3), 0.05),
         ),
         grasp=Grasp(
-            "crayola_24_ct", "frontal", "-x", PivotState.STRAIGHT,
+            "crayola_24_ct", "frontal", "-x", ToolState.STRAIGHT,
             pose(rng.normal(size=3), rpy=rng.normal(size=3)), 0.1, 0.2, 0.3, 1 / 7, 0.01, 0.4,
         ),
         speed_scale=0.5,

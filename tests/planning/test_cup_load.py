@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import inverse, pose, rotation_axis_angle
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
@@ -45,16 +45,16 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     T_tip_item = pose(
         rng.uniform(-0.08, 0.08, 3), R=rotation_axis_angle(axis / np.linalg.norm(axis), rng.uniform(0, 3))
     )
-    pivot = (PivotState.STRAIGHT, PivotState.DOWN)[seed % 2]
+    tool_state = (ToolState.STRAIGHT, ToolState.DOWN)[seed % 2]
     trajectory = random_motion(cell, rng)
     face = item.shape.face_names[0]
     hold = Hold.of(item, face, T_tip_item, cell.robot.tool)
     times = np.arange(1, int(trajectory.duration / STEP) - 1) * STEP
     states = trajectory.sample(np.concatenate([[times[0] - STEP], times, [times[-1] + STEP]]))
     by_verifier = wrenches(
-        tip_poses(cell.robot, link_poses(cell.robot, states), pivot), T_tip_item, item, STEP
+        tip_poses(cell.robot, link_poses(cell.robot, states), tool_state), T_tip_item, item, STEP
     )
-    motion = arm.tip_motion(*(trajectory.sample(times, d) for d in range(3)), pivot)
+    motion = arm.tip_motion(*(trajectory.sample(times, d) for d in range(3)), tool_state)
     by_planner = hold.body.wrench(motion)
     # Differences that reach over a point of the trajectory, where the jerk jumps, see a little of both sides.
     smooth = np.abs(times[:, None] - trajectory.times).min(axis=1) > 1.5 * STEP
@@ -62,7 +62,7 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     assert most[:3].min() > 0.0
     np.testing.assert_allclose(by_verifier[smooth, :3], by_planner[smooth, :3], atol=AGREE * most[:3].max())
     np.testing.assert_allclose(by_verifier[smooth, 3:], by_planner[smooth, 3:], atol=AGREE * most[3:].max())
-    load = carried_load(arm, pivot, trajectory, hold)
+    load = carried_load(arm, tool_state, trajectory, hold)
     assert load.twist == pytest.approx(np.abs(by_verifier[:, 5]).max(), rel=0.02)
     assert load.moment == pytest.approx(np.hypot(*by_verifier[:, 3:5].T).max(), rel=0.02)
     share = max(item.seals[face], 1e-9)

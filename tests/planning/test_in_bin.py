@@ -77,7 +77,7 @@ def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, 
     found = grasps_of(planner, scene_of(cell, standing, wall), "crayola_24_ct")
     assert found
     for f in found:
-        a, b = (planner.arm.tip(q, f.grasp.pivot)[:3, 3] for q in f.approach.waypoints[[0, -1]])
+        a, b = (planner.arm.tip(q, f.grasp.tool_state)[:3, 3] for q in f.approach.waypoints[[0, -1]])
         assert np.linalg.norm(b - a) < planner.settings.approach_offset / 2
 
 

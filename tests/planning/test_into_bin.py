@@ -37,7 +37,7 @@ def scene(scene_with: SceneWith) -> Scene:
 @pytest.fixture(scope="module")
 def moved(planner: Planner, cell: Cell, scene: Scene) -> Plan:
     home = cell.configurations["home"]
-    return plan_pick(planner, scene, FROM, ITEM, Start(home.q, home.pivot), seed=2, into=INTO)
+    return plan_pick(planner, scene, FROM, ITEM, Start(home.q, home.tool_state), seed=2, into=INTO)
 
 
 def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
@@ -77,7 +77,7 @@ def set_down(planner: Planner, plan: Plan) -> Array:
     assert plan.grasp is not None
 
     def tip(s: Segment) -> Array:
-        return planner.arm.tip(plan.trajectory.sample(s.t_end)[0], s.pivot)
+        return planner.arm.tip(plan.trajectory.sample(s.t_end)[0], s.tool_state)
 
     # It has not moved relative to the cup since the contact.
     return np.asarray(tip(last) @ inverse(tip(contact)))
@@ -185,6 +185,6 @@ def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) ->
 
 
 def test_a_place_that_is_not_in_the_cell_is_named(planner: Planner, cell: Cell, scene: Scene) -> None:
-    home = Start(cell.configurations["home"].q, cell.configurations["home"].pivot)
+    home = Start(cell.configurations["home"].q, cell.configurations["home"].tool_state)
     with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
         plan_pick(planner, scene, FROM, ITEM, home, into="bin_X")

@@ -33,7 +33,7 @@ ORDER = [
 @pytest.fixture(scope="module")
 def home(cell: Cell) -> Start:
     named = cell.configurations["home"]
-    return Start(named.q, named.pivot)
+    return Start(named.q, named.tool_state)
 
 
 @pytest.mark.parametrize("bin_name", ["bin_A", "bin_E", "bin_L"])

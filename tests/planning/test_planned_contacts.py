@@ -28,7 +28,7 @@ CASE, BOOK = "jane_eyre_dvd", "i_am_a_bunny_book"
 @pytest.fixture(scope="module")
 def home(cell: Cell) -> Start:
     named = cell.configurations["home"]
-    return Start(named.q, named.pivot)
+    return Start(named.q, named.tool_state)
 
 
 @pytest.fixture(scope="module", params=[PoseNoise(), PoseNoise(0.002, float(np.radians(1.0)))])

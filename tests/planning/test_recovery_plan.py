@@ -29,13 +29,13 @@ SceneWith = Callable[..., Scene]
 @pytest.fixture(scope="module")
 def home(cell: Cell) -> Start:
     named = cell.configurations["home"]
-    return Start(named.q, named.pivot)
+    return Start(named.q, named.tool_state)
 
 
 def stopped_at_contact(planner: Planner, scene: Scene, home: Start, bin_name: str, item: str) -> Start:
     plan = plan_pick(planner, scene, bin_name, item, home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
-    return Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+    return Start(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
 
 
 def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith, home: Start) -> None:
@@ -59,13 +59,13 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
     monkeypatch.setattr(grasps, "sample_grasps", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
     stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
-    tip = planner.arm.tip(stuck.q, stuck.pivot)
+    tip = planner.arm.tip(stuck.q, stuck.tool_state)
     (box,) = scene.items
     T = pose(-moved * tip[:3, 2]) @ box.T_world_item
     scene = replace(scene, items=(replace(box, T_world_item=T),))
     out = plan_recovery(planner, scene, stuck)
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
-    freed = planner.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.pivot)
+    freed = planner.arm.tip(out.trajectory.sample(out.segments[0].t_end)[0], stuck.tool_state)
     assert (freed - tip)[:3, 3] @ tip[:3, 2] < -0.015
     assert verify(out, scene).reasons == ()
 
@@ -81,7 +81,7 @@ def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scen
     T = bar.T_world_item.copy()
     T[2, 3] = scene.find("crayola_24_ct").T_world_item[2, 3] + 0.0245
     scene = scene.moved(replace(bar, T_world_item=T))
-    start = Start(plan.trajectory.sample(contact.t_end)[0], contact.pivot)
+    start = Start(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
     return scene, StoppedMotion(plan, contact.t_end), start
 
 
@@ -134,10 +134,10 @@ def test_a_jog_is_short_and_takes_what_is_nearest_apart(
 ) -> None:
     scene, _, start = squeezed
     jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
-    nearest = planner.checker(scene, start.pivot)
+    nearest = planner.checker(scene, start.tool_state)
     before, after = (nearest.clearance(q).distance for q in jog.trajectory.positions[[0, -1]])
     assert after > before
-    tips = planner.arm.tips(jog.trajectory.positions, start.pivot)[:, :3, 3]
+    tips = planner.arm.tips(jog.trajectory.positions, start.tool_state)[:, :3, 3]
     assert np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() < 0.03
 
 

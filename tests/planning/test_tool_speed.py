@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.motion.plan import Plan
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
@@ -27,25 +27,25 @@ def limited(cell: Cell, speed: float) -> Cell:
     return replace(slow, fingerprint=fingerprint(slow))
 
 
-def moved(planner: Planner, pivot: PivotState = PivotState.STRAIGHT) -> tuple[Plan, Scene]:
+def moved(planner: Planner, tool_state: ToolState = ToolState.STRAIGHT) -> tuple[Plan, Scene]:
     cell = planner.cell
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
-    start = Start(cell.configurations["home"].q, pivot)
+    start = Start(cell.configurations["home"].q, tool_state)
     return plan_move(planner, scene, start, cell.configurations["midway"].q), scene
 
 
-def fastest(planner: Planner, plan: Plan, pivot: PivotState) -> float:
+def fastest(planner: Planner, plan: Plan, tool_state: ToolState) -> float:
     """By the Jacobian at every half millisecond, unlike planner and verifier."""
     t = np.arange(0.0, plan.trajectory.duration, 5e-4)
     states = zip(plan.trajectory.sample(t), plan.trajectory.sample(t, 1), strict=True)
-    return max(float(np.linalg.norm(planner.arm.jacobian(q, pivot)[:3] @ dq)) for q, dq in states)
+    return max(float(np.linalg.norm(planner.arm.jacobian(q, tool_state)[:3] @ dq)) for q, dq in states)
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
-def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, pivot: PivotState) -> None:
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, tool_state: ToolState) -> None:
     planner = Planner(limited(cell, LIMIT))
-    plan, scene = moved(planner, pivot)
-    speeds = [fastest(planner, plan, place) for place in (PivotState.STRAIGHT, PivotState.DOWN)]
+    plan, scene = moved(planner, tool_state)
+    speeds = [fastest(planner, plan, place) for place in (ToolState.STRAIGHT, ToolState.DOWN)]
     assert 0.9 * LIMIT < max(speeds) <= LIMIT
     verdict = verify(plan, scene)
     assert verdict.is_accepted, verdict.reasons
@@ -62,14 +62,14 @@ def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
     stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
     back = back_to_start(stopped, scene, planner.arm.limits, 0)
     assert isinstance(back, Plan)
-    assert fastest(planner, back, PivotState.STRAIGHT) <= LIMIT
+    assert fastest(planner, back, ToolState.STRAIGHT) <= LIMIT
     verdict = verify(back, scene)
     assert verdict.is_accepted, verdict.reasons
 
 
 def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: Planner) -> None:
     free, _ = moved(planner)
-    most = max(fastest(planner, free, place) for place in (PivotState.STRAIGHT, PivotState.DOWN))
+    most = max(fastest(planner, free, place) for place in (ToolState.STRAIGHT, ToolState.DOWN))
     for limit, is_accepted in ((1.01 * most, True), (0.99 * most, False)):
         slow = limited(cell, limit)
         scene = Scene(slow, slow.T_world_pod, (), PoseNoise())

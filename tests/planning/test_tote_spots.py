@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -41,8 +41,8 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
     return T[:3, 3] - reach, T[:3, 3] + reach
 
 
-def found(scene: Scene, held: AttachedItem, pivot: PivotState) -> tuple[Spot, ...]:
-    places = spots(scene, held, pivot)
+def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[Spot, ...]:
+    places = spots(scene, held, tool_state)
     assert not isinstance(places, Reason)
     return places
 
@@ -52,14 +52,14 @@ def released_pose(spot: Spot, held: AttachedItem) -> Array:
     return np.asarray(spot.release @ held.T_tip_item)
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
 def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
-    scene_with: SceneWith, held: AttachedItem, pivot: PivotState
+    scene_with: SceneWith, held: AttachedItem, tool_state: ToolState
 ) -> None:
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
     tote = scene.cell.tote
     walls = np.array(tote.inner[:2]) / 2 - LEAST_WALL
-    for spot in found(scene, held, pivot):
+    for spot in found(scene, held, tool_state):
         low, high = box(released_pose(spot, held), held)
         middle = tote.T_world_tote[:2, 3]
         assert np.all(low[:2] >= middle - walls - 1e-9) and np.all(high[:2] <= middle + walls + 1e-9)
@@ -74,11 +74,11 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 
 
 def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedItem) -> None:
-    empty = found(scene_with(), held, PivotState.STRAIGHT)
+    empty = found(scene_with(), held, ToolState.STRAIGHT)
     first = released_pose(empty[0], held)[:3, 3]
     floor = scene_with().cell.tote.T_world_tote
     x, y = (first - floor[:3, 3])[:2]
-    other = found(piled(scene_with(), (x, y, 0.05)), held, PivotState.STRAIGHT)
+    other = found(piled(scene_with(), (x, y, 0.05)), held, ToolState.STRAIGHT)
     assert other[0].cost == pytest.approx(empty[0].cost)
     moved = np.abs(released_pose(other[0], held)[:2, 3] - first[:2])
     assert moved.max() > 0.05
@@ -87,5 +87,5 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
-    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), PivotState.STRAIGHT)
+    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), ToolState.STRAIGHT)
     assert isinstance(reason, Reason) and "does not fit" in reason.what

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand, displaced
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -65,7 +65,7 @@ def _displaced(share: Share, cell: Cell = CELL) -> Scene:
 def _clearance(motion: CoarseMotion, scene: Scene) -> float:
     """m, the least over states 5 ms apart, in double precision."""
     assert motion.trajectory is not None
-    tests = SceneChecker(MODEL, scene, motion.pivot, held=stand_in(motion.key.payload))
+    tests = SceneChecker(MODEL, scene, motion.tool_state, held=stand_in(motion.key.payload))
     Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.005))
     return float(tests.kernel.clearances(Q).min())
 
@@ -92,7 +92,7 @@ def test_the_second_opinion_accepts_them_at_the_corners_of_the_bounds(
     for key in KEYS[:3]:
         motion = motions[key]
         assert motion.trajectory is not None
-        segment = Segment(SegmentKind.TRANSIT, 0.0, motion.duration, motion.pivot, None)
+        segment = Segment(SegmentKind.TRANSIT, 0.0, motion.duration, motion.tool_state, None)
         plan = Plan("stored", CELL.fingerprint, scene_hash(scene), 0, (segment,), motion.trajectory, ())
         verdict = verify(plan, scene)
         assert verdict.certificate is not None, verdict.reasons
@@ -142,7 +142,7 @@ def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
 @given(shares)
 @settings(max_examples=15, deadline=None)
 def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
-    tests = SceneChecker(MODEL, _displaced(share), PivotState.MOVING)
+    tests = SceneChecker(MODEL, _displaced(share), ToolState.MOVING)
     held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
     assert all(tests.is_valid_path(record.arrays["waypoints"]) for record in held)
 
@@ -160,7 +160,7 @@ class _Given(MotionMaker):
         if duration is None or duration >= quicker_than:
             return Reason(f"none, {stand}")
         path = JointPath(("a",), np.array([[0.0], [1.0]]))
-        return CoarseMotion(key, PivotState.MOVING, path, duration, lower_bound=0.9, mark=PodMark(stand))
+        return CoarseMotion(key, ToolState.MOVING, path, duration, lower_bound=0.9, mark=PodMark(stand))
 
 
 def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
@@ -22,7 +22,7 @@ from support.small_cell import small_cell
 
 EMPTY, CENTRED = PayloadClass.EMPTY, PayloadClass.CENTRED_CUBE
 
-# A free line, a line that only the empty tool has, lines blocked for both, and both pivot states.
+# A free line, a line that only the empty tool has, lines blocked for both, and both tool states.
 KEYS = (
     MotionKey("home", "bin_E", EMPTY),
     MotionKey("cam_J", "tote", EMPTY),
@@ -55,7 +55,7 @@ def test_the_second_opinion_accepts_the_motion(
 ) -> None:
     motion, scene = motions[key], empty_scene(small_cell(key.start, key.goal))
     assert motion.trajectory is not None
-    segment = Segment(SegmentKind.TRANSIT, 0.0, motion.duration, motion.pivot, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, motion.duration, motion.tool_state, None)
     plan = Plan("stored", scene.cell.fingerprint, scene_hash(scene), 0, (segment,), motion.trajectory, ())
     verdict = verify(plan, scene)
     assert verdict.certificate is not None, verdict.reasons
@@ -69,7 +69,7 @@ def test_no_state_of_the_motion_comes_closer_than_it_says(
     """Distances in double precision, every two milliseconds."""
     motion, cell = motions[key], small_cell(key.start, key.goal)
     assert motion.trajectory is not None
-    tests = checker(CollisionModel(cell), motion.pivot, key.payload)
+    tests = checker(CollisionModel(cell), motion.tool_state, key.payload)
     Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.002))
     assert motion.clearance >= cell.clearance
     assert tests.kernel.clearances(Q).min() >= motion.clearance
@@ -89,13 +89,13 @@ def test_the_motion_is_near_its_bound_and_its_path_near_the_motion(
     a, b = motion.path.waypoints[:-1, None], motion.path.waypoints[1:, None]
     u = np.clip(((Q - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)[..., None]
     assert np.abs(Q - a - u * (b - a)).max(axis=-1).min(axis=0).max() < 0.03
-    assert checker(CollisionModel(cell), motion.pivot, key.payload).is_valid_path(motion.path.waypoints)
+    assert checker(CollisionModel(cell), motion.tool_state, key.payload).is_valid_path(motion.path.waypoints)
 
 
 def test_the_straight_line_of_the_blocked_ones_is_blocked() -> None:
     for key in KEYS[3:]:
         cell = small_cell(key.start, key.goal)
-        tests = checker(CollisionModel(cell), PivotState.STRAIGHT, key.payload)
+        tests = checker(CollisionModel(cell), ToolState.STRAIGHT, key.payload)
         assert not tests.is_valid_edge(cell.configurations[key.start].q, cell.configurations[key.goal].q)
 
 

@@ -44,7 +44,7 @@ def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # 
     cell = small_cell()
     model = CollisionModel(cell)
     for motion in database:
-        tests = checker(model, motion.pivot, motion.key.payload)
+        tests = checker(model, motion.tool_state, motion.key.payload)
         ends = [cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         np.testing.assert_array_equal(motion.path.waypoints[[0, -1]], ends)
         assert tests.is_valid_path(motion.path.waypoints)

@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
@@ -224,4 +224,4 @@ def _planned(planner: Planner, start: str, goal: str) -> Coarse:
 
 
 def _checker(planner: Planner) -> SceneChecker:
-    return planner.checker(empty_scene(planner.cell), PivotState.STRAIGHT)
+    return planner.checker(empty_scene(planner.cell), ToolState.STRAIGHT)

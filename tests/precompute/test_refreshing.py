@@ -86,7 +86,7 @@ def test_every_motion_of_it_keeps_the_clearance_that_it_tells(
     refreshed(tmp_path / "motions", old["motions"], changed)
     model = CollisionModel(changed)
     for motion in read_database(tmp_path / "motions", changed, points=True):
-        tests = checker(model, motion.pivot, motion.key.payload, stand=motion.mark.stand)
+        tests = checker(model, motion.tool_state, motion.key.payload, stand=motion.mark.stand)
         assert motion.trajectory is not None
         Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.005))
         assert tests.kernel.clearances(Q).min() >= motion.clearance >= changed.clearance

@@ -12,7 +12,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import change_since, parts_of
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
 from pickcli.precompute.artifact_files import make_roadmap
@@ -97,8 +97,8 @@ def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
     tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
 
     def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
-        pivot = PivotState.MOVING if payload is PayloadClass.EMPTY else PivotState.STRAIGHT
-        return Reproof(cell, change_since(before, cell)).is_relieved(ends, pivot, payload)  # type: ignore[arg-type]
+        tool_state = ToolState.MOVING if payload is PayloadClass.EMPTY else ToolState.STRAIGHT
+        return Reproof(cell, change_since(before, cell)).is_relieved(ends, tool_state, payload)  # type: ignore[arg-type]
 
     assert is_relieved(cell, parts_of(posts)), "what was there went"
     assert not is_relieved(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), "an end is within the sweep"

@@ -8,7 +8,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, Means
@@ -29,8 +29,8 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
     cell = small_cell()
     roadmap, _ = build_roadmap(EdgeRecipe(cell, QUICK))
     model = CollisionModel(cell)
-    for pivot in PivotState:
-        tests = checker(model, pivot, PayloadClass.EMPTY)
+    for tool_state in ToolState:
+        tests = checker(model, tool_state, PayloadClass.EMPTY)
         for edge in range(roadmap.n_edges):
             path = roadmap.edge_path(edge)
             assert tests.is_valid_path(path)

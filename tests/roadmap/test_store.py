@@ -53,9 +53,9 @@ def test_a_database_comes_back_exactly_with_or_without_points(tmp_path: Path) ->
     write_database(target, database(), FINGERPRINT, MADE)
     full, slim = read_database(target, points=True), read_database(target)
     for stored in (full, slim):
-        assert (stored.keys, stored.pivots, stored.joint_names) == (
+        assert (stored.keys, stored.tool_states, stored.joint_names) == (
             database().keys,
-            database().pivots,
+            database().tool_states,
             JOINTS,
         )
         np.testing.assert_array_equal(stored.waypoints, database().waypoints)
@@ -221,10 +221,10 @@ def test_a_file_describes_itself(path: Path) -> None:
 
 
 def _assert_same(a: Roadmap, b: Roadmap) -> None:
-    assert (a.joint_names, a.names, a.pivots, a.proven_for) == (
+    assert (a.joint_names, a.names, a.tool_states, a.proven_for) == (
         b.joint_names,
         b.names,
-        b.pivots,
+        b.tool_states,
         b.proven_for,
     )
     for name in ("configurations", "edges", "lengths", "waypoints", "offsets"):

@@ -44,7 +44,9 @@ def test_iteration_gives_what_was_put_in() -> None:
 
 
 def test_motions_without_time_are_not_taken() -> None:
-    untimed = CoarseMotion(database().keys[0], database().pivots[0], _found(database(), "a", "b").path, 2.0)
+    untimed = CoarseMotion(
+        database().keys[0], database().tool_states[0], _found(database(), "a", "b").path, 2.0
+    )
     with pytest.raises(ValueError, match="timed"):
         TrajectoryDatabase.of(database().joint_names, [untimed])
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE
 from pickcli.roadmap import validate
@@ -49,7 +49,7 @@ def test_what_our_own_builders_made_makes_sense() -> None:
 def test_what_goes_straight_has_two_points_and_makes_sense() -> None:
     straight = Roadmap.empty(JOINTS)
     for q in ROADMAP.configurations[:2]:
-        straight, _ = straight.with_node(q, "", PivotState.STRAIGHT)
+        straight, _ = straight.with_node(q, "", ToolState.STRAIGHT)
     validate.roadmap(straight.with_edge(0, 1, straight.configurations[[0, 1]]), _cell())
     motion = next(iter(DATABASE))
     assert motion.trajectory is not None and len(motion.path.waypoints) == 2
@@ -69,7 +69,7 @@ def test_any_number_of_nodes_may_be_without_a_name() -> None:
     ("change", "message"),
     [
         ({"names": ROADMAP.names[:5]}, "number of nodes"),
-        ({"pivots": ROADMAP.pivots[:5]}, "number of nodes"),
+        ({"tool_states": ROADMAP.tool_states[:5]}, "number of nodes"),
         ({"lengths": ROADMAP.lengths[:4]}, "number of edges"),
         ({"marks": ROADMAP.marks[:4]}, "number of edges"),
         ({"offsets": ROADMAP.offsets[:5]}, "number of edges"),
@@ -103,7 +103,7 @@ def test_a_roadmap_that_breaks_one_law_is_refused(change: dict[str, Any], messag
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"pivots": DATABASE.pivots[:2]}, "number of motions"),
+        ({"tool_states": DATABASE.tool_states[:2]}, "number of motions"),
         ({"durations": DATABASE.durations[:2]}, "number of motions"),
         ({"offsets": DATABASE.offsets[:3]}, "number of motions"),
         ({"lower_bounds": DATABASE.lower_bounds[:2]}, "number of motions"),
@@ -195,7 +195,7 @@ def test_joints_of_another_order_are_refused() -> None:
 def test_a_configuration_may_lie_exactly_where_the_tolerance_ends(sign: float) -> None:
     last = sign * (1.0 + LIMIT_TOLERANCE)
     for q, is_inside in ((last, True), (np.nextafter(last, 2.0 * sign), False)):
-        built, _ = Roadmap.empty(JOINTS).with_node(np.array([0.0, q, 0.0]), "", PivotState.STRAIGHT)
+        built, _ = Roadmap.empty(JOINTS).with_node(np.array([0.0, q, 0.0]), "", ToolState.STRAIGHT)
         if is_inside:
             validate.roadmap(built, _cell())
         else:

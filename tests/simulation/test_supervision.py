@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
@@ -43,7 +43,7 @@ def sweep(cell: Cell) -> Plan:
         velocities=still,
         accelerations=still,
     )
-    segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, PivotState.STRAIGHT, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, ToolState.STRAIGHT, None)
     return replace(plan, segments=(segment,), trajectory=trajectory, events=())
 
 
@@ -61,7 +61,7 @@ def fast_sweep(cell: Cell) -> Plan:
         velocities=30.0 * x**2 * (1.0 - x) ** 2 * way,
         accelerations=60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * way,
     )
-    segment = Segment(SegmentKind.TRANSIT, 0.0, 1.0, PivotState.STRAIGHT, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 1.0, ToolState.STRAIGHT, None)
     return replace(plan, segments=(segment,), trajectory=trajectory)
 
 
@@ -82,7 +82,7 @@ def world_with_box(cell: Cell, plan: Plan, ahead: float, *, supervision: bool = 
 
 
 def tip_after(world: World, plan: Plan) -> Array:
-    return Arm(world.robot).tip(plan.trajectory.positions[-1], PivotState.STRAIGHT)[:3, 3]
+    return Arm(world.robot).tip(plan.trajectory.positions[-1], ToolState.STRAIGHT)[:3, 3]
 
 
 def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
@@ -164,7 +164,7 @@ def test_an_arm_that_does_not_follow_is_stopped(cell: Cell) -> None:
 
 @pytest.fixture
 def ready(build_world: BuildWorld) -> World:
-    world = build_world(cube(), gap=GAP, pivot=PivotState.STRAIGHT)
+    world = build_world(cube(), gap=GAP, tool_state=ToolState.STRAIGHT)
     world.touching = frozenset()
     evacuate(world)
     return world
@@ -207,7 +207,7 @@ def test_unexplained_torque_is_what_pushes_and_else_less_than_the_noise(cell: Ce
         quiet.append(np.abs(external.update(world.joints, world.torques)) / forces)
     assert np.max(quiet[50:]) < TORQUE_NOISE < Thresholds().torque
     push = np.array([0.0, 30.0, 0.0])
-    expected = Arm(world.robot).jacobian(world.q, world.pivot)[:3].T @ push
+    expected = Arm(world.robot).jacobian(world.q, world.tool_state)[:3].T @ push
     for _ in range(100):
         world.engine.push(ROBOT, push, world.tip[:3, 3], world.robot.tool.cup_link)
         world.step()

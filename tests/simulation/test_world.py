@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
@@ -50,11 +50,11 @@ def test_the_robot_holds_against_gravity(cell: Cell) -> None:
     assert world.contacts.collisions == ()
 
 
-@pytest.mark.parametrize("pivot", [PivotState.STRAIGHT, PivotState.DOWN])
-def test_the_simulated_tip_is_where_the_kinematics_say(cell: Cell, pivot: PivotState) -> None:
+@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+def test_the_simulated_tip_is_where_the_kinematics_say(cell: Cell, tool_state: ToolState) -> None:
     q = cell.configurations["bin_A"].q
-    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, pivot)
-    assert np.allclose(world.tip, Arm(cell.robot).tip(q, pivot), atol=1e-6)
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, tool_state)
+    assert np.allclose(world.tip, Arm(cell.robot).tip(q, tool_state), atol=1e-6)
 
 
 def lag_behind(cell: Cell, servo: Servo, joint: int, speed: float = 0.3) -> tuple[float, World]:
@@ -128,9 +128,9 @@ def test_the_pivot_turns_within_its_lead(build_world: BuildWorld) -> None:
     lead = world.scene.cell.devices["cup_pivot"].lead
     world.act("cup_pivot", "straight")
     world.wait(lead / 2)
-    assert world.pivot is PivotState.MOVING
+    assert world.tool_state is ToolState.MOVING
     world.wait(lead / 2 + 0.05)
-    assert world.pivot is PivotState.STRAIGHT
+    assert world.tool_state is ToolState.STRAIGHT
 
 
 def test_what_lies_outside_is_outside(build_world: BuildWorld) -> None:
@@ -208,7 +208,9 @@ def test_links_of_the_robot_stop_each_other(cell: Cell) -> None:
 def test_links_that_may_touch_do_not_collide(cell: Cell) -> None:
     for name in ("home", "bin_A", "bin_K", "drop_00_down", "cam_L"):
         configuration = cell.configurations[name]
-        world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), configuration.q, configuration.pivot)
+        world = World(
+            Scene(cell, cell.T_world_pod, (), PoseNoise()), configuration.q, configuration.tool_state
+        )
         world.wait(0.02)
         assert world.contacts.collisions == ()
         world.close()

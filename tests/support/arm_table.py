@@ -23,17 +23,17 @@ ORIGIN_AND_AXIS = (
 )
 
 
-def tip(q: Sequence[float] | Array, pivot: float) -> Array:
+def tip(q: Sequence[float] | Array, tool_state: float) -> Array:
     """Pose (4, 4) of the cup's tip for a configuration (8,) and the pivot's angle in rad."""
     T = pose((-1.758 + q[0], 0.0, 0.85))
     for (origin, axis), angle in zip(ORIGIN_AND_AXIS, q[1:], strict=True):
         T = T @ pose(origin, R=rotation_axis_angle(axis, float(angle)))
-    return T @ pose((0, 0, 0.51), R=rotation_axis_angle((0, 1, 0), pivot)) @ pose((0, 0, 0.03))
+    return T @ pose((0, 0, 0.51), R=rotation_axis_angle((0, 1, 0), tool_state)) @ pose((0, 0, 0.03))
 
 
-def chain_tip(robot, q: Sequence[float] | Array, pivot: float) -> Array:  # type: ignore[no-untyped-def]
+def chain_tip(robot, q: Sequence[float] | Array, tool_state: float) -> Array:  # type: ignore[no-untyped-def]
     """The same from a loaded robot: walks its joints as the URDF format defines them."""
-    values = {**dict(zip(robot.joint_names, q, strict=True)), robot.tool.pivot_joint: pivot}
+    values = {**dict(zip(robot.joint_names, q, strict=True)), robot.tool.pivot_joint: tool_state}
     T = robot.T_world_base
     for joint in robot.joints:
         T = T @ joint.T_parent_joint

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
@@ -80,7 +80,7 @@ class FakeCrew:
     waited: list[float] = field(default_factory=list)
     levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
-    pivot: PivotState = PivotState.STRAIGHT
+    tool_state: ToolState = ToolState.STRAIGHT
 
     def crew(self) -> Crew:
         """This fake in all four roles."""
@@ -102,7 +102,7 @@ class FakeCrew:
     def now(self) -> Scene:
         return self.scene if self.held is None else self.scene.without(self.held)
 
-    def plan(self, scene: Scene, bin_name: str, item: str, into: str, q: Array, pivot: PivotState,
+    def plan(self, scene: Scene, bin_name: str, item: str, into: str, q: Array, tool_state: ToolState,
              seed: int, exclude: Sequence[Grasp]) -> Plan:  # fmt: skip
         self.perceived.append(scene)
         self.planned.append((item, seed, tuple(exclude)))
@@ -110,10 +110,10 @@ class FakeCrew:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(bin_name)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
-        grasp = Grasp(item, "frontal", "-x", PivotState.STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
+        grasp = Grasp(item, "frontal", "-x", ToolState.STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
-    def recover(self, scene: Scene, q: Array, pivot: PivotState, seed: int, level: RecoveryLevel,
+    def recover(self, scene: Scene, q: Array, tool_state: ToolState, seed: int, level: RecoveryLevel,
                 stopped: StoppedMotion | None) -> Plan:  # fmt: skip
         self.levels.append(level)
         n_rounds = self.levels.count(RecoveryLevel.AS_PLANNED)

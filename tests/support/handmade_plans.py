@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array, pose, rotation_vector
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
@@ -25,7 +25,7 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 
-STRAIGHT, DOWN, MOVING = PivotState.STRAIGHT, PivotState.DOWN, PivotState.MOVING
+STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 CRAYOLA = "crayola_24_ct"
 
 
@@ -34,17 +34,17 @@ def cell() -> Cell:
     return load_cell("apc2016_delft")
 
 
-def tip(q: Array, pivot: PivotState = STRAIGHT) -> Array:
+def tip(q: Array, tool_state: ToolState = STRAIGHT) -> Array:
     """Pose (4, 4) of the tool frame."""
     robot = cell().robot
-    return tip_poses(robot, link_poses(robot, np.atleast_2d(q)), pivot)[0]
+    return tip_poses(robot, link_poses(robot, np.atleast_2d(q)), tool_state)[0]
 
 
-def solve(T: Array, q0: Array, pivot: PivotState = STRAIGHT) -> Array:
+def solve(T: Array, q0: Array, tool_state: ToolState = STRAIGHT) -> Array:
     """The configuration near q0 that puts the tool at T."""
 
     def error(q: Array) -> Array:
-        now = tip(q, pivot)
+        now = tip(q, tool_state)
         turn = now[:3, :3] @ rotation_vector(now[:3, :3].T @ T[:3, :3])
         return np.concatenate([now[:3, 3] - T[:3, 3], turn, 1e-7 * (q - q0)])
 
@@ -70,15 +70,15 @@ class Builder:
         self._move(kind, np.linspace(0, 1, 9)[:, None] * (q - self.q) + self.q, duration, **state)
 
     def line(
-        self, kind: SegmentKind, T: Array, duration: float, pivot: PivotState = STRAIGHT, **state: object
+        self, kind: SegmentKind, T: Array, duration: float, tool_state: ToolState = STRAIGHT, **state: object
     ) -> None:
         """A straight line of the tool to T."""
-        T_a, qs = tip(self.q, pivot), [self.q]
+        T_a, qs = tip(self.q, tool_state), [self.q]
         turn = rotation_vector(T_a[:3, :3].T @ T[:3, :3])
         for s in np.linspace(0, 1, 17)[1:]:
             R = T_a[:3, :3] @ Rotation.from_rotvec(s * turn).as_matrix()
-            qs.append(solve(pose((1 - s) * T_a[:3, 3] + s * T[:3, 3], R=R), qs[-1], pivot))
-        self._move(kind, np.array(qs), duration, pivot=pivot, **state)
+            qs.append(solve(pose((1 - s) * T_a[:3, 3] + s * T[:3, 3], R=R), qs[-1], tool_state))
+        self._move(kind, np.array(qs), duration, tool_state=tool_state, **state)
 
     def wait(self, kind: SegmentKind, duration: float, **state: object) -> None:
         self._move(kind, np.stack([self.q] * 5), duration, **state)
@@ -88,7 +88,7 @@ class Builder:
         kind: SegmentKind,
         qs: Array,
         duration: float,
-        pivot: PivotState = STRAIGHT,
+        tool_state: ToolState = STRAIGHT,
         held: str | None = None,
         touching: Sequence[str] = (),
     ) -> None:
@@ -104,7 +104,7 @@ class Builder:
             self.times.append(start + duration * float(u))
         self.rows[-1][1:] = 0.0
         self.q = qs[-1]
-        self.segments.append(Segment(kind, start, self.times[-1], pivot, held, tuple(touching)))
+        self.segments.append(Segment(kind, start, self.times[-1], tool_state, held, tuple(touching)))
 
     def trajectory(self) -> Trajectory:
         p, v, a = np.stack(self.rows, axis=1)
@@ -198,7 +198,7 @@ def loaded(plan: Plan, T_tip_item: Array) -> Plan:
     item, robot = cell().item(plan.grasp.item), cell().robot
     held = [s for s in plan.segments if s.held is not None]
     times = np.linspace(held[0].t_start, held[-1].t_end, 8000)
-    motion = Arm(robot).tip_motion(*(plan.trajectory.sample(times, d) for d in range(3)), held[0].pivot)
+    motion = Arm(robot).tip_motion(*(plan.trajectory.sample(times, d) for d in range(3)), held[0].tool_state)
     load = Hold.of(item, plan.grasp.face, T_tip_item, robot.tool).in_motion(motion)
     return replace(plan, grasp=load.of(plan.grasp))
 

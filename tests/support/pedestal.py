@@ -9,7 +9,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import Array, pose
@@ -34,7 +34,7 @@ def make_world(
     item: Item | None = None,
     gap: float = -0.002,
     shift: tuple[float, float] = (0.0, 0.0),
-    pivot: PivotState = PivotState.DOWN,
+    tool_state: ToolState = ToolState.DOWN,
     servo: Servo | None = None,
     reality: Reality = STATED_MASS,
     time_step: float = TIME_STEP,
@@ -43,18 +43,22 @@ def make_world(
     compressed), its centre ``shift`` m off the cup's axis along world y and the other cross axis."""
     item = item or cube()
     home = start(cell)
-    T_tip = _tip(cell, home, pivot)
+    T_tip = _tip(cell, home, tool_state)
     axis, half = T_tip[:3, 2], item.shape.extents[2] / 2
-    across = np.array([1.0, 0.0, 0.0]) if pivot is PivotState.DOWN else np.array([0.0, 0.0, 1.0])
+    across = np.array([1.0, 0.0, 0.0]) if tool_state is ToolState.DOWN else np.array([0.0, 0.0, 1.0])
     centre = T_tip[:3, 3] + (gap + half) * axis + shift[0] * np.array([0.0, 1.0, 0.0]) + shift[1] * across
     x, y, z = centre
-    R = np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1) if pivot is PivotState.STRAIGHT else np.eye(3)
+    R = (
+        np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1)
+        if tool_state is ToolState.STRAIGHT
+        else np.eye(3)
+    )
     reach = item.shape.reach(R)
     pedestal = box("pedestal", (x - reach[0], y - 0.2, 0.9), (x + 0.2, y + 0.2, float(z - reach[2])))
     changed = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, pedestal)))
     placed = PlacedItem("cube", item, "bin_A", pose(centre, R=R))
     scene = Scene(changed, cell.T_world_pod, (placed,), PoseNoise())
-    world = World(scene, home, pivot, reality=reality, servo=servo, time_step=time_step)
+    world = World(scene, home, tool_state, reality=reality, servo=servo, time_step=time_step)
     world.touching = frozenset({"cube"})
     return world
 
@@ -72,8 +76,8 @@ def evacuate(world: World) -> None:
     world.wait(2.5)
 
 
-def _tip(cell: Cell, q: Array, pivot: PivotState) -> Array:
-    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, pivot)
+def _tip(cell: Cell, q: Array, tool_state: ToolState) -> Array:
+    world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, tool_state)
     tip = world.tip.copy()
     world.close()
     return tip

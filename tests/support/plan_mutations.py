@@ -234,13 +234,15 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "anchored by the wrong way": (
         with_event(1, anchor=Anchor(AnchorKind.ARC_LENGTH, 2, 0.02)), "wrong anchor time", "valve on",
     ),
-    "wrong pivot at the lines": (with_segment(SegmentKind.RETREAT, pivot=DOWN), "wrong pivot", "retreat"),
-    "wrong pivot at contact": (with_segment(SegmentKind.CONTACT, pivot=DOWN), "wrong pivot", "contact"),
+    "wrong pivot at the lines": (
+        with_segment(SegmentKind.RETREAT, tool_state=DOWN), "wrong pivot", "retreat",
+    ),
+    "wrong pivot at contact": (with_segment(SegmentKind.CONTACT, tool_state=DOWN), "wrong pivot", "contact"),
     "pivots while holding": (
-        with_segment(SegmentKind.TRANSFER, pivot=MOVING), "pivots while holding", "transfer",
+        with_segment(SegmentKind.TRANSFER, tool_state=MOVING), "pivots while holding", "transfer",
     ),
     "contact and grasp while the cup pivots": (
-        lambda p: with_grasp(pivot=MOVING)(with_segment(SegmentKind.CONTACT, pivot=MOVING)(p)),
+        lambda p: with_grasp(tool_state=MOVING)(with_segment(SegmentKind.CONTACT, tool_state=MOVING)(p)),
         "wrong pivot", "the cup holds while it stands still",
     ),
     "held item forgotten": (with_segment(SegmentKind.TRANSFER, held=None), "held item forgotten", "transfer"),
@@ -272,7 +274,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "cup before the item": (moved_grasp((0, 0, 0.02)), "grasp off the surface", CRAYOLA),
     "cup tilted on the face": (moved_grasp((0, 0, 0), (0.2, 0, 0)), "cup not square", CRAYOLA),
     "cup over the edge": (moved_grasp((0, 0.03, 0)), "cup beyond the edge", CRAYOLA),
-    "grasp for the other pivot": (with_grasp(pivot=DOWN), "wrong pivot", "contact"),
+    "grasp for the other pivot": (with_grasp(tool_state=DOWN), "wrong pivot", "contact"),
     "the grasp on another face than stated": (with_grasp(face="+z"), "wrong face", "-z"),
     "the grasp on a face that boxes do not have": (with_grasp(face="mantle"), "wrong face", "-z"),
     "a frontal grasp called a side grasp": (with_grasp(kind="side"), "wrong kind", "frontal"),

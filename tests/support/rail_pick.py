@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -32,7 +32,7 @@ def rail_pick(cell: Cell, valve_shift: float = 0.0, distance: float = 0.3) -> Pl
     trajectory = Trajectory(
         cell.robot.joint_names, times, q + np.outer(rail, direction), np.outer(speeds, direction), still
     )
-    straight = PivotState.STRAIGHT
+    straight = ToolState.STRAIGHT
     segments = (
         Segment(SegmentKind.CONTACT, 0.0, T_LIFT, straight, None, ("cube",)),
         Segment(SegmentKind.RETREAT, T_LIFT, T_READ, straight, "cube", ("cube", "pedestal")),

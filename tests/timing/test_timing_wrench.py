@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.robot import Limits, PivotState
+from pickcli.cell.robot import Limits, ToolState
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
@@ -39,7 +39,7 @@ SEEDS = st.integers(0, 2**31)
 class Gantry:
     """An arm whose joints are x, y, z in m and the angle about the tool's axis; the cup points down."""
 
-    def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, pivot: PivotState) -> TipMotion:
+    def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
         down = rotation_axis_angle((1.0, 0.0, 0.0), np.pi)
         poses = [pose(q[:3], R=down @ rotation_axis_angle((0.0, 0.0, 1.0), q[3])) for q in Q]
         # Joint 3 turns about the tool's z, which is the world's -z.
@@ -59,7 +59,7 @@ def held(mass: float = 0.5, p_tip_com: tuple[float, float, float] = (0.0, 0.0, 0
 
 
 def on_gantry(body: HeldBody, cup: CupLimits, share: float = 1.0) -> WrenchLimit:
-    return WrenchLimit(Gantry(), PivotState.STRAIGHT, body, cup, share)  # type: ignore[arg-type]
+    return WrenchLimit(Gantry(), ToolState.STRAIGHT, body, cup, share)  # type: ignore[arg-type]
 
 
 def grid_of(curve: BlendedPath, bounds_of: Limits, constraint: PathConstraint | None) -> PathGrid:
@@ -116,8 +116,8 @@ def test_half_planes_lie_inside_the_limits_and_close_to_them(seed: int, share: f
     arm = the_arm()
     q, (dq, ddq) = arm.random_seeds(rng, 1), rng.normal(size=(2, 1, arm.n))
     body = HeldBody(rng.uniform(0.05, 0.6), rng.normal(size=3) * 0.04, np.diag(rng.uniform(1e-5, 3e-3, 3)))
-    constraint = WrenchLimit(arm, PivotState.DOWN, body, CUP, share)
-    a, b, c = body.path_wrench(arm.tip_motion(q, dq, ddq, PivotState.DOWN))
+    constraint = WrenchLimit(arm, ToolState.DOWN, body, CUP, share)
+    a, b, c = body.path_wrench(arm.tip_motion(q, dq, ddq, ToolState.DOWN))
     if CUP.ratio(c, share)[0] > 0.98:
         return
     planes = constraint.half_planes(q, dq, ddq)
@@ -188,9 +188,9 @@ def loaded(seed: int) -> tuple[Array, WrenchLimit]:
     whole = np.vstack(
         [a + (b - a) * u for a, b in pairwise(waypoints) for u in np.linspace(0.0, 1.0, 20)[:, None]]
     )
-    still = arm.tip_motion(whole, 0.0 * whole, 0.0 * whole, PivotState.DOWN)
+    still = arm.tip_motion(whole, 0.0 * whole, 0.0 * whole, ToolState.DOWN)
     share = float(CUP.ratio(body.wrench(still)).max()) / rng.uniform(0.3, 0.85)
-    return waypoints, WrenchLimit(arm, PivotState.DOWN, body, CUP, share)
+    return waypoints, WrenchLimit(arm, ToolState.DOWN, body, CUP, share)
 
 
 def run_of(waypoints: Array, constraint: WrenchLimit | None) -> TimedRun:
@@ -202,7 +202,7 @@ def run_of(waypoints: Array, constraint: WrenchLimit | None) -> TimedRun:
 def ratios(trajectory: Trajectory, constraint: WrenchLimit) -> Array:
     """Load over what the cup bears at every millisecond."""
     t = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration)
-    motion = the_arm().tip_motion(*(trajectory.sample(t, d) for d in range(3)), constraint.pivot)
+    motion = the_arm().tip_motion(*(trajectory.sample(t, d) for d in range(3)), constraint.tool_state)
     return constraint.limits.ratio(constraint.body.wrench(motion), constraint.share)
 
 

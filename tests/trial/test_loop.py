@@ -166,7 +166,7 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
 
     def refusals_after(bin_name: str) -> int:
         trial.open[tape.index] = tape.refused()
-        plan = fake.plan(fake.scene, bin_name, "dasani_water_bottle", TOTE, fake.q, fake.pivot, 0, ())
+        plan = fake.plan(fake.scene, bin_name, "dasani_water_bottle", TOTE, fake.q, fake.tool_state, 0, ())
         done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
                        plan=plan, execution=Execution(1.0))  # fmt: skip
         trial._note(bottle, done)

@@ -43,7 +43,7 @@ def clock(levels: Reality) -> float:
 def followed(levels: Reality) -> list[float]:
     """Where the joints are after 20 ms of a step of the rail."""
     home = CELL.configurations["home"]
-    world = World(SCENE, home.q, home.pivot, reality=levels, seed=1)
+    world = World(SCENE, home.q, home.tool_state, reality=levels, seed=1)
     world.command(home.q + 0.01 * (np.arange(8) == 0))
     for _ in range(20):
         world.step()

@@ -245,7 +245,7 @@ def test_what_is_seen_where_the_cup_would_have_it_is_brought_back(cell: Cell) ->
     fake = replace(fake_with(cell, HIT), clogged=True)
     item = fake.scene.find(ITEM)
     # The fake's grasps have the tip in the middle of the item.
-    tip = Arm(cell.robot).tip(fake.q, fake.pivot)
+    tip = Arm(cell.robot).tip(fake.q, fake.tool_state)
     execute = fake.execute
 
     def hang(plan):  # type: ignore[no-untyped-def]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
@@ -35,7 +35,7 @@ def arena() -> SimulatedArena:
 def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -> None:
     scene = arena.now()
     np.testing.assert_allclose(arena.q, scene.cell.configurations["home"].q, atol=1e-9)
-    assert arena.pivot is PivotState.STRAIGHT
+    assert arena.tool_state is ToolState.STRAIGHT
     assert arena.held is None
     assert [(i.id, i.location) for i in scene.items] == [("crayola_24_ct", "bin_A")]
 
@@ -43,7 +43,7 @@ def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -
 def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena) -> None:
     cell = arena.now().cell
     fake = FakeCrew(arena.now())
-    plan = fake.plan(arena.now(), "bin_A", "crayola_24_ct", TOTE, arena.q, arena.pivot, 0, ())
+    plan = fake.plan(arena.now(), "bin_A", "crayola_24_ct", TOTE, arena.q, arena.tool_state, 0, ())
     before = arena.q.copy()
     done = arena.execute(replace(plan, cell_fingerprint=cell.fingerprint))
     assert "refusing to start" in done.stopped
@@ -51,13 +51,13 @@ def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena
     np.testing.assert_array_equal(arena.q, before)
 
 
-def rail_forward(arena: SimulatedArena, distance: float, pivot: PivotState = PivotState.STRAIGHT) -> Plan:
+def rail_forward(arena: SimulatedArena, distance: float, tool_state: ToolState = ToolState.STRAIGHT) -> Plan:
     """From where the robot stands along the rail, in a second."""
     cell, q = arena.now().cell, arena.q
     ends = np.stack([q, q + distance * (np.arange(8) == 0)])
     still = np.zeros((2, 8))
     trajectory = Trajectory(cell.robot.joint_names, np.array([0.0, 1.0]), ends, still, still)
-    segments = (Segment(SegmentKind.TRANSIT, 0.0, 1.0, pivot, None),)
+    segments = (Segment(SegmentKind.TRANSIT, 0.0, 1.0, tool_state, None),)
     return Plan("forward", cell.fingerprint, "", 0, segments, trajectory, ())
 
 
@@ -69,7 +69,7 @@ def wall_ahead(arena: SimulatedArena, gap: float) -> None:
 
 
 def test_a_plan_that_begins_with_the_cup_otherwise_is_a_stop_too(arena: SimulatedArena) -> None:
-    done = arena.execute(rail_forward(arena, 0.01, PivotState.DOWN))
+    done = arena.execute(rail_forward(arena, 0.01, ToolState.DOWN))
     assert "refusing to start" in done.stopped and "cup" in done.stopped
     assert done.duration == 0.0 and arena._world.t == 0.0
 

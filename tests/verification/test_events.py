@@ -69,8 +69,8 @@ def turning(early: float, late: float) -> tuple[Plan, Scene]:
     """
     builder, lead = Builder(Q), cell().devices["cup_pivot"].lead
     builder.wait(SegmentKind.TRANSIT, 1.0)
-    builder.wait(SegmentKind.TRANSIT, lead - early - late, pivot=MOVING)
-    builder.wait(SegmentKind.TRANSIT, 1.0, pivot=DOWN)
+    builder.wait(SegmentKind.TRANSIT, lead - early - late, tool_state=MOVING)
+    builder.wait(SegmentKind.TRANSIT, 1.0, tool_state=DOWN)
     scene = make_scene()
     events = (event_at("cup_pivot", "down", 1.0 - early),)
     plan = Plan("move", "", "", 0, tuple(builder.segments), builder.trajectory(), events)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import PivotState
+from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -46,7 +46,7 @@ def one_move(distance: float, seconds: float, start: float = 0.0) -> Plan:
     p[:, J] = start, start + distance
     still = np.zeros((2, N))
     trajectory = Trajectory(cell().robot.joint_names, np.array([0.0, seconds]), p, still, still)
-    segments = (Segment(SegmentKind.TRANSIT, 0.0, seconds, PivotState.STRAIGHT, None),)
+    segments = (Segment(SegmentKind.TRANSIT, 0.0, seconds, ToolState.STRAIGHT, None),)
     return bound(Plan("move", "", "", 0, segments, trajectory, ()), EMPTY)
 
 

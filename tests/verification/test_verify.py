@@ -131,7 +131,7 @@ def test_the_pivot_moves_in_transit_by_command_only() -> None:
     b = home_to("bin_H", 2.0)
     plan = move_plan(scene, b)
     assert verify(plan, scene).is_accepted
-    turning = replace(plan, segments=(replace(plan.segments[0], pivot=MOVING),))
+    turning = replace(plan, segments=(replace(plan.segments[0], tool_state=MOVING),))
     assert verify(turning, scene).is_accepted
     event = Event("cup_pivot", "down", Anchor(AnchorKind.TIME, 0, 1.0), 0.3, 1.0, 0.7)
     texts = [str(r) for r in verify(replace(plan, events=(event,)), scene).reasons]
@@ -141,7 +141,7 @@ def test_the_pivot_moves_in_transit_by_command_only() -> None:
         Segment(SegmentKind.TRANSIT, 1.2, plan.trajectory.duration, DOWN, None),
     ]
     assert verify(replace(plan, segments=tuple(half), events=(event,)), scene).is_accepted
-    half[1] = replace(half[1], pivot=STRAIGHT)
+    half[1] = replace(half[1], tool_state=STRAIGHT)
     assert not verify(replace(plan, segments=tuple(half), events=(event,)), scene).is_accepted
     assert not verify(replace(plan, segments=tuple(half)), scene).is_accepted
 
@@ -158,9 +158,9 @@ def test_the_moving_pivot_sweeps() -> None:
     T = pose(hinge + between / np.linalg.norm(between) * (radius + 0.0335))
     scene = make_scene(replace(ball, T_world_item=T))
     plan = move_plan(scene, b)
-    for pivot, is_free in ((STRAIGHT, True), (DOWN, True), (MOVING, False)):
-        stated = replace(plan, segments=(replace(plan.segments[0], pivot=pivot),))
-        assert verify(stated, scene).is_accepted is is_free, pivot
+    for tool_state, is_free in ((STRAIGHT, True), (DOWN, True), (MOVING, False)):
+        stated = replace(plan, segments=(replace(plan.segments[0], tool_state=tool_state),))
+        assert verify(stated, scene).is_accepted is is_free, tool_state
 
 
 def test_planned_contact_is_a_touch_and_no_more() -> None:
