@@ -87,9 +87,7 @@ class ToolModel(FileModel):
     cup_length: Thickness = Field(description="m, pivot to the tip of the uncompressed cup")
     cup_radius: Thickness = Field(description="m")
     cup_stroke: Thickness = Field(description="m, how far the bellows compress")
-    cup_stiffness: Force = Field(
-        1000.0, description="N/m of the relaxed bellows along the cup's axis; for simulation"
-    )
+    cup_stiffness: Force = Field(1000.0, description="N/m of the relaxed bellows along the cup's axis")
     cup_tilt: float = Field(ge=0.0, le=0.35, description="rad, how far from square on a face the lip seals")
     max_pull: Force = Field(description="N")
     max_shear: Force = Field(description="N")

@@ -66,7 +66,7 @@ class Tool:
     T_cup_tip: Array  # (4, 4) pose of the tool frame in the cup link
     cup_radius: float  # m
     cup_stroke: float  # m, how far the bellows compress
-    cup_stiffness: float  # N/m along the axis while relaxed, for simulation only
+    cup_stiffness: float  # N/m along the axis while relaxed
     cup_tilt: float  # rad, how far from square on a face the lip still seals
     cup_limits: CupLimits
     contact_speed: float  # m/s, fastest final approach

@@ -145,6 +145,18 @@ class BinQuery:
         least = noise.position + noise.angle * aside + PRESS + self._lag(grasp)
         return min(least, 0.75 * tool.cup_stroke)
 
+    def tips(self, grasp: Grasp) -> bool:
+        """Whether a cup from above tips the target, because it presses beside what carries it.
+
+        Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no
+        matter of balance: it rolls wherever the cup meets it.
+        """
+        if grasp.kind != "top-down" or self.target.can_roll:
+            return False
+        tip = self.target.T_world_item @ grasp.T_item_tip
+        press = self.planner.cell.robot.tool.cup_stiffness * self.overtravel(grasp)
+        return not self.supports.stays_under(self.target.id, press * tip[:3, 2], tip[:3, 3])
+
     def _lag(self, grasp: Grasp) -> float:
         """How much later in m than its middle the far side of a tilted cup meets the face."""
         tilt = tilt_on(grasp.face, grasp.T_item_tip)

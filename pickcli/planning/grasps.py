@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -57,7 +57,7 @@ def _tried(
 ) -> tuple[tuple[InBin, ...], Failures]:
     feasible: list[InBin] = []
     roomy, failures = with_room(query, grasps, ways)
-    for grasp in roomy if ways is Ways.FEW else _in_turns(roomy):
+    for grasp in _steady_first(query, roomy if ways is Ways.FEW else _in_turns(roomy), feasible):
         result = plan_in_bin(query, grasp, rng, ways)
         if isinstance(result, Failures):
             failures += result
@@ -66,6 +66,18 @@ def _tried(
         if len(feasible) >= query.planner.settings.wanted:
             break
     return tuple(feasible), failures
+
+
+def _steady_first(query: BinQuery, grasps: Iterable[Grasp], feasible: Sequence[InBin]) -> Iterator[Grasp]:
+    """Grasps in their order; those that tip the target only where no other was found feasible by then."""
+    tipping = []
+    for grasp in grasps:
+        if query.tips(grasp):
+            tipping.append(grasp)
+        else:
+            yield grasp
+    if not feasible:
+        yield from tipping
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

@@ -21,6 +21,7 @@ from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
 
 CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
+GRAVITY = 9.81  # m/s^2
 FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
 LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
 CHOCKED = np.radians(10.0)  # the same for what can roll: what keeps it must be more than a bend of the floor
@@ -121,6 +122,21 @@ class Supports:
             self._known[item_id, gone] = self._is_balanced(item_id, gone)
         return self._known[item_id, gone]
 
+    def stays_under(self, item_id: str, force: Array, point: Array) -> bool:
+        """Whether an item keeps its balance on what it touches while something presses on it.
+
+        Args:
+            item_id: Of the item.
+            force: (3,) with which it is pressed, N, world axes.
+            point: (3,) where, m in the world.
+        """
+        placed = self._items[item_id]
+        centre, weight = placed.T_world_item[:3, 3], placed.item.mass * GRAVITY
+        borne = weight * _UP - force
+        wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
+        size = float(placed.item.shape.extents.max()) / 2
+        return _can_balance(self._holding(item_id, frozenset()), wrench, size)
+
     def lies_level(self, item_id: str) -> bool:
         """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed."""
         return self._lies_level(item_id, frozenset())
@@ -217,14 +233,18 @@ class Supports:
     def _is_balanced(self, name: str, gone: frozenset[str]) -> bool:
         """Whether contacts with what is left can balance an item, however the world is tilted."""
         left = [c for c in self.touching[name] if c.b not in gone]
-        centre = self._items[name].T_world_item[:3, 3]
-        columns = [_cones(self._patch(c) - centre, -c.normal) for c in left if not _carries(c.flipped)]
-        cones = np.concatenate([_NO_PUSH, *columns], axis=1)
+        centre, cones = self._items[name].T_world_item[:3, 3], self._holding(name, gone)
         size = self._items[name].item.shape.extents.max() / 2
         wrenches = [np.concatenate([w, np.zeros(3)]) for w in self._weights(self._items[name])]
         on_it = [c for c in left if c.b in self._items and _carries(c.flipped)]
         wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
         return all(_can_balance(cones, wrench, float(size)) for wrench in wrenches)
+
+    def _holding(self, name: str, gone: frozenset[str]) -> Array:
+        """(6, 4 N) unit wrenches about an item's centre of what is left around it and not on it."""
+        left = [c for c in self.touching[name] if c.b not in gone and not _carries(c.flipped)]
+        centre = self._items[name].T_world_item[:3, 3]
+        return np.concatenate([_NO_PUSH, *(_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1)
 
     def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:
         """Wrenches (6,) that hold an item up on which another lies, for each place where the other may press.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -99,3 +101,29 @@ def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: Planner) 
     assert not found
     assert [reason.what for reason in reasons] == ["cannot be held by suction"]
     assert not {"corridors", "touching"} & set(vars(query))
+
+
+def test_a_light_item_is_pressed_where_it_is_carried(
+    cell: Cell, planner: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mailer across a bar, from which both of its ends stick out."""
+    bar = on_floor(cell, "dove_beauty_bar", 0.2, 0.0, yaw=np.pi / 2)
+    mailer = on_floor(cell, "scotch_bubble_mailer", 0.2, 0.0, up=cell.item(bar[0]).shape.extents[2])
+    scene = scene_of(cell, bar, mailer)
+    query = query_of(planner, scene, "scotch_bubble_mailer")
+    found = grasps_of(planner, scene, "scotch_bubble_mailer")
+    assert found and not any(query.tips(f.grasp) for f in found)
+    out = found[0].grasp.T_item_tip.copy()
+    out[0, 3] = 0.1
+    assert query.tips(replace(found[0].grasp, T_item_tip=out))
+    assert not query.tips(replace(found[0].grasp, T_item_tip=out, kind="frontal"))
+    monkeypatch.setattr(BinQuery, "tips", lambda query, grasp: True)
+    assert grasps_of(planner, scene, "scotch_bubble_mailer")  # better so than not at all
+
+
+def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: Planner) -> None:
+    ball = on_floor(cell, "rawlings_baseball", 0.25, 0.0)
+    scene = scene_of(cell, ball)
+    grasps = [f.grasp for f in grasps_of(planner, scene, ball[0]) if f.grasp.kind == "top-down"]
+    query = query_of(planner, scene, ball[0])
+    assert grasps and not any(query.tips(grasp) for grasp in grasps)

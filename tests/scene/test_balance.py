@@ -132,3 +132,27 @@ def test_what_a_body_carries_it_carries_up_to_its_edge(cell: Cell) -> None:
         box = PlacedItem("box", shaped(cell, (0.05, 0.02, 0.02)), TOTE, T)
         supports = of(cell, box, noise=PoseNoise(0.004, 0.0))
         assert "camera_boom" in supports.carriers("box") and supports.stays("box") is stays
+
+
+@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_a_press_beside_the_carrier_tips_what_is_too_light_to_stay(
+    cell: Cell, direction: tuple[int, int]
+) -> None:
+    """1 N of weight 50 mm inside the edge balance 2 N of a press up to 25 mm beyond it."""
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    above = at(cell, "above", shaped(cell, (0.2, 0.2, 0.02), mass=1.0 / 9.81), 0.3, 0.0, 0.06)
+    supports = of(cell, below, above)
+    centre, press = above.T_world_item[:3, 3], np.array([0.0, 0.0, -2.0])
+    for beside, stays in ((0.0, True), (0.0745, True), (0.0755, False)):
+        point = centre + np.array([*(beside * d for d in direction), 0.01])
+        assert supports.stays_under("above", press, point) is stays
+        assert supports.stays_under("above", 1e-3 * press, point)
+    assert not supports.stays_under("above", -press, centre)  # pulled off
+
+
+def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> None:
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.02), mass=0.1), 0.3, 0.0, 0.06)
+    weight = at(cell, "weight", shaped(cell, (0.04, 0.04, 0.04), mass=0.1), 0.22, 0.0, 0.09)
+    point = board.T_world_item[:3, 3] + [0.09, 0.0, 0.01]
+    assert not of(cell, below, board, weight).stays_under("board", np.array([0.0, 0.0, -4.0]), point)
