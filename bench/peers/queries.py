@@ -31,7 +31,7 @@ from pickcli.planning.grasps import feasible_grasps
 from pickcli.planning.in_bin import InBin
 from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.planning_context import NONE, RESERVE, Planner
+from pickcli.planning.planning_context import RESERVE, Planner
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
@@ -101,10 +101,12 @@ def _of_pick(
     over = _nearest(planner, out, [landing.start for landing in landings])
     transit = planner.checker(scene, tool_state, reserve=RESERVE)
     gone = frozenset({target})
-    transfer = planner.checker(scene, tool_state, held=chosen.held, without=gone, reserve=RESERVE)
+    transfer = planner.checker(
+        scene, tool_state, chosen.held, asked.contacts.while_transferring(), reserve=RESERVE
+    )
     to, above, held = _first(chosen), landings[over].start, chosen.held
     made = [
-        Query(f"{number} to {target}", number, tool_state, None, NONE, start, to, transit),
+        Query(f"{number} to {target}", number, tool_state, None, frozenset(), start, to, transit),
         Query(f"{number} with {target}", number, tool_state, held, gone, out, above, transfer),
     ]
     return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]

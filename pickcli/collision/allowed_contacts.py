@@ -1,15 +1,16 @@
-"""Who may touch whom on one segment, and how deep: the one place where planned contact is allowed.
+"""Who may touch whom on one segment of motion, and how deep (MoveIt: an allowed collision matrix).
 
-A neighbour that may be touched counts as it is perceived, without what its pose may be off, and as moved out
-of the way by what explains the contact: as deep as uncertain poses already have the two in each other, or as
-far as the bellows give along the cup's axis. Whoever keeps clear of it there goes no deeper than that. What
-has no way to give may be touched anyhow; everything that is not named keeps the cell's clearance.
+``stage_contacts`` makes those of each stage of a motion. A neighbour that may be touched counts as it is
+perceived, without what its pose may be off, and as moved out of the way by what explains the contact: as deep
+as uncertain poses already have the two in each other, or as far as the bellows give along the cup's axis.
+Whoever keeps clear of it there goes no deeper than that. What has no way to give may be touched anyhow;
+everything that is not named keeps the cell's clearance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -26,42 +27,75 @@ Touchers: TypeAlias = tuple[tuple[str, Way | None], ...]  # by name, sorted: has
 
 @dataclass(frozen=True)
 class AllowedContacts:
-    """What the held item and the cup may touch.
+    """What the held item and the cup may touch, and which items are not there at all.
 
-    item, cup: body or item by name, and how far it counts as moved out of the way; None where it may be
-        touched anyhow
+    Attributes:
+        item: What the held item may touch: body or item by name, and how far it counts as moved out of the
+            way; None where it may be touched anyhow.
+        cup: The same for the cup.
+        absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
+        opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
+            way out of a stop only has to take apart.
     """
 
     item: Touchers = ()
     cup: Touchers = ()
+    absent: frozenset[str] = frozenset()
+    opening: frozenset[tuple[str, str]] = frozenset()
 
     @classmethod
     def of(
-        cls, item: Mapping[str, Array] | None = None, cup: Mapping[str, Array] | None = None
+        cls,
+        item: Mapping[str, Array] | None = None,
+        cup: Mapping[str, Array] | None = None,
+        absent: frozenset[str] = frozenset(),
     ) -> AllowedContacts:
-        """From ways (3,) by name."""
-        return cls(_sorted(item or {}), _sorted(cup or {}))
+        """Contacts that are allowed only so deep.
+
+        Args:
+            item: By name, how far (3,) in m of the world what the held item may touch counts as moved.
+            cup: The same of what the cup may touch.
+            absent: Ids of items that are not there.
+        """
+        return cls(_sorted(item or {}), _sorted(cup or {}), absent)
 
     @classmethod
-    def anyhow(cls, names: Iterable[str]) -> AllowedContacts:
-        """Both may touch these as deep as they like: for ways out of where the robot stands already."""
+    def anyhow(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
+        """Cup and held item may touch these as deep as they like.
+
+        Args:
+            names: Bodies and items that may be touched.
+            absent: Ids of items that are not there.
+        """
         touchers = tuple((name, None) for name in sorted(names))
-        return cls(touchers, touchers)
+        return cls(touchers, touchers, absent)
 
     @property
     def names(self) -> frozenset[str]:
         """Everything that may be touched."""
         return frozenset(name for name, _ in (*self.item, *self.cup))
 
-    def but(self, names: frozenset[str]) -> AllowedContacts:
-        """The same without the contacts with some bodies or items."""
-        item, cup = (tuple(t for t in ts if t[0] not in names) for ts in (self.item, self.cup))
-        return AllowedContacts(item, cup)
+    @property
+    def of_present(self) -> AllowedContacts:
+        """The same without the contacts with items that are not there."""
+        item, cup = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.cup))
+        return replace(self, item=item, cup=cup)
+
+    @property
+    def of_empty_cup(self) -> AllowedContacts:
+        """The same where nothing is held."""
+        return replace(self, item=())
 
     def ignored(self, world: World, cup: int, item: int) -> NDArray[np.uint64]:
         """(B,) per solid of a world the frames, as bits, that keep no clearance from it.
 
-        cup, item: frames of the cup and the held item
+        Args:
+            world: Solids of the scene.
+            cup: Frame of the cup.
+            item: Frame of the held item.
+
+        Raises:
+            UnknownNameError: A name is none of the scene.
         """
         bits = np.zeros(len(world.names), np.uint64)
         for frame, touchers in ((cup, self.cup), (item, self.item)):

@@ -28,10 +28,8 @@ class SceneChecker(KernelValidator):
         scene: Scene,
         tool_state: ToolState,
         held: AttachedItem | None = None,
-        without: frozenset[str] = frozenset(),
-        touching: AllowedContacts = NO_CONTACTS,
+        contacts: AllowedContacts = NO_CONTACTS,
         margin: float | None = None,
-        opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> None:
         """Enter the scene into the kernel.
 
@@ -40,22 +38,20 @@ class SceneChecker(KernelValidator):
             scene: What stands around it.
             tool_state: State of the tool.
             held: What is in the cup.
-            without: Ids of items that are not there (the held one, or those a planner may ignore).
-            touching: What cup and held item may touch, and how deep; all other links keep clear of it.
+            contacts: What cup and held item may touch, and how deep; all other links keep clear of it.
             margin: m that everything else is kept apart, the cell's clearance by default.
-            opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that
-                a way out of a stop only has to take apart.
 
         Raises:
-            UnknownNameError: For a name in ``without`` or ``touching`` that is not in the scene.
+            UnknownNameError: For a name in ``contacts`` that is not in the scene.
         """
         self.held, self._model, self._tool_state = held, model, tool_state
         world = build_world(model, scene)
-        touching = touching.but(without)
+        contacts = contacts.of_present
         parts = (*model.frame_names, held.name if held is not None else "")
         margin = model.cell.clearance if margin is None else margin
-        clear = self._clear_of(world, without, touching, opening)
-        touch = self._touching(world, touching) if touching.is_limited else None
+        clear = self._clear_of(world, contacts)
+        limited = contacts if held is not None else contacts.of_empty_cup
+        touch = self._touching(world, limited) if limited.is_limited else None
         super().__init__(world, parts, margin, clear, touch)
 
     @property
@@ -63,31 +59,28 @@ class SceneChecker(KernelValidator):
         """Frame of the cup; the next is the held item's."""
         return self._model.n_frames - 1
 
-    def _clear_of(
-        self, world: World, without: frozenset[str], touching: AllowedContacts,
-        opening: frozenset[tuple[str, str]],
-    ) -> Entered:  # fmt: skip
+    def _clear_of(self, world: World, contacts: AllowedContacts) -> Entered:
         """The whole robot, and all solids but those it may touch."""
         cup, item = self._cup, self._cup + 1
-        ignored = world.ignored | touching.ignored(world, cup, item)
-        for part, name in opening:
+        ignored = world.ignored | contacts.ignored(world, cup, item)
+        for part, name in contacts.opening:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored[world.indices([name])] |= np.uint64(1 << frame)
         state = self._model.state(self._tool_state)
         kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
-        kept = np.flatnonzero(world.is_kept(without))
+        kept = np.flatnonzero(world.is_kept(contacts.absent))
         world.enter(kernel, kept, ignored)
         if self.held is not None:
             self._attach(kernel, self.held)
         return Entered(kernel, kept)
 
-    def _touching(self, world: World, touching: AllowedContacts) -> Entered:
+    def _touching(self, world: World, contacts: AllowedContacts) -> Entered:
         """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
         state, cup = self._model.state(self._tool_state), self._cup
         mine = state.frames == cup
         none = np.zeros((0, 2), np.int32)
         kernel = Checker(state.chain, state.centers[mine], state.radii[mine], state.frames[mine], none)
-        kept = touching.enter(kernel, world, cup, cup + 1)
+        kept = contacts.enter(kernel, world, cup, cup + 1)
         if self.held is not None:
             shape, no_frames = self.held.item.shape, np.zeros(0, np.int32)
             kind = KERNEL_KINDS[shape.kind]

@@ -7,6 +7,7 @@ inverse kinematics to be refused, which costs a hundred times as much.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +39,23 @@ _R_TOOL_TURNING = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class FreeItem:
+    """An item that flies freely.
+
+    Attributes:
+        item: What flies.
+        T_world_item: (4, 4) its pose at displacement 0.
+        R_world_axes: (3, 3) axes of the displacements.
+        inflate: m, uncertainty of that pose.
+    """
+
+    item: Item
+    T_world_item: Array
+    R_world_axes: Array
+    inflate: float
+
+
 class FreeItemChecker(KernelValidator):
     """An item at a pose, displaced by d (6,): m along given axes, rad about their z, y, then x.
 
@@ -46,28 +64,27 @@ class FreeItemChecker(KernelValidator):
     """
 
     def __init__(
-        self, model: CollisionModel, scene: Scene, item: Item, T_world_item: Array, R_world_axes: Array,
-        inflate: float, without: frozenset[str], touching: AllowedContacts = NO_CONTACTS,
+        self,
+        model: CollisionModel,
+        scene: Scene,
+        free: FreeItem,
+        contacts: AllowedContacts = NO_CONTACTS,
         beside: tuple[FreeItemChecker, ...] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Enter the scene into the kernel.
 
         Args:
             model: The collision model of the scene's cell.
             scene: What stands around the item.
-            item: The item that flies.
-            T_world_item: (4, 4) its pose at displacement 0.
-            R_world_axes: (3, 3) axes of the displacements.
-            inflate: m, uncertainty of the item's own pose.
-            without: Ids of items that are not there, the item itself among them.
-            touching: What it may touch, and how deep.
+            free: The item that flies, which must be absent from ``scene`` or by ``contacts``.
+            contacts: What it may touch as a held item, and how deep.
             beside: The item with nothing but one neighbour each that may roll along.
         """
         self._beside = beside
-        world = build_world(model, scene)
-        chain = _floating_chain(T_world_item[:3, 3], R_world_axes)
-        T_last_item = pose(R=R_world_axes.T @ T_world_item[:3, :3])
-        touching, this = touching.but(without), chain.n_frames
+        world, item = build_world(model, scene), free.item
+        chain = _floating_chain(free.T_world_item[:3, 3], free.R_world_axes)
+        T_last_item = pose(R=free.R_world_axes.T @ free.T_world_item[:3, :3])
+        contacts, this = contacts.of_present, chain.n_frames
 
         def flying(inflated: float) -> Checker:
             none, no_pairs = np.zeros(0, np.int32), np.zeros((0, 2), np.int32)
@@ -76,12 +93,12 @@ class FreeItemChecker(KernelValidator):
             kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflated)
             return kernel
 
-        clear = Entered(flying(inflate), np.flatnonzero(world.is_kept(without)))
-        world.enter(clear.kernel, clear.kept, touching.ignored(world, this, this))
+        clear = Entered(flying(free.inflate), np.flatnonzero(world.is_kept(contacts.absent)))
+        world.enter(clear.kernel, clear.kept, contacts.ignored(world, this, this))
         touch: Entered | None = None
-        if touching.is_limited:
+        if contacts.is_limited:
             kernel = flying(0.0)
-            touch = Entered(kernel, touching.enter(kernel, world, this, this))
+            touch = Entered(kernel, contacts.enter(kernel, world, this, this))
         parts = (*[""] * this, item.name)
         super().__init__(world, parts, model.cell.clearance + FOLLOWING, clear, touch)
 
@@ -110,9 +127,13 @@ class FreeToolChecker(KernelValidator):
     """Lance and cup in one tool state, in the robot's own spheres, at any pose of the tool frame."""
 
     def __init__(
-        self, model: CollisionModel, scene: Scene, tool_state: ToolState, R_world_axes: Array,
-        without: frozenset[str], touching: frozenset[str] = frozenset(),
-    ) -> None:  # fmt: skip
+        self,
+        model: CollisionModel,
+        scene: Scene,
+        tool_state: ToolState,
+        R_world_axes: Array,
+        contacts: AllowedContacts = NO_CONTACTS,
+    ) -> None:
         """Enter the scene into the kernel.
 
         Args:
@@ -120,18 +141,16 @@ class FreeToolChecker(KernelValidator):
             scene: What stands around the tool.
             tool_state: State of the tool.
             R_world_axes: (3, 3) axes about which the tool is level.
-            without: Ids of items that are not there.
-            touching: Names that the cup may touch; the lance keeps clear of them.
+            contacts: What the cup may touch, here however deep; the lance keeps clear of it.
         """
         self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[tool_state]
         spheres = _tool_spheres(model, tool_state, pose(R=self._R_tool.T))
         chain = _floating_chain(np.zeros(3), R_world_axes)
         world = build_world(model, scene)
         kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
-        clear = Entered(kernel, np.flatnonzero(world.is_kept(without)))
-        ignored = np.zeros(len(world.names), np.uint64)
-        ignored[world.indices(touching - without)] = np.uint64(1 << CUP)
-        world.enter(kernel, clear.kept, ignored)
+        contacts = contacts.of_present
+        clear = Entered(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
+        world.enter(kernel, clear.kept, contacts.ignored(world, CUP, CUP + 1))
         parts = (*[""] * LANCE, model.robot.tool.lance_link, model.robot.tool.cup_link)
         super().__init__(world, parts, model.cell.clearance, clear, None)
 

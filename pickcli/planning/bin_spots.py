@@ -12,8 +12,8 @@ from itertools import islice
 import numpy as np
 
 from pickcli.cell.station import Bin
-from pickcli.collision.allowed_contacts import AllowedContacts
-from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
+from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.planning_context import Planner
@@ -39,16 +39,14 @@ def bin_spots(
         size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
         return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
-    on_floor = AllowedContacts.of(item=dict.fromkeys(cell_bin.floor, np.zeros(3)))
-    flying = FreeItemChecker(
-        planner.model, scene, placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3],
-        scene.noise.bound(placed.item), frozenset({placed.id}), on_floor,
-    )  # fmt: skip
-    places = _places(cell_bin, reach, scene.noise.bound(placed.item) + HOVER)
-    free = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
-    if not free:
+    uncertainty = scene.noise.bound(placed.item)
+    free = FreeItem(placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3], uncertainty)
+    flying = FreeItemChecker(planner.model, scene, free, while_resting_on(cell_bin.floor, placed.id))
+    places = _places(cell_bin, reach, uncertainty + HOVER)
+    fitting = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
+    if not fitting:
         return Reason("no free place on the floor", cell_bin.name, f"{len(places)} places tried")
-    staying = tuple(islice((spot for spot in free if _stays(scene, spot)), n_most))
+    staying = tuple(islice((spot for spot in fitting if _stays(scene, spot)), n_most))
     return staying or Reason("would fall over or roll", cell_bin.name, f"{placed.id} on all free places")
 
 

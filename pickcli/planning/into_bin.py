@@ -30,9 +30,8 @@ def into_bin(query: BinQuery, chosen: InBin, cell_bin: Bin, seed: int) -> tuple[
     failures = Failures()
     for k, spot in enumerate(spots):
         there = BinQuery(planner, query.scene.moved(spot), cell_bin, spot, query.neighbours, seed)
-        blocked = there.touching - frozenset(cell_bin.floor)
-        if blocked:
-            failures += _too_close(there, blocked, f"place {k} in {cell_bin.name}")
+        if there.contacts.beside:
+            failures += _too_close(there, there.contacts.beside, f"place {k} in {cell_bin.name}")
             continue
         as_picked = plan_in_bin(there, chosen.grasp, rng)
         if isinstance(as_picked, Failures):
@@ -55,23 +54,23 @@ def _too_close(there: BinQuery, names: frozenset[str], where: str) -> Failures:
 def _landing(there: BinQuery, as_picked: InBin, cost: float) -> Landing:
     """The lines of a pick from there, each backwards."""
     planner, settings, kind = there.planner, there.planner.settings, SegmentKind
-    tool_state, held, floor = as_picked.grasp.tool_state, as_picked.held, as_picked.leaving.names
-    gone = as_picked.ignored | {there.target.id}
-    carrying = planner.checker(there.scene, tool_state, held=held, without=gone)
-    touching = as_picked.leaving
-    lowering = planner.checker(there.scene, tool_state, held=held, without=gone, touching=touching)
-    empty, meeting = there.empty[tool_state], there.meeting(as_picked.grasp)
+    tool_state, held, contacts = as_picked.grasp.tool_state, as_picked.held, there.contacts
+    lowered, pressed = contacts.while_lifting(as_picked.press), contacts.while_pressing(as_picked.press)
+    carrying = planner.checker(there.scene, tool_state, held, contacts.while_carrying())
+    lowering = planner.checker(there.scene, tool_state, held, lowered)
+    empty = planner.checker(there.scene, tool_state, contacts=contacts.while_approaching())
+    meeting = planner.checker(there.scene, tool_state, contacts=pressed)
     inward = (
         *(
             Step(kind.INSERT, push.backwards(), carrying, settings.retreat_speed)
             for push in reversed(as_picked.retreat)
         ),
         Step(kind.PLACE, as_picked.lift.backwards(), carrying, settings.lift_speed),
-        Step(kind.PLACE, as_picked.freed.backwards(), lowering, settings.lift_speed, floor),
+        Step(kind.PLACE, as_picked.freed.backwards(), lowering, settings.lift_speed, lowered.names),
     )
     speed = settings.approach_speed
     away = (
-        Step(kind.DEPART, as_picked.contact.backwards(), meeting, speed, floor | {there.target.id}),
+        Step(kind.DEPART, as_picked.contact.backwards(), meeting, speed, pressed.names),
         Step(kind.DEPART, as_picked.approach.backwards(), empty, speed),
         Step(kind.DEPART, as_picked.preapproach.backwards(), empty, settings.preapproach_speed),
     )

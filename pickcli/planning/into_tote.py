@@ -27,9 +27,9 @@ def into_tote(query: BinQuery, chosen: InBin, seed: int) -> tuple[Landing, ...] 
         return Failures.of(places)
     rng = derived_rng(seed, "drop", target)
     named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
-    gone = frozenset({target})
-    carrying = planner.checker(query.scene, tool_state, held=chosen.held, without=gone)
-    empty = planner.checker(query.scene, tool_state, without=gone)
+    contacts = query.contacts
+    carrying = planner.checker(query.scene, tool_state, chosen.held, contacts.while_transferring())
+    empty = planner.checker(query.scene, tool_state, contacts=contacts.after_dropping())
     found: list[Landing] = []
     failures = Failures()
     for spot in places:

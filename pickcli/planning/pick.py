@@ -156,8 +156,8 @@ def _carried_out(query: BinQuery, option: WayIn, into: str, seed: int) -> PickMo
     landings = into_bin(query, chosen, cell_bin, seed) if cell_bin else into_tote(query, chosen, seed)
     if isinstance(landings, Failures):
         return landings
-    held, tool_state, gone = chosen.held, chosen.grasp.tool_state, frozenset({target.id})
-    carrying = planner.checker(query.scene, tool_state, held=held, without=gone, reserve=RESERVE)
+    contacts = query.contacts.while_transferring()
+    carrying = planner.checker(query.scene, chosen.grasp.tool_state, chosen.held, contacts, RESERVE)
     goals = np.stack([landing.start for landing in landings])
     extra = [landing.cost for landing in landings]
     name = derived_seed(seed, "transfer", target.id)

@@ -57,10 +57,10 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
     """From where the robot is to the cup pressed on the item."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
     tool_state, kind = in_bin.grasp.tool_state, SegmentKind
-    empty, meeting = query.empty[tool_state], query.meeting(in_bin.grasp)
+    pressed = query.contacts.while_pressing(in_bin.press)
+    empty = planner.checker(query.scene, tool_state, contacts=query.contacts.while_approaching())
+    meeting = planner.checker(query.scene, tool_state, contacts=pressed)
     transit = planner.checker(query.scene, motion.transit_tool_state)
-    # The cup touches the target; once it holds it, the target still touches what it rests on.
-    touching = frozenset({query.target.id}) | in_bin.leaving.names
     contact_speed = SLOWER_THAN_ALLOWED * planner.cell.robot.tool.contact_speed
 
     def line(kind: SegmentKind, path: Line, speed: float) -> Piece:
@@ -71,7 +71,7 @@ def way_in(query: BinQuery, motion: PickMotion) -> list[Piece]:
         Piece(kind.TRANSIT, motion.transit.waypoints, motion.transit_tool_state, transit, blend=COARSE_BLEND),
         line(kind.PREAPPROACH, in_bin.preapproach, settings.preapproach_speed),
         line(kind.APPROACH, in_bin.approach, settings.approach_speed),
-        replace(contact, checker=meeting, touching=touching),
+        replace(contact, checker=meeting, touching=pressed.names),
     ]
 
 
@@ -79,17 +79,18 @@ def way_out(query: BinQuery, motion: PickMotion) -> list[Piece]:
     """With the item out of the bin and to where it is let go."""
     planner, settings, in_bin = query.planner, query.planner.settings, motion.in_bin
     tool_state, target, kind = in_bin.grasp.tool_state, query.target.id, SegmentKind
-    gone, held = in_bin.ignored | {target}, in_bin.held
-    leaving = planner.checker(query.scene, tool_state, held=held, without=gone, touching=in_bin.leaving)
-    carrying = planner.checker(query.scene, tool_state, held=held, without=gone)
-    outside = planner.checker(query.scene, tool_state, held=held, without=frozenset({target}))
+    held, contacts = in_bin.held, query.contacts
+    lifting = contacts.while_lifting(in_bin.press)
+    leaving = planner.checker(query.scene, tool_state, held, lifting)
+    carrying = planner.checker(query.scene, tool_state, held, contacts.while_carrying())
+    outside = planner.checker(query.scene, tool_state, held, contacts.while_transferring())
 
     def line(kind: SegmentKind, path: Line, speed: float, checker: SceneChecker) -> Piece:
         return Piece(kind, path.waypoints, tool_state, checker, held=target, max_tool_speed=speed)
 
     freed = line(kind.LIFT, in_bin.freed, settings.lift_speed, leaving)
     return [
-        replace(freed, touching=in_bin.leaving.names),
+        replace(freed, touching=lifting.names),
         line(kind.LIFT, in_bin.lift, settings.lift_speed, carrying),
         *(line(kind.RETREAT, push, settings.retreat_speed, carrying) for push in in_bin.retreat),
         Piece(kind.TRANSFER, motion.transfer.waypoints, tool_state, outside, held=target, blend=COARSE_BLEND),

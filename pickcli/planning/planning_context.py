@@ -20,7 +20,6 @@ from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
 
-NONE: frozenset[str] = frozenset()
 N_CHECKERS = 64  # that are kept: more than one query needs
 RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
 
@@ -75,14 +74,16 @@ class Planner:
         scene: Scene,
         tool_state: ToolState,
         held: AttachedItem | None = None,
-        without: frozenset[str] = NONE,
-        touching: AllowedContacts = NO_CONTACTS,
+        contacts: AllowedContacts = NO_CONTACTS,
         reserve: float = 0.0,
-        opening: frozenset[tuple[str, str]] = frozenset(),
     ) -> SceneChecker:
-        """A checker of the scene for one tool state, held item and set of planned contacts.
+        """A checker of the scene for one tool state, held item and set of allowed contacts.
 
-        reserve: m on top of the cell's clearance. opening: pairs that are not tested, see SceneChecker
+        Args:
+            scene: What stands around the robot.
+            tool_state: State of the tool.
+            held: What is in the cup.
+            contacts: Who may touch whom.
+            reserve: m on top of the cell's clearance.
         """
-        margin = self.cell.clearance + reserve
-        return self._checkers(scene, tool_state, held, without, touching, margin, opening)
+        return self._checkers(scene, tool_state, held, contacts, self.cell.clearance + reserve)

@@ -23,7 +23,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.jog import plan_jog
 from pickcli.planning.pick import Start
 from pickcli.planning.pieces import COARSE_BLEND, Piece
-from pickcli.planning.planning_context import NONE, Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stitching import assemble_pieces
@@ -166,8 +166,8 @@ def _risen_and_out(
     lifted = shifted(freed, rise * T_world_pod[:3, 2])
     stages = [
         (SegmentKind.DEPART, freed, rules.touching),
-        (SegmentKind.RETREAT, lifted, NONE),
-        (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), NONE),
+        (SegmentKind.RETREAT, lifted, frozenset()),
+        (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), frozenset()),
     ]
     pieces, q, here = list[Piece](), start.q, tip
     for kind, there, allowed in stages:

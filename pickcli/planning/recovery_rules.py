@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.stage_contacts import while_coming_free
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.planning.pick import Start
-from pickcli.planning.planning_context import NONE, Planner
+from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
@@ -37,7 +37,7 @@ class Rules:
     scene: Scene
     start: Start
     level: RecoveryLevel
-    touching: frozenset[str] = NONE
+    touching: frozenset[str] = frozenset()
     opening: frozenset[tuple[str, str]] = frozenset()
     reserve: float = 0.0
     scale: float = 1.0
@@ -47,14 +47,13 @@ class Rules:
         """The scene in which what is near at the start must open: on a slow level items as they were seen."""
         return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
 
-    def checker(self, touching: frozenset[str] = NONE) -> SceneChecker:
+    def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
         """Of the empty tool as it stands."""
         return self.planner.checker(
             self.scene,
             self.start.tool_state,
-            touching=AllowedContacts.anyhow(touching),
+            contacts=while_coming_free(touching, self.opening),
             reserve=self.reserve,
-            opening=self.opening,
         )
 
     def closes(self, waypoints: Array) -> Reason | None:

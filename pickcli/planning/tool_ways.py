@@ -18,6 +18,7 @@ from pickcli.cell.robot import ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.cup_press import outward_of, overtravel
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
@@ -64,20 +65,22 @@ def _why_no_room(query: BinQuery, grasp: Grasp, T: Array, ways: Ways) -> Reason:
     return _blocked(query, _carrying(query, grasp.tool_state), lifted, f"{where}, lift")
 
 
-def tool_ways_in(query: BinQuery, grasp: Grasp, overtravel: float) -> tuple[PickPoses, ...] | Reason:
+def tool_ways_in(query: BinQuery, grasp: Grasp) -> tuple[PickPoses, ...] | Reason:
     """Ways to the contact that the tool alone can go, the plainest first; or what is in its way."""
-    empty, meeting = query.tool(grasp.tool_state), _meeting(query, grasp.tool_state, grasp.face)
-    usual, shortest = query.planner.settings.approach_offset, overtravel + CONTACT_DISTANCE
-    plain = _poses(query, grasp, usual, overtravel, STRAIGHT_IN)
+    pressed = overtravel(grasp, query.planner.cell.robot.tool, query.scene.noise)
+    empty = query.tool(grasp.tool_state, query.contacts.while_approaching())
+    meeting = _meeting(query, grasp.tool_state, grasp.face)
+    usual, shortest = query.planner.settings.approach_offset, pressed + CONTACT_DISTANCE
+    plain = _poses(query, grasp, usual, pressed, STRAIGHT_IN)
     if not _is_valid_path(meeting, plain.contact, plain.touch):
         return _blocked(query, meeting, plain.contact, "contact")
     found: list[PickPoses] = []
     for offset in (usual, shortest):
-        poses = _poses(query, grasp, offset, overtravel, STRAIGHT_IN)
+        poses = _poses(query, grasp, offset, pressed, STRAIGHT_IN)
         if not _is_valid_path(empty, poses.touch, poses.approach):
             continue
         for aside in ASIDE:
-            poses = _poses(query, grasp, offset, overtravel, aside)
+            poses = _poses(query, grasp, offset, pressed, aside)
             if _is_valid_path(empty, poses.approach, poses.preapproach):
                 found.append(poses)
             if len(found) == N_WAYS:
@@ -112,11 +115,12 @@ def _holds(query: BinQuery, grasp: Grasp, poses: Array) -> bool:
 
 
 def _meeting(query: BinQuery, tool_state: ToolState, face: str) -> FreeToolChecker:
-    return query.tool(tool_state, touching=query.met(face))
+    outward = outward_of(face, query.target.T_world_item[:3, :3])
+    return query.tool(tool_state, query.contacts.tool_while_pressing(outward))
 
 
 def _carrying(query: BinQuery, tool_state: ToolState) -> FreeToolChecker:
-    return query.tool(tool_state, without=frozenset({query.target.id}))
+    return query.tool(tool_state, query.contacts.while_carrying())
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
@@ -130,11 +134,9 @@ def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
 
 
 def _poses(
-    query: BinQuery, grasp: Grasp, offset: float, overtravel: float, aside: tuple[float, float]
+    query: BinQuery, grasp: Grasp, offset: float, pressed: float, aside: tuple[float, float]
 ) -> PickPoses:
-    return pick_poses(
-        query.T_world_bin, query.target.T_world_item, grasp.T_item_tip, offset, overtravel, aside
-    )
+    return pick_poses(query.T_world_bin, query.target.T_world_item, grasp.T_item_tip, offset, pressed, aside)
 
 
 def _blocked(query: BinQuery, tool: FreeToolChecker, T: Array, where: str) -> Reason:

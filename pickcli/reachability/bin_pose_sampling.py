@@ -66,7 +66,7 @@ class BinPoseSampler:
         drawn = rng.uniform(low, high, (_DRAWS * n, 5))
         poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
         tool = FreeToolChecker(
-            self.model, empty_scene(self.model.cell), self.tool_state, self.T_world_bin[:3, :3], frozenset()
+            self.model, empty_scene(self.model.cell), self.tool_state, self.T_world_bin[:3, :3]
         )
         free = poses[tool.are_valid(tool.displacements(poses))][:n]
         if len(free) < n:

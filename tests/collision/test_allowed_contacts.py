@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,13 +14,12 @@ from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.free_flyer import FreeItemChecker
+from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from support.solid_helpers import MakeChecker, MakeScene, box_item
 
-NOBODY: frozenset[str] = frozenset()
 SIDE = 0.08
 CUBE = box_item((SIDE, SIDE, SIDE))
 numbers = st.floats(-0.1, 0.1)
@@ -31,7 +32,7 @@ def beside(
     T = pose((-0.6, 0.0, 1.7))
     scene = make_scene((CUBE, pose((SIDE - overlap, 0.0, 0.0)) @ T))
     touching = NO_CONTACTS if way is None else AllowedContacts.of(item={"item0": way})
-    return FreeItemChecker(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, touching)
+    return FreeItemChecker(model, scene, FreeItem(CUBE, T, np.eye(3), 0.004), touching)
 
 
 def pushed(cube: FreeItemChecker, x: float, z: float = 0.0) -> bool:
@@ -71,7 +72,7 @@ def test_equal_ways_are_one_key(ways: dict[str, tuple[float, float, float]]) -> 
     one, other = AllowedContacts.of(arrays), AllowedContacts.of(dict(reversed(arrays.items())))
     assert one == other and hash(one) == hash(other)
     assert one.names == frozenset(ways)
-    assert one.but(frozenset(ways)) == NO_CONTACTS
+    assert replace(one, absent=frozenset(ways)).of_present == AllowedContacts(absent=frozenset(ways))
 
 
 def test_ways_are_equal_to_a_nanometre() -> None:
@@ -94,7 +95,7 @@ def test_each_neighbour_gives_way_as_far_as_it_may_and_to_its_own_side(
         "item2": np.array([0.0, 0.0, 0.002]),
     }
     scene = make_scene(*((CUBE, place @ T) for place in places))
-    cube = FreeItemChecker(model, scene, CUBE, T, np.eye(3), 0.004, NOBODY, AllowedContacts.of(item=ways))
+    cube = FreeItemChecker(model, scene, FreeItem(CUBE, T, np.eye(3), 0.004), AllowedContacts.of(item=ways))
     assert pushed(cube, 0.0009) and not pushed(cube, 0.0011)
     assert pushed(cube, -0.0039) and not pushed(cube, -0.0041)
     assert pushed(cube, 0.0, 0.0019) and not pushed(cube, 0.0, 0.0021)
@@ -109,7 +110,7 @@ def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
     def is_free(by: float, **who: bool) -> bool:
         ways = {"item0": by * axis}
         touching = AllowedContacts.of(*(ways if who.get(part) else None for part in ("item", "cup")))
-        return make_checker(scene, touching=touching).is_valid(home)
+        return make_checker(scene, contacts=touching).is_valid(home)
 
     assert not is_free(0.02, item=True)
     assert not is_free(0.003, cup=True)
@@ -121,7 +122,7 @@ def test_what_goes_too_deep_is_named(
 ) -> None:
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, SIDE / 2 - 0.004))))
     touching = AllowedContacts.of(cup={"item0": 0.001 * T_home_tip[:3, 2]})
-    checker: SceneChecker = make_checker(scene, touching=touching)
+    checker: SceneChecker = make_checker(scene, contacts=touching)
     reason = checker.explain(home)
     assert reason.what == "planned contact too deep" and reason.in_the_way == "item0"
     moved = home.copy()
@@ -137,19 +138,19 @@ def test_a_held_item_may_lie_on_what_it_may_touch_and_sink_into_nothing(
     for gap, is_free in ((0.0005, True), (-0.0005, False)):
         scene = make_scene((CUBE, T_home_tip @ pose((0, 0, 1.5 * SIDE + gap))))
         touching = AllowedContacts.of(item={"item0": np.zeros(3)})
-        assert make_checker(scene, held=held, touching=touching).is_valid(home) is is_free
+        assert make_checker(scene, held=held, contacts=touching).is_valid(home) is is_free
         assert not make_checker(scene, held=held).is_valid(home)
 
 
 def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
     with pytest.raises(UnknownNameError, match="row_ABC_lib"):
-        make_checker(touching=AllowedContacts.of(item={"row_ABC_lib": np.zeros(3)}))
+        make_checker(contacts=AllowedContacts.of(item={"row_ABC_lib": np.zeros(3)}))
 
 
 def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
     for tool_state in ToolState:
-        assert make_checker(tool_state=tool_state, touching=floor).is_valid(home) == make_checker(
+        assert make_checker(tool_state=tool_state, contacts=floor).is_valid(home) == make_checker(
             tool_state=tool_state
         ).is_valid(home)
 
@@ -160,4 +161,5 @@ def test_one_contact_that_is_only_so_deep_makes_a_limit() -> None:
     assert not AllowedContacts.anyhow(["a", "b"]).is_limited and not NO_CONTACTS.is_limited
     mixed = AllowedContacts(item=(("b", None),), cup=limited.cup)
     assert mixed.is_limited and mixed.names == frozenset("ab")
-    assert mixed.but(frozenset("a")) == AllowedContacts(item=(("b", None),))
+    assert not replace(mixed, absent=frozenset("a")).of_present.is_limited
+    assert mixed.of_empty_cup.names == frozenset("a")

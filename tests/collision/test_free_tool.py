@@ -7,13 +7,13 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.robot import ToolState
+from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from support.solid_helpers import MakeChecker, MakeScene
 
-NOBODY: frozenset[str] = frozenset()
 TOOL = ("lance", "cup")
 
 
@@ -28,10 +28,7 @@ def test_its_clearance_is_that_of_the_arms_lance_and_cup(
     tool_state: ToolState,
 ) -> None:  # fmt: skip
     scene = make_scene()
-    checker, tool = (
-        make_checker(scene, tool_state),
-        FreeToolChecker(model, scene, tool_state, np.eye(3), NOBODY),
-    )
+    checker, tool = make_checker(scene, tool_state), FreeToolChecker(model, scene, tool_state, np.eye(3))
     rng = np.random.default_rng(0)
     compared = 0
     fronts = np.array([c.q for c in cell.configurations.values() if c.kind == "bin"])
@@ -59,7 +56,7 @@ FRONTAL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # tool
 def test_a_push_into_the_bin_is_free_and_one_through_its_back_is_not(
     cell: Cell, model: CollisionModel, make_scene: MakeScene
 ) -> None:
-    tool = FreeToolChecker(model, make_scene(), ToolState.STRAIGHT, np.eye(3), NOBODY)
+    tool = FreeToolChecker(model, make_scene(), ToolState.STRAIGHT, np.eye(3))
     places = [in_front_of(cell, "bin_E", x, FRONTAL) for x in (-0.1, 0.2, 0.6)]
     assert tool.is_valid_path(tool.displacements(np.stack(places[:2])))
     assert tool.first_invalid_edge(tool.displacements(np.stack(places))) == 1
@@ -72,7 +69,7 @@ def test_it_does_not_spin_on_a_straight_line_however_it_is_rolled(
     cell: Cell, model: CollisionModel, make_scene: MakeScene, roll: float
 ) -> None:
     """A pivoted cup that swung round on its way would meet the bin's boards."""
-    tool = FreeToolChecker(model, make_scene(), ToolState.DOWN, np.eye(3), NOBODY)
+    tool = FreeToolChecker(model, make_scene(), ToolState.DOWN, np.eye(3))
     level = np.diag([-1.0, 1.0, -1.0])  # lance towards the mouth, cup down
     turn = pose(rpy=[roll, 0.0, 0.0])[:3, :3]
     a, b = (in_front_of(cell, "bin_B", x, turn @ level) for x in (0.0, 0.25))
@@ -87,12 +84,14 @@ def test_only_the_cup_may_touch_what_it_is_allowed_to(
     item = cell.item("crayola_24_ct")
     T = in_front_of(cell, "bin_E", 0.2, np.eye(3))
     scene = make_scene((item, T))
-    touching = FreeToolChecker(model, scene, ToolState.STRAIGHT, np.eye(3), NOBODY, frozenset({"item0"}))
+    touching = FreeToolChecker(model, scene, ToolState.STRAIGHT, np.eye(3), AllowedContacts.anyhow({"item0"}))
     short, deep = (
         in_front_of(cell, "bin_E", 0.2 - item.shape.size[0] / 2 + d, FRONTAL) for d in (0.005, 0.05)
     )
     Q = touching.displacements(np.stack([short, deep]))
     assert touching.are_valid(Q).tolist() == [True, False]
     assert touching.clearance(Q[1]).a == "lance"
-    gone = FreeToolChecker(model, scene, ToolState.STRAIGHT, np.eye(3), frozenset({"item0"}))
+    gone = FreeToolChecker(
+        model, scene, ToolState.STRAIGHT, np.eye(3), AllowedContacts(absent=frozenset({"item0"}))
+    )
     assert gone.is_valid(Q[1])

@@ -77,7 +77,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
     query = BinQuery(planner, under, cell.pod.bins[BIN], under.find(CASE), Neighbours.AVOID)
-    assert BOOK in query.touching
+    assert BOOK in query.contacts.beside
     flying = query.ways_out.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
     assert flying.is_valid(np.zeros(6))

@@ -1,0 +1,64 @@
+"""How far a cup is pressed on an item so that all of its rim meets the face, wherever the item really is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.robot import Tool
+from pickcli.collision.stage_contacts import CupPress, Outward
+from pickcli.geometry import Array
+from pickcli.grasping.surfaces import flat_normal, tilt_on
+from pickcli.motion.plan import Grasp
+from pickcli.scene.scene import PoseNoise
+
+PRESS = 0.001  # m that the bellows are pressed at least
+MOST_OF_STROKE = 0.75  # of what the bellows give, that pressing takes up
+
+
+def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
+    """m by which the cup is pressed beyond the surface, so that all of it meets the item.
+
+    Args:
+        grasp: Where the cup sits on the item.
+        tool: The tool with the cup.
+        noise: How far the item may be from where its pose says.
+    """
+    aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
+    # How far the surface under the cup may be along the tool axis from where its pose says.
+    # The side of a tilted cup that is farther away must meet it as well.
+    least = noise.position + noise.angle * aside + PRESS + _lag(grasp, tool)
+    return min(least, MOST_OF_STROKE * tool.cup_stroke)
+
+
+def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
+    """How the cup is pressed on the item, for the contacts that this allows.
+
+    Args:
+        grasp: Where the cup sits on the item.
+        tool: The tool with the cup.
+        noise: How far the item may be from where its pose says.
+        R_world_item: (3, 3) how the item stands.
+        cup_excess: m by which the model of the cup is larger than the cup.
+    """
+    x, y, z = (R_world_item @ grasp.T_item_tip[:3, 2]).tolist()
+    depth = overtravel(grasp, tool, noise) + _lag(grasp, tool) + cup_excess
+    return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth)
+
+
+def outward_of(face: str, R_world_item: Array) -> Outward | None:
+    """Unit normal of a flat face in the world, None for a curved one.
+
+    Args:
+        face: Name of the face.
+        R_world_item: (3, 3) how the item stands.
+    """
+    normal = flat_normal(face)
+    if normal is None:
+        return None
+    x, y, z = (R_world_item @ normal).tolist()
+    return x, y, z
+
+
+def _lag(grasp: Grasp, tool: Tool) -> float:
+    """m by which the far side of a tilted cup meets the face later than its middle."""
+    return tool.cup_radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))
