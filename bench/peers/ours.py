@@ -9,7 +9,7 @@ from bench.peers.queries import Query
 from pickcli.errors import Reason
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.transit import plan_coarse
+from pickcli.planning.stages.transit import plan_coarse
 
 
 def answer(planner: Planner, query: Query, seed: int) -> dict[str, Any]:

@@ -27,11 +27,11 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.grasps import feasible_grasps
-from pickcli.planning.in_bin import InBin
 from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import RESERVE, Planner
+from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene

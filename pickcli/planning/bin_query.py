@@ -19,7 +19,7 @@ from pickcli.grasping.cup_press import cup_press, overtravel
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.ways_out import WaysOut
+from pickcli.planning.stages.extraction import WaysOut
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.seeds import derived_seed

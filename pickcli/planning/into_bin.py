@@ -10,9 +10,9 @@ from pickcli.cell.station import Bin
 from pickcli.errors import Failures, Reason
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.bin_spots import bin_spots
-from pickcli.planning.in_bin import InBin, plan_in_bin
 from pickcli.planning.landing import Landing, Step
+from pickcli.planning.stages.bin_placements import bin_spots
+from pickcli.planning.stages.grasp_motion import InBin, plan_in_bin
 from pickcli.seeds import derived_rng
 
 WANTED = 2  # landings among which the best whole motion is chosen

@@ -10,9 +10,9 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.in_bin import InBin
 from pickcli.planning.landing import Landing, Step
-from pickcli.planning.tote_spots import Spot, spots
+from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.tote_placements import Spot, spots
 from pickcli.seeds import derived_rng
 
 WANTED = 4  # landings among which the best whole motion is chosen

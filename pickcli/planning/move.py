@@ -9,8 +9,8 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.stitching import assemble_move
-from pickcli.planning.transit import plan_coarse
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 

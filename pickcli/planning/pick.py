@@ -14,15 +14,15 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.grasps import feasible_grasps
-from pickcli.planning.in_bin import InBin
 from pickcli.planning.into_bin import into_bin
 from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.pieces import PickMotion
 from pickcli.planning.planning_context import RESERVE, Planner
+from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.transit import Coarse, plan_coarse
 from pickcli.planning.stitching import assemble_pick
-from pickcli.planning.transit import Coarse, plan_coarse
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
 

@@ -13,9 +13,9 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.in_bin import InBin
 from pickcli.planning.landing import Landing, Step
-from pickcli.planning.transit import Coarse
+from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.transit import Coarse
 
 FINE = 0.002  # joint units: blends inside the bin stay this close to the lines
 COARSE_BLEND = 0.05

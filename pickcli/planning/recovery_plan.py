@@ -26,8 +26,8 @@ from pickcli.planning.pieces import COARSE_BLEND, Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.stitching import assemble_pieces
-from pickcli.planning.transit import plan_coarse
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 

@@ -22,7 +22,7 @@ from pickcli.planning.events import schedule
 from pickcli.planning.pieces import COARSE_BLEND, PickMotion, Piece, moving, way_in, way_out, way_up
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import thrown
-from pickcli.planning.transit import Coarse
+from pickcli.planning.stages.transit import Coarse
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import concatenate

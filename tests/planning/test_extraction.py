@@ -10,11 +10,11 @@ from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.extraction import MOST_PUSHES, planned_corridors
-from pickcli.planning.first_stretch import climbed
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.ways_out import WaysOut
+from pickcli.planning.stages.extraction import WaysOut
+from pickcli.planning.stages.lift_sampling import climbed
+from pickcli.planning.stages.planned_extraction import MOST_PUSHES, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"

@@ -14,9 +14,9 @@ from pickcli.errors import Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.planning.bin_spots import LEAST_SLENDERNESS, bin_spots
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.stages.bin_placements import LEAST_SLENDERNESS, bin_spots
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.settle import settle
 from pickcli.verification.held_pose import pose_in_tool

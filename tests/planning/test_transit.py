@@ -13,7 +13,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.transit import plan_coarse
+from pickcli.planning.stages.transit import plan_coarse
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 GOALS = ("bin_A", "bin_L")

@@ -22,7 +22,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.transit import Coarse, plan_coarse
+from pickcli.planning.stages.transit import Coarse, plan_coarse
 from pickcli.precompute import experience
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.precompute.experience import Learner

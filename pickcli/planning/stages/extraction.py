@@ -15,7 +15,7 @@ from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.planning.extraction import planned_corridors
+from pickcli.planning.stages.planned_extraction import planned_corridors
 
 N_FEW, N_MANY = 4, 40  # simple ways out at most
 

@@ -13,7 +13,7 @@ from pickcli.cell.robot import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.tote_spots import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
+from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 
 SceneWith = Callable[..., Scene]

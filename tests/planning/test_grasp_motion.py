@@ -11,10 +11,10 @@ from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.grasps import feasible_grasps
-from pickcli.planning.in_bin import InBin
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"

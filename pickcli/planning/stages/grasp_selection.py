@@ -13,9 +13,9 @@ from pickcli.grasping.candidates import CandidateSet, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.in_bin import InBin, plan_in_bin
-from pickcli.planning.tool_ways import with_room
-from pickcli.planning.ways_out import Ways
+from pickcli.planning.stages.extraction import Ways
+from pickcli.planning.stages.grasp_motion import InBin, plan_in_bin
+from pickcli.planning.stages.tool_clearance import with_room
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed

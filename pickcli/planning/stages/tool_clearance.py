@@ -22,7 +22,7 @@ from pickcli.grasping.cup_press import outward_of, overtravel
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.ways_out import Ways
+from pickcli.planning.stages.extraction import Ways
 
 # m along y and z of the bin, by which the pre-approach begins off the straight way; the least first.
 SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)

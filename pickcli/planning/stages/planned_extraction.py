@@ -19,7 +19,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.planning.first_stretch import climbed, drawn
+from pickcli.planning.stages.lift_sampling import climbed, drawn
 
 NAMES = ("x", "y", "z", "yaw", "pitch", "roll")
 LOWER = np.array([-0.8, -0.15, -0.1, -0.5, -0.15, -1.7])  # m and rad, bounds of the pushes

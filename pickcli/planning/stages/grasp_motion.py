@@ -23,8 +23,8 @@ from pickcli.geometry import Array, inverse
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.tool_ways import tool_ways_in, tool_ways_out
-from pickcli.planning.ways_out import Ways
+from pickcli.planning.stages.extraction import Ways
+from pickcli.planning.stages.tool_clearance import tool_ways_in, tool_ways_out
 
 
 @dataclass(frozen=True, eq=False)
