@@ -23,7 +23,6 @@ from unittest import mock
 import numpy as np
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
@@ -108,7 +107,7 @@ def carries(planner: Planner, year: int, seeds: Sequence[int], n_grasps: int) ->
 
 def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_grasps: int) -> Iterator[Carry]:
     """One target with one grasp after the other."""
-    home = Start(planner.cell.configurations["home"].q, ToolState.STRAIGHT)
+    home = Start(planner.cell.configurations["home"].q, planner.cell.robot.tool.default_state)
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()

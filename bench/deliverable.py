@@ -16,7 +16,7 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.cell.robot import Tool
+from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
 from pickcli.grasping.candidates import sample_grasps

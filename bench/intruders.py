@@ -24,7 +24,6 @@ import numpy as np
 from bench.warm import fresh_scene, planner
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import displaced
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.errors import InputError, NoPlanError
 from pickcli.geometry import Array, inverse, pose
@@ -161,7 +160,7 @@ def _on_the_way(plan: Plan, arm: Arm, rng: np.random.Generator) -> Array:
     coarse = [s for s in plan.segments if s.kind in COARSE]
     segment = coarse[int(rng.integers(len(coarse)))]
     t = segment.t_start + float(rng.uniform(0.3, 0.8)) * (segment.t_end - segment.t_start)
-    return arm.tip(plan.trajectory.sample(t)[0], ToolState.STRAIGHT)[:3, 3] + rng.uniform(-0.02, 0.02, 3)
+    return arm.tip(plan.trajectory.sample(t)[0], segment.tool_state)[:3, 3] + rng.uniform(-0.02, 0.02, 3)
 
 
 def _over(tips: Array, noticed: int) -> float:

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from bench.warm import fresh_scene, planner
-from pickcli.cell.robot import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.pick import Start, plan_pick
@@ -103,7 +102,7 @@ def pick(warm: Planner, scene: Scene, bin_name: str, name: str, seed: int, reali
     item = next(p for p in scene.in_location(bin_name) if p.item.name == name)
     truth = replace(scene, items=tuple(scene.in_location(bin_name)))
     seen = perceive(truth, DEFAULT_NOISE, seed, 0, reality)
-    start = Start(home, ToolState.STRAIGHT)
+    start = Start(home, warm.cell.robot.tool.default_state)
     try:
         plan = plan_pick(warm, seen, bin_name, item.id, start, derived_seed("loads", seed, bin_name))
     except NoPlanError as error:
@@ -116,7 +115,7 @@ def pick(warm: Planner, scene: Scene, bin_name: str, name: str, seed: int, reali
 
 def _carried_out(plan: Plan, truth: Scene, item: PlacedItem, seed: int, reality: Reality) -> Held | Reason:
     assert plan.grasp is not None
-    world = World(truth, plan.trajectory.positions[0], ToolState.STRAIGHT, reality=reality, seed=seed)
+    world = World(truth, plan.trajectory.positions[0], reality=reality, seed=seed)
     watch = Watch(plan)
     try:
         run = execute(plan, world, on_step=watch)

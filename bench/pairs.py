@@ -29,7 +29,6 @@ from rich.table import Table
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.precompute.coarse_motion_planner import MotionMaker
@@ -95,7 +94,7 @@ def make(name: str, key: MotionKey) -> Made:
     maker = _maker(name)
     q0, q1 = (maker.cell.configurations[end].q for end in (key.start, key.goal))
     bound = lower_bound(maker.cell.robot.limits, q0, q1, has_jerk_limit=LIMITS[name][2])
-    tests = checker(CollisionModel(maker.cell), ToolState.STRAIGHT, key.payload)
+    tests = checker(CollisionModel(maker.cell), maker.cell.robot.tool.default_state, key.payload)
     began = time.perf_counter()
     motion = maker.make(key)
     took = time.perf_counter() - began

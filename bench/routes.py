@@ -13,7 +13,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -34,7 +34,7 @@ def measure(n_runs: int = 300) -> dict[str, float]:
     """Times in ms, warm, from near a bin to near the tote or the other way round; and the share answered."""
     cell = load_cell("apc2016_delft")
     roadmap = read_roadmap(ensure_artifacts(cell).roadmap, cell)
-    tests = checker(CollisionModel(cell), ToolState.MOVING, PayloadClass.EMPTY)
+    tests = checker(CollisionModel(cell), MOVING, PayloadClass.EMPTY)
     rng = np.random.default_rng(0)
     connected, answered = [], 0
     for _ in range(n_runs):

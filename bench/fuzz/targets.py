@@ -18,7 +18,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.data_path import data_path
 from pickcli.cell.items_file import ItemsModel, read_items
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.cell.urdf import read_urdf
 from pickcli.errors import RejectedError
 from pickcli.files.atomic_write import write_bytes
@@ -86,7 +86,7 @@ def sound() -> Sound:
     bins: dict[str, list[str]] = {name: [] for name in cell.pod.bins}
     bins["bin_C"] = [ITEM, "crayola_24_ct"]
     scene = make_scene(bins, cell, 3)
-    begin = Start(cell.configurations["home"].q, ToolState.STRAIGHT)
+    begin = Start(cell.configurations["home"].q, cell.robot.tool.default_state)
     plan = certify(plan_pick(Planner(cell, None, None), scene, "bin_C", ITEM, begin, 0), scene)
     order = {"bin_contents": bins, "tote_contents": [], "work_order": [{"bin": "bin_C", "item": ITEM}]}
     return Sound(cell, scene, plan, order)
@@ -289,5 +289,5 @@ def _database(cell: Cell) -> TrajectoryDatabase:
         ends, still = np.stack([a.q, b.q]), np.zeros((2, len(joints)))
         timed = Trajectory(joints, np.array([0.0, 9.0]), ends, still, still)
         key = MotionKey(a.name, b.name, PayloadClass.EMPTY)
-        motions.append(CoarseMotion(key, ToolState.MOVING, JointPath(joints, ends), 9.0, timed))
+        motions.append(CoarseMotion(key, MOVING, JointPath(joints, ends), 9.0, timed))
     return TrajectoryDatabase.of(joints, motions)

@@ -19,8 +19,8 @@ import numpy as np
 
 from bench.peers.robot_model import robot_json, shape_json
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import InputError
@@ -90,7 +90,7 @@ def _of_pick(
     if not feasible:
         return []
     tool_state = feasible[0].grasp.tool_state
-    kin = [f for f in feasible if f.grasp.tool_state is tool_state]
+    kin = [f for f in feasible if f.grasp.tool_state == tool_state]
     start = _start(planner, scene, tool_state, rng)
     there = _nearest(planner, start, [f.preapproach.waypoints[0] for f in kin])
     chosen = kin[there]
@@ -119,7 +119,7 @@ def _first(chosen: InBin) -> Array:
 def _start(planner: Planner, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
     tests = planner.checker(scene, tool_state, reserve=RESERVE)
-    named = [c.q for c in planner.cell.configurations.values() if c.tool_state is tool_state]
+    named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
     free = [q for q in named if tests.is_valid(q)]
     return free[int(rng.integers(len(free)))]
 

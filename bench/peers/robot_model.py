@@ -9,8 +9,9 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Joint, JointType, ToolState
+from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kinematics.chain import bodies_of_frames, is_planned
@@ -124,9 +125,9 @@ def _fixed(T: Array) -> dict[str, Any]:
 
 
 def _turned(cell: Cell, joint: Joint, tool_state: ToolState) -> Array:
-    if joint.name != cell.robot.tool.pivot_joint:
+    if joint.name != cell.robot.tool.joint:
         return np.eye(4)
-    return pose(R=rotation_axis_angle(joint.axis, cell.robot.tool.pivot_positions[tool_state]))
+    return pose(R=rotation_axis_angle(joint.axis, cell.robot.tool.positions[tool_state]))
 
 
 def _shapes(bodies: tuple[Body, ...], T: Array) -> list[dict[str, Any]]:

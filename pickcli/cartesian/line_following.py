@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cartesian.line import line
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from pickcli.cell.device import Device
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Robot, ToolState
+from pickcli.cell.robot import Robot
 from pickcli.cell.station import Obstacles, Pod, Tote
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 
 

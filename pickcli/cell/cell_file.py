@@ -17,9 +17,10 @@ from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Limits, Robot, Tool, ToolState
+from pickcli.cell.robot import Limits, Robot, joint_motion
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
+from pickcli.cell.tool import FIXED, Tool, ToolState
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import UrdfChain, read_urdf
 from pickcli.errors import UnknownNameError
@@ -40,10 +41,11 @@ def load_cell(name_or_path: str | Path) -> Cell:
     model = validate(source, CellModel)
     chain = read_urdf(_inside(source, path.parent, model.robot.urdf))
     check_consistency(source, model, chain)
+    tool = _tool(model.tool, chain)
     cell = Cell(
         name=model.name,
         path=path.parent,
-        robot=_robot(path.parent, model, chain),
+        robot=_robot(path.parent, model, chain, tool),
         T_world_pod=_pose(model.pod.T_world_pod),
         pod=build_pod(model.pod),
         tote=build_tote(model.tote),
@@ -52,7 +54,12 @@ def load_cell(name_or_path: str | Path) -> Cell:
             name: Device(name, DeviceKind(d.kind), d.lead, d.actions) for name, d in model.devices.items()
         },
         configurations={
-            c.name: NamedConfiguration(c.name, np.array(c.q), ToolState(c.pivot), c.kind)
+            c.name: NamedConfiguration(
+                c.name,
+                np.array(c.q),
+                tool.default_state if c.pivot is None else ToolState(c.pivot),
+                c.kind,
+            )
             for c in model.configurations
         },
         allowed_pairs=tuple(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
@@ -90,7 +97,7 @@ def _inside(source: Source, folder: Path, name: str) -> Path:
     return path
 
 
-def _robot(folder: Path, model: CellModel, chain: UrdfChain) -> Robot:
+def _robot(folder: Path, model: CellModel, chain: UrdfChain, tool: Tool) -> Robot:
     return Robot(
         name=chain.name,
         urdf=folder / model.robot.urdf,
@@ -100,7 +107,7 @@ def _robot(folder: Path, model: CellModel, chain: UrdfChain) -> Robot:
         joint_names=model.robot.joints,
         limits=_limits(model, chain),
         motor_forces=dict(model.robot.motor_forces),
-        tool=_tool(model.tool),
+        tool=tool,
     )
 
 
@@ -122,17 +129,19 @@ def _or(stated: float | None, otherwise: float) -> float:
     return otherwise if stated is None else stated
 
 
-def _tool(tool: ToolModel) -> Tool:
+def _tool(tool: ToolModel, chain: UrdfChain) -> Tool:
+    positions = {
+        ToolState(name): angle for name, angle in (tool.pivot_positions or {FIXED.name: 0.0}).items()
+    }
+    T_cup_tip = pose((0.0, 0.0, tool.cup_length))
     return Tool(
         flange_link=tool.flange_link,
         lance_link=tool.lance_link,
         cup_link=tool.cup_link,
-        pivot_joint=tool.pivot_joint,
-        pivot_positions={
-            ToolState.STRAIGHT: tool.pivot_positions.straight,
-            ToolState.DOWN: tool.pivot_positions.down,
-        },
-        T_cup_tip=pose((0.0, 0.0, tool.cup_length)),
+        joint=tool.pivot_joint,
+        positions=positions,
+        T_flange_tip={s: _T_flange_cup(tool, chain, angle) @ T_cup_tip for s, angle in positions.items()},
+        T_cup_tip=T_cup_tip,
         cup_radius=tool.cup_radius,
         cup_stroke=tool.cup_stroke,
         cup_stiffness=tool.cup_stiffness,
@@ -145,6 +154,19 @@ def _tool(tool: ToolModel) -> Tool:
         ),
         contact_speed=tool.contact_speed,
     )
+
+
+def _T_flange_cup(tool: ToolModel, chain: UrdfChain, position: float) -> Array:
+    """Pose (4, 4) of the cup link in the flange link at a position in rad or m of the tool's joint."""
+    T = np.eye(4)
+    first = [link.name for link in chain.links].index(tool.flange_link)
+    for joint in chain.joints[first:]:
+        T = (
+            T
+            @ joint.T_parent_joint
+            @ joint_motion(joint, position if joint.name == tool.pivot_joint else 0.0)
+        )
+    return T
 
 
 def _pose(model: PoseModel) -> Array:

@@ -24,6 +24,7 @@ Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z][A-
 MAX_OBSTACLES = 2000
 MAX_PAIRS = 2000
 MAX_CONFIGURATIONS = 1000
+MAX_STATES = 32
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -69,21 +70,16 @@ class JointLimitModel(FileModel):
     max_jerk: LimitOf = Field(description="a jerk limit in m/s3 or rad/s3")
 
 
-class PivotPositionsModel(FileModel):
-    """The two positions of the cup's actuator."""
-
-    straight: Angle = Field(description="rad, cup along the flange's +z")
-    down: Angle = Field(description="rad, cup along the flange's +x")
-
-
 class ToolModel(FileModel):
     """The suction tool."""
 
     flange_link: Name = Field(description="the arm's last own link")
     lance_link: Name = Field(description="the link fixed to the flange")
     cup_link: Name = Field(description="the link that pivots")
-    pivot_joint: Name = Field(description="the joint that turns the cup")
-    pivot_positions: PivotPositionsModel = Field(description="straight and down, rad")
+    pivot_joint: Name | None = Field(None, description="the joint that turns the cup, if one does")
+    pivot_positions: Annotated[dict[Name, Angle], Len(1, MAX_STATES)] | None = Field(
+        None, description="positions of that joint by state in rad, or in m if it is prismatic"
+    )
     cup_length: Thickness = Field(description="m, pivot to the tip of the uncompressed cup")
     cup_radius: Thickness = Field(description="m")
     cup_stroke: Thickness = Field(description="m, how far the bellows compress")
@@ -190,7 +186,7 @@ class ConfigurationModel(FileModel):
     kind: Literal["home", "bin", "camera", "tote", "drop", "midway", "yardstick"] = Field(
         description="home, bin, camera, tote, drop, midway or yardstick"
     )
-    pivot: Literal["straight", "down"] = Field(description="straight or down")
+    pivot: Name | None = Field(None, description="a state of the tool, the first one by default")
     q: Annotated[tuple[Number, ...], Len(0, 32)] = Field(
         description="one number per planned joint, in their order"
     )

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.pod import flat_from
 from pickcli.cell.robot import Joint, JointType
+from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import UrdfChain
 from pickcli.files.yaml_reader import Key, Source
 
@@ -51,7 +52,7 @@ def _moving(model: CellModel, chain: UrdfChain) -> dict[str, Joint]:
 
 
 def _check_joints(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    """Planned joints are the URDF's moving ones but the pivot, in its order."""
+    """Planned joints are the URDF's moving ones but the tool's, in its order."""
     pivot = model.tool.pivot_joint
     expected = [name for name in _moving(model, chain) if name != pivot]
     if list(model.robot.joints) != expected:
@@ -62,7 +63,7 @@ def _check_joints(source: Source, model: CellModel, chain: UrdfChain) -> None:
         )
     for name in model.robot.motor_forces:
         _refer(source, ("robot", "motor_forces", name), "moving joint", name, list(_moving(model, chain)))
-    for name in [*expected, pivot]:
+    for name in expected if pivot is None else [*expected, pivot]:
         if name not in model.robot.motor_forces:
             source.add(("robot", "motor_forces", name), "expected a force in N or Nm, got nothing; add it")
 
@@ -111,15 +112,35 @@ def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
     names = [link.name for link in chain.links]
     for role in ("flange_link", "lance_link", "cup_link"):
         _refer(source, ("tool", role), "link", getattr(tool, role), names)
-    _refer(source, ("tool", "pivot_joint"), "moving joint", tool.pivot_joint, list(_moving(model, chain)))
     if names[-3:] != [tool.flange_link, tool.lance_link, tool.cup_link]:
         source.add(("tool",), f"expected the chain to end with them; it ends {', '.join(names[-3:])}")
-    pivot = _moving(model, chain).get(tool.pivot_joint)
-    positions = tool.pivot_positions
-    if pivot is not None and not all(
-        pivot.lower - 1e-9 <= p <= pivot.upper + 1e-9 for p in (positions.straight, positions.down)
-    ):
-        source.add(("tool", "pivot_positions"), f"outside of the joint's {pivot.lower:g} to {pivot.upper:g}")
+    _check_states(source, model, chain)
+
+
+def _check_states(source: Source, model: CellModel, chain: UrdfChain) -> None:
+    """The states of the tool are positions of the last joint of the chain."""
+    name, positions = model.tool.pivot_joint, model.tool.pivot_positions
+    if name is None or positions is None:
+        if name is not None:
+            source.add(("tool", "pivot_positions"), "expected a position by state, got nothing; add it")
+        elif positions is not None:
+            source.add(
+                ("tool", "pivot_joint"), "expected the joint that has these positions, got nothing; add it"
+            )
+        return
+    joints = _moving(model, chain)
+    _refer(source, ("tool", "pivot_joint"), "moving joint", name, list(joints))
+    if MOVING.name in positions:
+        text = f"{MOVING} means that the tool is between two states; give this one another name"
+        source.add(("tool", "pivot_positions", MOVING.name), text)
+    joint = joints.get(name)
+    if joint is None:
+        return
+    if joint is not chain.joints[-1]:
+        text = f"expected the last joint of the chain, {chain.joints[-1].name!r}, got {name!r}; correct it"
+        source.add(("tool", "pivot_joint"), text)
+    if not all(joint.lower - 1e-9 <= p <= joint.upper + 1e-9 for p in positions.values()):
+        source.add(("tool", "pivot_positions"), f"outside of the joint's {joint.lower:g} to {joint.upper:g}")
 
 
 def _check_pod(source: Source, model: CellModel) -> None:
@@ -186,7 +207,10 @@ def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) ->
     joints = [_moving(model, chain).get(name) for name in model.robot.joints]
     named = model.configurations
     _unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])
+    states = list(model.tool.pivot_positions or {FIXED.name: 0.0})
     for i, configuration in enumerate(named):
+        if configuration.pivot is not None:
+            _refer(source, ("configurations", i, "pivot"), "state of the tool", configuration.pivot, states)
         if len(configuration.q) != len(joints):
             text = f"expected {len(joints)} numbers, one per planned joint, got {len(configuration.q)}"
             source.add(("configurations", i, "q"), text)

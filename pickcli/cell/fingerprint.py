@@ -80,8 +80,8 @@ def _robot(robot: Robot) -> dict[str, Any]:
             for part in (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
         ],
         "tool": {
-            "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.pivot_joint],
-            "pivot": {state.value: numbers(angle) for state, angle in tool.pivot_positions.items()},
+            "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
+            "pivot": {state.name: numbers(position) for state, position in tool.positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
             "cup": numbers([tool.cup_radius, tool.cup_stroke, tool.cup_tilt]),
         },

@@ -1,4 +1,4 @@
-"""The robot and its tool as data: links, joints, limits, the pivoting cup."""
+"""The robot as data: links, joints, limits."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from pickcli.cell.cup_limits import CupLimits
+import numpy as np
+
 from pickcli.cell.shapes import Body
-from pickcli.geometry import Array
+from pickcli.cell.tool import Tool
+from pickcli.geometry import Array, pose, rotation_axis_angle
 
 
 class JointType(StrEnum):
@@ -43,35 +45,6 @@ class Link:
     mass: float  # kg
 
 
-class ToolState(StrEnum):
-    """What the pivoting cup does. It is part of the robot's shape, hence of segments and keys."""
-
-    STRAIGHT = "straight"  # cup along the flange's +z
-    DOWN = "down"  # cup along the flange's +x
-    MOVING = "moving"  # anywhere between the two: the volume that the pivoting cup sweeps
-
-
-@dataclass(frozen=True, eq=False)
-class Tool:
-    """The suction tool: a lance whose last part, the cup, pivots.
-
-    The tool frame sits at the tip of the uncompressed cup, +z out of the cup along its axis.
-    """
-
-    flange_link: str  # the robot's last own link
-    lance_link: str  # fixed to the flange
-    cup_link: str  # turned by pivot_joint
-    pivot_joint: str
-    pivot_positions: dict[ToolState, float]  # rad, STRAIGHT and DOWN
-    T_cup_tip: Array  # (4, 4) pose of the tool frame in the cup link
-    cup_radius: float  # m
-    cup_stroke: float  # m, how far the bellows compress
-    cup_stiffness: float  # N/m along the axis while relaxed
-    cup_tilt: float  # rad, how far from square on a face the lip still seals
-    cup_limits: CupLimits
-    contact_speed: float  # m/s, fastest final approach
-
-
 @dataclass(frozen=True, eq=False)
 class Limits:
     """Motion limits of the planned joints, arrays (n,). Positions m or rad; jerk is chosen in the cell."""
@@ -87,8 +60,8 @@ class Limits:
 class Robot:
     """A serial chain from the world to the cup.
 
-    ``joints`` runs from the base outwards, one joint per link but the root; the pivot joint of the tool
-    is among them but not among ``joint_names``, which are the planned ones, in the order of every
+    ``joints`` runs from the base outwards, one joint per link but the root; the joint of the tool, if it has
+    one, is the last of them but not among ``joint_names``, which are the planned ones, in the order of every
     configuration ``q``.
     """
 
@@ -110,3 +83,12 @@ class Robot:
     def link(self, name: str) -> Link:
         """The link of that name. Raises KeyError."""
         return next(link for link in self.links if link.name == name)
+
+
+def joint_motion(joint: Joint, position: float) -> Array:
+    """Pose (4, 4) of a joint's child in the joint frame at a position in rad (prismatic: m)."""
+    if joint.type is JointType.FIXED:
+        return np.eye(4)
+    if joint.type is JointType.PRISMATIC:
+        return pose(position * joint.axis)
+    return pose(R=rotation_axis_angle(joint.axis, position))

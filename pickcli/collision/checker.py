@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.collision_world import KERNEL_KINDS, World, build_world
@@ -89,7 +89,7 @@ class SceneChecker(KernelValidator):
 
     def _attach(self, kernel: Checker, held: AttachedItem) -> None:
         tested = self._model.held_tested_frames
-        if self._tool_state is ToolState.MOVING:
+        if self._tool_state == MOVING:
             cover = swept_cover(self._model, held)
             kernel.set_held(cover.centers, cover.radii, tested)
         else:

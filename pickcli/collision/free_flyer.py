@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.motion_validator import Entered, KernelValidator
@@ -30,13 +30,6 @@ ROLL_JUMPS = 0.75 * np.pi  # rad, where the tool's roll starts anew
 NUDGE = 0.0005  # m that an item may come nearer to what it must not push
 APART = 0.03  # m of lead over what rolls after it: on a floor of 5 degrees that takes a ball 0.3 s
 FOLLOWING = 0.0012  # m on top of the clearance: an arm follows a straight line only nearly
-
-# The axes of the tool frame that become x, y, z of the turning joints: x along the lance, into the bin, and z
-# away from where a pivoted cup points, so that yaw and pitch stay far from where they jump.
-_R_TOOL_TURNING = {
-    ToolState.STRAIGHT: np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
-    ToolState.DOWN: np.diag([-1.0, 1.0, -1.0]),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +136,9 @@ class FreeToolChecker(KernelValidator):
             R_world_axes: (3, 3) axes about which the tool is level.
             contacts: What the cup may touch, here however deep; the lance keeps clear of it.
         """
-        self._R_axes, self._R_tool = R_world_axes, _R_TOOL_TURNING[tool_state]
+        # The axes of the lance become x, y, z of the turning joints: x into the bin, and z away from where a
+        # cup that stands across points, so that yaw and pitch stay far from where they jump.
+        self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
         spheres = _tool_spheres(model, tool_state, pose(R=self._R_tool.T))
         chain = _floating_chain(np.zeros(3), R_world_axes)
         world = build_world(model, scene)

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Robot, ToolState
+from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.sphere_cover import Cover, cover_bodies
 from pickcli.collision.swept_cover import sweep
 from pickcli.geometry import Array
 from pickcli.kernel import Chain
-from pickcli.kinematics.chain import bodies_of_frames, build_chain, pivot_angle
+from pickcli.kinematics.chain import bodies_of_frames, build_chain
 
 # How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
 # the cup pass lips and neighbours closely; the arm's own links stay farther off.
@@ -72,10 +73,15 @@ class CollisionModel:
         return self._states[tool_state]
 
     def swept(self, cover: Cover) -> Cover:
-        """What a cover in the cup's frame (STRAIGHT) passes through until the cup is DOWN."""
-        joint = next(j for j in self.robot.joints if j.name == self.robot.tool.pivot_joint)
-        straight, down = (pivot_angle(self.robot, p) for p in (ToolState.STRAIGHT, ToolState.DOWN))
-        return sweep(cover, joint.axis * np.sign(down - straight), abs(down - straight))
+        """What a cover in the cup's frame passes through on the way between any two states of the tool.
+
+        Like ``cover`` it is given in the cup's frame as that stands in the default state.
+        """
+        tool, joint = self.robot.tool, self.robot.joints[-1]
+        (least, most), here = tool.range, tool.position(MOVING)
+        if joint.name != tool.joint or least == most:
+            return cover
+        return sweep(cover, joint, least - here, most - here)
 
     def is_allowed(self, a: str, b: str) -> bool:
         """Whether the cell exempts two names from being tested against each other."""
@@ -105,7 +111,7 @@ class CollisionModel:
 
     def _build(self, tool_state: ToolState) -> KernelRobot:
         covers = list(self._covers)
-        if tool_state is ToolState.MOVING:
+        if tool_state == MOVING:
             covers[-1] = self.swept(covers[-1])
         return KernelRobot(
             build_chain(self.robot, tool_state),

@@ -1,9 +1,10 @@
-"""Spheres that contain everything a turning body passes through: the pivoting cup and what hangs on it."""
+"""Spheres that contain all that a body passes through while one joint moves it: the cup and what it holds."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from pickcli.cell.robot import Joint, JointType, joint_motion
 from pickcli.collision.sphere_cover import Cover, outermost
 from pickcli.geometry import Array, rotation_axis_angle
 
@@ -11,22 +12,42 @@ MAX_GROWTH = 0.002  # m, how much a sphere may grow to bridge the gap between tw
 MAX_SAMPLES = 13  # per sphere; large ones grow more instead
 
 
-def sweep(cover: Cover, axis: Array, angle: float) -> Cover:
-    """Spheres containing ``cover`` at every angle in [0, angle] about a unit axis through the origin.
+def sweep(cover: Cover, joint: Joint, least: float, most: float) -> Cover:
+    """Spheres containing ``cover`` at every position of a joint between two bounds.
 
-    Proof: at any angle a sphere is within half a sampling step of a sampled one; between the two its centre,
-    rho from the axis, moves by a chord of at most 2 rho sin(step / 4), by which the sampled sphere is grown.
+    Proof: at any position a sphere is within half a sampling step of a sampled one; between the two its
+    centre moves by at most half the step of a prismatic joint, and by a chord of at most 2 rho sin(step / 4)
+    about an axis rho away, by which the sampled sphere is grown.
+
+    Args:
+        cover: In the frame of the joint's child, as that stands at position 0.
+        joint: Revolute or prismatic, its axis through the origin of that frame.
+        least: rad or m, the lower bound.
+        most: rad or m, the upper bound.
     """
+    start, way = (least, most - least) if abs(least) <= abs(most) else (most, least - most)
+    if start != 0.0:
+        T = joint_motion(joint, start)
+        cover = Cover(cover.centers @ T[:3, :3].T + T[:3, 3], cover.radii, cover.excess)
+    track = _line if joint.type is JointType.PRISMATIC else _arc
+    axis, length = joint.axis * np.sign(way), abs(way)
     pairs = list(zip(cover.centers, cover.radii, strict=True))
-    parts = [_arc(center, radius, axis, angle) for center, radius in pairs]
+    parts = [track(center, radius, axis, length) for center, radius in pairs]
     spheres = np.concatenate(parts) if parts else np.zeros((0, 4))
     kept = outermost(spheres[:, :3], spheres[:, 3])
     growth = max((float(part[0, 3] - r) for part, r in zip(parts, cover.radii, strict=True)), default=0.0)
     return Cover(spheres[kept, :3], spheres[kept, 3], cover.excess + growth)
 
 
+def _line(center: Array, radius: float, axis: Array, length: float) -> Array:
+    """(K, 4) samples of one sphere's way along an axis, grown."""
+    n = min(2 + int(length / (2 * MAX_GROWTH)), MAX_SAMPLES)
+    places, step = np.linspace(0.0, length, n, retstep=True)
+    return np.array([[*(center + s * axis), radius + step / 2] for s in places])
+
+
 def _arc(center: Array, radius: float, axis: Array, angle: float) -> Array:
-    """(K, 4) samples of one sphere's way, grown."""
+    """(K, 4) samples of one sphere's way about an axis, grown."""
     rho = float(np.linalg.norm(np.cross(axis, center)))
     n = 1 + int(np.ceil(angle * rho / (2 * MAX_GROWTH)))  # 2 rho sin(step / 4) <= rho step / 2
     n = min(n, MAX_SAMPLES)

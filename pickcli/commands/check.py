@@ -14,6 +14,7 @@ from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.precompute.repair import Repair
     from pickcli.storage.integrity_scan import IntegrityReport
 
@@ -36,12 +37,14 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     Example:
       apc check trajectories.h5 --repair
     """
+    from pickcli.cell.cell_file import load_cell
     from pickcli.roadmap.store import describe, surveyed
 
-    found = surveyed(path)
+    cell = load_cell(cell_name)
+    found = surveyed(path, cell)
     done = None
     if found.damage and is_repair:
-        done = _repaired(path, found, cell_name, jobs, as_json)
+        done = _repaired(path, found, cell, jobs, as_json)
     if done is not None or not found.damage:
         describe(path)
     if as_json:
@@ -58,12 +61,11 @@ def _places(n: int) -> str:
     return "one place" if n == 1 else f"{n} places"
 
 
-def _repaired(path: Path, found: IntegrityReport, cell_name: str, jobs: int | None, as_json: bool) -> Repair:
-    from pickcli.cell.cell_file import load_cell
+def _repaired(path: Path, found: IntegrityReport, cell: Cell, jobs: int | None, as_json: bool) -> Repair:
     from pickcli.precompute.repair import repair
 
     with building(f"repairing {path.name}", path, jobs, as_json) as means:
-        return repair(path, found, load_cell(cell_name), means)
+        return repair(path, found, cell, means)
 
 
 def _summary(path: Path, found: IntegrityReport, done: Repair | None) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:
-    from pickcli.cell.robot import ToolState
+    from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import Planner
@@ -85,6 +85,7 @@ def command(
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)
     if unverified:
+        _refuse_unknown_states(plan, plan_path, scene)
         click.echo(f"note: {plan_path} was not verified: this run is an experiment", err=True)
     else:
         plan = _trusted(plan, plan_path, believed)
@@ -128,16 +129,29 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
     return plan
 
 
+def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
+    """Raise InputError if a segment names a state that the tool of the scene's cell does not have."""
+    from pickcli.errors import InputError
+
+    tool = scene.cell.robot.tool
+    for k, segment in enumerate(plan.segments):
+        if segment.tool_state not in tool.shapes:
+            raise InputError(
+                f"{path}: segments.{k}.pivot: the tool has no state {str(segment.tool_state)!r}, only "
+                f"{', '.join(map(str, tool.shapes))}; plan it anew"
+            )
+
+
 def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
     """Where the robot stands, and its cup; what is not said is as the plan begins."""
-    from pickcli.cell.robot import ToolState
+    from pickcli.cell.tool import MOVING
 
-    first = plan.segments[0].tool_state
-    cup = ToolState.STRAIGHT if first is ToolState.MOVING else first
+    first, tool = plan.segments[0].tool_state, scene.cell.robot.tool
+    at_start = tool.default_state if first == MOVING else first
     if start is None:
-        return plan.trajectory.positions[0], cup
+        return plan.trajectory.positions[0], at_start
     q, tool_state = parse_configuration(scene.cell, start)
-    return q, tool_state if tool_state in scene.cell.robot.tool.pivot_positions else cup
+    return q, tool_state or at_start
 
 
 def _is_away(plan: Plan, q: Array) -> bool:

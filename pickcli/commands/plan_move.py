@@ -44,7 +44,6 @@ def command(
     Example:
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
     """
-    from pickcli.cell.robot import ToolState
     from pickcli.planning.move import plan_move
     from pickcli.planning.pick import Start
 
@@ -54,7 +53,7 @@ def command(
     q, tool_state = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
     planner = load_planner(scene.cell, roadmap, trajectories)
-    begin = Start(q, tool_state or ToolState.STRAIGHT)
+    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     with learning(planner, roadmap, trajectories, learn) as session:
         plan = plan_move(session.planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

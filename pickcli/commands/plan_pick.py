@@ -57,7 +57,6 @@ def command(
     Example:
       apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
     """
-    from pickcli.cell.robot import ToolState
     from pickcli.planning.pick import Start, plan_pick
     from pickcli.planning.pick_settings import Neighbours
 
@@ -66,7 +65,7 @@ def command(
     refuse_held(scene, scene_path)
     q, tool_state = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
-    begin = Start(q, tool_state or ToolState.STRAIGHT)
+    begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn) as session:
         plan = plan_pick(session.planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)

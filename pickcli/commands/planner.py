@@ -15,7 +15,7 @@ from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.cell.robot import ToolState
+    from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import Planner
@@ -135,6 +135,15 @@ def _advice(plan: Plan, cell: Cell) -> str:
     if speed is not None and plan.trajectory.duration > MAX_DURATION:
         return f"the cell's max_tool_speed of {speed:g} m/s makes it so long: raise that"
     return "try another --seed, or look at the plan with --no-verify"
+
+
+def named_state(cell: Cell, text: str | None) -> ToolState:
+    """A state of the cell's tool by its name, the default state for None. Raises UnknownNameError."""
+    tool = cell.robot.tool
+    names = {state.name: state for state in tool.states}
+    if text is not None and text not in names:
+        raise UnknownNameError("state of the tool", text, list(names))
+    return tool.default_state if text is None else names[text]
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:

@@ -38,7 +38,8 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     from pickcli.precompute.refreshing import refresh
     from pickcli.roadmap.store import surveyed
 
-    found, cell = surveyed(path), load_cell(cell_name)
+    cell = load_cell(cell_name)
+    found = surveyed(path, cell)
     with building(f"refreshing {path.name}", path, jobs, as_json) as means:
         done = refresh(path, found, cell, means)
     if as_json:

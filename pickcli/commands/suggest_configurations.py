@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
+from pickcli.commands.planner import named_state
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
@@ -22,8 +23,8 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @click.command("suggest-configurations")
 @cell_option
 @click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
-@click.option("--pivot", "tool_state", type=click.Choice(["straight", "down"]), default="straight",
-              show_default=True, help="How the cup stands when it goes in.")  # fmt: skip
+@click.option("--pivot", "tool_state", metavar="STATE", default=None, show_default="the first of the cell",
+              help="State in which the tool goes in, e.g. straight.")  # fmt: skip
 @click.option(
     "--count", type=click.IntRange(1, 100), default=5, show_default=True, help="Suggestions to show."
 )
@@ -37,7 +38,7 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @seed_option
 @json_option
 def command(
-    cell_name: str, bin_name: str, tool_state: str, count: int, poses: int, candidates: int,
+    cell_name: str, bin_name: str, tool_state: str | None, count: int, poses: int, candidates: int,
     output: Path | None, overwrite: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank configurations in front of a bin by what can be reached from them.
@@ -52,7 +53,6 @@ def command(
     """
     from pickcli.cell.cell_file import load_cell
     from pickcli.cell.configuration_text import configuration_line
-    from pickcli.cell.robot import ToolState
     from pickcli.files.atomic_write import write_text
     from pickcli.reachability.configuration_ranking import ConfigurationRanking
     from pickcli.reachability.ranked_configuration import RankingSettings
@@ -61,7 +61,8 @@ def command(
         refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = RankingSettings(n_kept=candidates, n_poses=poses, seed=seed)
-    suggester = ConfigurationRanking(cell, bin_name, ToolState(tool_state), settings)
+    state = named_state(cell, tool_state)
+    suggester = ConfigurationRanking(cell, bin_name, state, settings)
     with progress("judging configurations") as report:
         found = suggester.suggest(count, report)
     own = cell.configurations.get(bin_name)
@@ -70,7 +71,7 @@ def command(
     if output is not None:
         write_text(output, entry, overwrite)
     if as_json:
-        asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": tool_state, "poses": poses}
+        asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": state.name, "poses": poses}
         written = {"yaml": entry, "output": None if output is None else str(output)}
         emit_json({**asked, "seed": seed, **_summary(now, found), **written})
     else:

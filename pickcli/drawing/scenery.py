@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from pickcli.cell.cell import Cell, NamedConfiguration
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Body
 from pickcli.drawing.picture import Colour, DrawnBox, DrawnLine, DrawnNode
 from pickcli.geometry import Array
@@ -43,8 +42,8 @@ def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
     """The arm at home, or at its first configuration: the origins of its frames, joined."""
     named = list(cell.configurations.values())
     q = next((each.q for each in named if each.kind == "home"), named[0].q)
-    frames = np.asarray(arm.chain(ToolState.STRAIGHT).fk(q))[:, :3, 3]
-    tip = arm.tip(q, ToolState.STRAIGHT)[:3, 3]
+    frames = np.asarray(arm.chain(cell.robot.tool.default_state).fk(q))[:, :3, 3]
+    tip = arm.tip(q, cell.robot.tool.default_state)[:3, 3]
     return DrawnLine(np.vstack([cell.robot.T_world_base[:3, 3], frames, tip]), Colour.ARM, "the arm at home")
 
 
@@ -54,14 +53,14 @@ def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
     return DrawnNode(arm.tip(named.q, named.tool_state)[:3, 3], ink, named.name, named.kind in _MAIN)
 
 
-def tool_path(waypoints: Array, arm: Arm, tool_state: ToolState = ToolState.STRAIGHT) -> Array:
-    """(K, 3) of the tip along a polyline (N, n) in joint space."""
+def tool_path(waypoints: Array, arm: Arm) -> Array:
+    """(K, 3) of the tip along a polyline (N, n) in joint space, the tool in its default state."""
     counts = np.maximum(np.ceil(np.abs(np.diff(waypoints, axis=0)).max(axis=1) / STEP).astype(int), 1)
     pieces = [
         a + (b - a) * (np.arange(n) / n)[:, None]
         for a, b, n in zip(waypoints[:-1], waypoints[1:], counts, strict=True)
     ]
-    return np.asarray(arm.tips(np.vstack([*pieces, waypoints[-1:]]), tool_state)[:, :3, 3])
+    return np.asarray(arm.tips(np.vstack([*pieces, waypoints[-1:]]), arm.robot.tool.default_state)[:, :3, 3])
 
 
 def _corners(T: Array, body: Body) -> Array:

@@ -102,10 +102,13 @@ def _short(value: Any) -> str:
 
 
 def _meaning(model: type[BaseModel], key: Key) -> str:
-    """The field's own description, if it has one; for a number in a list that of the list."""
+    """The field's own description, if it has one; for a value in a list or mapping that of the whole."""
     while key and isinstance(key[-1], int):
         key = key[:-1]
-    field = _fields(model, key[:-1]).get(str(key[-1])) if key else None
+    siblings = _fields(model, key[:-1])
+    if not siblings and len(key) > 1:
+        return _meaning(model, key[:-1])
+    field = siblings.get(str(key[-1])) if key else None
     return field.description if field is not None and field.description else "a value"
 
 

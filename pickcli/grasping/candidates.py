@@ -12,8 +12,8 @@ from math import cos, sin
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool, ToolState
 from pickcli.cell.station import Bin
+from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.grasping.aims import aims
@@ -109,9 +109,14 @@ def _placements(
     """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
     R = T_bin_item[:3, :3] @ T_item_tip[:3, :3]
     along = R[:, 2]  # the cup's axis in the bin frame
-    kind, tool_state, off = _kind(along)
+    kind, axis, off = _kind(along)
+    tool_state = tool.state_with_lance(axis)
     if kind is None:
         return [], None  # faces away from every way in: not a failure, just another side
+    if tool_state is None:
+        return [], Reason(
+            "no state of the tool", f"{item_id}, face {face}", f"points the cup for a {kind} grasp"
+        )
     hold = Hold.of(item, face, inverse(T_item_tip), tool)
     load = hold.at_rest(np.stack([R, DOWN]))  # as it lies, and hanging from the cup
     if load.ratio > most:
@@ -135,14 +140,17 @@ def _placements(
     return grasps, None
 
 
-def _kind(along: Array) -> tuple[str | None, ToolState, float]:
-    """The kind of grasp for a cup's axis (3,) in the bin frame, and how many rad that is off its ideal."""
+def _kind(along: Array) -> tuple[str | None, Array, float]:
+    """The kind of grasp for a cup's axis (3,) in the bin frame, and how many rad that is off its ideal.
+
+    Between the two the direction (3,) in the tool frame of a lance that comes in through the mouth for it.
+    """
     if along[0] >= np.cos(MAX_FRONTAL_TILT):
-        return "frontal", ToolState.STRAIGHT, float(np.arccos(min(1.0, along[0])))
+        return "frontal", IN_LINE, float(np.arccos(min(1.0, along[0])))
     best = max(-along[2], abs(along[1]))
     kind = "top-down" if -along[2] >= abs(along[1]) else "side"
     off = float(np.arccos(min(1.0, best)))
-    return kind if off <= MAX_PIVOTED_TILT else None, ToolState.DOWN, off
+    return kind if off <= MAX_PIVOTED_TILT else None, ACROSS, off
 
 
 def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Tool
+from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import CupPress, Outward
 from pickcli.geometry import Array
 from pickcli.grasping.surfaces import flat_normal, tilt_on

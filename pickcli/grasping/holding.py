@@ -8,7 +8,7 @@ import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool
+from pickcli.cell.tool import Tool
 from pickcli.geometry import Array
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion

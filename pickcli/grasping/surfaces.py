@@ -9,8 +9,8 @@ from math import cos, sin
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool
 from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, pose
 from pickcli.grasping.region import TaskSpaceRegion
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
@@ -44,14 +44,14 @@ def bind_pivot(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tu
     events = []
     for index, (before, after) in enumerate(pairwise([None, *segments, None])):
         # index counts segments: ``after`` is segments[index].
-        is_turn = after is not None and after.tool_state is ToolState.MOVING
-        if not is_turn or (before is not None and before.tool_state is ToolState.MOVING):
+        is_turn = after is not None and after.tool_state == MOVING
+        if not is_turn or (before is not None and before.tool_state == MOVING):
             continue
-        resting = next((s.tool_state for s in segments[index:] if s.tool_state is not ToolState.MOVING), None)
+        resting = next((s.tool_state for s in segments[index:] if s.tool_state != MOVING), None)
         if resting is not None:
             device = device_of(devices, DeviceKind.PIVOT)
             anchor = Anchor(AnchorKind.SEGMENT_START, index, device.lead)
-            events.append(_event(device, resting.value, anchor))
+            events.append(_event(device, resting.name, anchor))
     return tuple(events)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import JointType, Limits, Robot, ToolState
+from pickcli.cell.robot import JointType, Limits, Robot
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Chain
@@ -32,7 +33,7 @@ class Arm:
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._chains = {tool_state: build_chain(robot, tool_state) for tool_state in ToolState}
+        self._chains = {state: build_chain(robot, state) for state in robot.tool.shapes}
         self._T_last_tip = np.ascontiguousarray(robot.tool.T_cup_tip, dtype=np.float64)
         planned = {joint.name: joint for joint in robot.joints if is_planned(robot, joint)}
         self._is_prismatic = np.array([planned[n].type is JointType.PRISMATIC for n in robot.joint_names])
@@ -57,7 +58,7 @@ class Arm:
         return self.robot.limits
 
     def chain(self, tool_state: ToolState) -> Chain:
-        """The kernel's chain in that tool state (MOVING stands where STRAIGHT does)."""
+        """The kernel's chain in that tool state (MOVING stands where the default state does)."""
         return self._chains[tool_state]
 
     def tip(self, q: Array, tool_state: ToolState) -> Array:
@@ -71,7 +72,7 @@ class Arm:
         )
 
     def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
-        """How the tool frame moves in the world, the pivot at rest.
+        """How the tool frame moves in the world, the tool's joint at rest.
 
         Args:
             Q: (N, n) configurations.

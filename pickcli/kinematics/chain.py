@@ -1,12 +1,13 @@
-"""A robot in one tool state as the kernel's chain: the pivot folded in as a fixed joint."""
+"""A robot in one tool state as the kernel's chain: the tool's joint folded in as a fixed one."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Robot, ToolState
+from pickcli.cell.robot import Joint, JointType, Robot, joint_motion
+from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import Array
 from pickcli.kernel import Chain
 
 _KERNEL_TYPE = {
@@ -20,12 +21,13 @@ _KERNEL_TYPE = {
 def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
     """The kernel's chain of ``robot``: frame k is the child link of ``robot.joints[k]``.
 
-    Base pose and pivot position are folded into the joint origins. MOVING stands where STRAIGHT does: its
-    swept shape is a matter of collision, not of kinematics. Raises InputError if the joints are no serial
-    chain that ends in the cup, or if a moving joint is neither planned nor the pivot.
+    The base's pose and the position of the tool's joint are folded into the joint origins. MOVING stands
+    where the tool's default state does: its swept shape is a matter of collision, not of kinematics. Raises
+    InputError if the joints are no serial chain that ends in the cup, or if a moving joint is neither planned
+    nor the tool's.
     """
     _check_serial(robot)
-    origins = [joint.T_parent_joint @ _pivot_turn(robot, joint, tool_state) for joint in robot.joints]
+    origins = [joint.T_parent_joint @ _folded(robot, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     fixed = [not is_planned(robot, joint) for joint in robot.joints]
     types = [2 if f else _KERNEL_TYPE[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
@@ -39,8 +41,8 @@ def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
 
 
 def is_planned(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint moves with the configuration: not if it is fixed, and not the pivot."""
-    return joint.type is not JointType.FIXED and joint.name != robot.tool.pivot_joint
+    """Whether a joint moves with the configuration: not if it is fixed, and not that of the tool."""
+    return joint.type is not JointType.FIXED and joint.name != robot.tool.joint
 
 
 def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
@@ -51,16 +53,10 @@ def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
     return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
 
 
-def pivot_angle(robot: Robot, tool_state: ToolState) -> float:
-    """Position in rad of the pivot joint; MOVING counts from STRAIGHT."""
-    key = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
-    return robot.tool.pivot_positions[key]
-
-
-def _pivot_turn(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
-    if joint.name != robot.tool.pivot_joint:
-        return np.eye(4)
-    return pose(R=rotation_axis_angle(joint.axis, pivot_angle(robot, tool_state)))
+def _folded(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
+    """Pose (4, 4) of a joint's child in the joint frame, if it is the tool's; the others stand at 0."""
+    tool = robot.tool
+    return joint_motion(joint, tool.position(tool_state)) if joint.name == tool.joint else np.eye(4)
 
 
 def _check_serial(robot: Robot) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment

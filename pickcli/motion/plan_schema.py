@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -60,7 +60,7 @@ class _Segment(_Model):
     kind: Annotated[SegmentKind, Field(strict=False)]
     t_start: Time
     t_end: Time
-    pivot: Annotated[ToolState, Field(strict=False)]
+    pivot: Name
     held: Name | None
     touching: Annotated[list[Name], Field(max_length=1000)]
 
@@ -84,7 +84,7 @@ class _Grasp(_Model):
     item: Name
     kind: Name
     face: Name
-    pivot: Annotated[ToolState, Field(strict=False)]
+    pivot: Name
     T_item_tip: Annotated[
         list[Annotated[list[Number], Field(min_length=4, max_length=4)]], Field(min_length=4, max_length=4)
     ]
@@ -261,7 +261,9 @@ def _build(model: _Plan) -> Plan:
 
 
 def _segment(model: _Segment) -> Segment:
-    return Segment(model.kind, model.t_start, model.t_end, model.pivot, model.held, tuple(model.touching))
+    return Segment(
+        model.kind, model.t_start, model.t_end, ToolState(model.pivot), model.held, tuple(model.touching)
+    )
 
 
 def _event(model: _Event) -> Event:
@@ -270,7 +272,9 @@ def _event(model: _Event) -> Event:
 
 def _grasp(model: _Grasp) -> Grasp:
     figures = {name: value for name, value in model if name != "pivot"}
-    return Grasp(**{**figures, "tool_state": model.pivot, "T_item_tip": np.array(model.T_item_tip)})
+    return Grasp(
+        **{**figures, "tool_state": ToolState(model.pivot), "T_item_tip": np.array(model.T_item_tip)}
+    )
 
 
 def _certificate(model: _Certificate) -> Certificate:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 
 
 class SegmentKind(StrEnum):

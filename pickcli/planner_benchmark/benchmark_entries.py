@@ -8,7 +8,8 @@ from functools import cached_property
 from typing import Protocol
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Limits, ToolState
+from pickcli.cell.robot import Limits
+from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError
@@ -64,7 +65,7 @@ class BenchmarkQuery:
     ) -> BenchmarkQuery:
         """Between two named configurations, in the pivot state of both, else while the cup pivots."""
         a, b = (cell.configurations[name] for name in names)
-        tool_state = a.tool_state if a.tool_state is b.tool_state else ToolState.MOVING
+        tool_state = a.tool_state if a.tool_state == b.tool_state else MOVING
         tests = (checker(model, tool_state, payload, reserve) for reserve in (RESERVE, 0.0))
         return cls(cell, (a.q, b.q), *tests)
 

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cartesian.corridor import Corridor
-from pickcli.cell.robot import ToolState
 from pickcli.cell.station import Bin
+from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker, FreeToolChecker
 from pickcli.collision.stage_contacts import CupPress, PickContacts

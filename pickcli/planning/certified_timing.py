@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
@@ -145,7 +145,7 @@ def _timed_once(
         return pieces[part].checker.first_invalid_edge(chords, slack)
 
     # A cell's own limit holds for both places of the cup, whichever it is in.
-    tool_states = [pieces[-1].tool_state] if most is None else [ToolState.STRAIGHT, ToolState.DOWN]
+    tool_states = [pieces[-1].tool_state] if most is None else planner.cell.robot.tool.states
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
         return np.asarray(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
@@ -104,8 +104,8 @@ def _ways_in(
     when they are asked for.
     """
     groups = {
-        tool_state: [f for f in feasible if f.grasp.tool_state is tool_state]
-        for tool_state in (ToolState.STRAIGHT, ToolState.DOWN)
+        tool_state: [f for f in feasible if f.grasp.tool_state == tool_state]
+        for tool_state in query.planner.cell.robot.tool.states
     }
     heads: dict[ToolState, WayIn] = {}
     todo = list(groups)
@@ -131,7 +131,7 @@ def _way_in(
     """The fastest way into one of the grasps with one tool state."""
     planner = query.planner
     # While the cup turns on the way, the volume that it sweeps must be free.
-    shape = tool_state if tool_state is start.tool_state else ToolState.MOVING
+    shape = tool_state if tool_state == start.tool_state else MOVING
     checker = planner.checker(query.scene, shape, reserve=RESERVE)
     goals = np.stack([f.preapproach.waypoints[0] for f in group])
     worth = planner.settings.load_worth

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cartesian.line_following import Line
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind

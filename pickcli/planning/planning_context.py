@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker

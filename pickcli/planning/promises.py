@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.kinematics.arm import Arm

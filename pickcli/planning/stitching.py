@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan

@@ -75,7 +75,7 @@ def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> boo
 def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
     """Repair a file if it was ours and enough of it is left."""
     try:
-        found = surveyed(path)
+        found = surveyed(path, cell)
         return bool(found.damage) and repair(path, found, cell, means).is_same
     except (ArtifactError, InputError):
         return False

@@ -8,7 +8,7 @@ from typing import Any
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodMark, PodStand
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record

@@ -15,7 +15,8 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodMark, PodStand
-from pickcli.cell.robot import Limits, ToolState
+from pickcli.cell.robot import Limits
+from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -73,7 +74,7 @@ class MotionMaker:
 
     def depth(self, key: MotionKey) -> float:
         """How deep in m, at most, the straight line runs in what any displaced pod may leave in its way."""
-        tests = self._planning[PodStand.DISPLACED, ToolState.MOVING, key.payload]
+        tests = self._planning[PodStand.DISPLACED, MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
         lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
@@ -91,8 +92,8 @@ class MotionMaker:
         """
         tool_states = {self.cell.configurations[name].tool_state for name in (key.start, key.goal)}
         if len(tool_states) == 2:
-            return self._in_case(key, (stand, ToolState.MOVING, key.payload), quicker_than)
-        wide = self._in_case(key, (stand, ToolState.MOVING, key.payload), quicker_than, _WORTH)
+            return self._in_case(key, (stand, MOVING, key.payload), quicker_than)
+        wide = self._in_case(key, (stand, MOVING, key.payload), quicker_than, _WORTH)
         if isinstance(wide, CoarseMotion):
             return wide
         return self._in_case(key, (stand, tool_states.pop(), key.payload), quicker_than)

@@ -10,8 +10,8 @@ from typing import TypeAlias
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -65,7 +65,7 @@ def checkers(
         (stand, tool_state, load): SceneChecker(
             model, scenes[stand], tool_state, stand_in(load), margin=margin
         )
-        for stand, tool_state, load in product(PodStand, ToolState, PayloadClass)
+        for stand, tool_state, load in product(PodStand, model.robot.tool.shapes, PayloadClass)
     }
 
 

@@ -19,7 +19,7 @@ def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
 def configurations_digest(cell: Cell) -> str:
     """SHA-256 over the named configurations: bits, tool states and kinds. No fingerprint covers them."""
     named = [
-        [c.name, np.asarray(c.q, "<f8").tobytes().hex(), c.tool_state.value, c.kind]
+        [c.name, np.asarray(c.q, "<f8").tobytes().hex(), c.tool_state.name, c.kind]
         for c in cell.configurations.values()
     ]
     return digest(named)

@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange, change_since
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
@@ -147,9 +147,7 @@ class _Sieve:
     def _edge_holds(self, key: Key, record: Record) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        if stand is PodStand.NOMINAL and self.proof.is_relieved(
-            waypoints, ToolState.MOVING, PayloadClass.EMPTY
-        ):
+        if stand is PodStand.NOMINAL and self.proof.is_relieved(waypoints, MOVING, PayloadClass.EMPTY):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
             return True
@@ -161,11 +159,11 @@ class _Sieve:
         if not all(name in self.cell.configurations for name in key[:2]):
             return None
         tool_states = {self.cell.configurations[name].tool_state for name in key[:2]}
-        return tool_states.pop() if len(tool_states) == 1 else ToolState.MOVING
+        return tool_states.pop() if len(tool_states) == 1 else MOVING
 
     def _has_ends(self, motion: CoarseMotion, tool_state: ToolState) -> bool:
         """Whether a motion leads between the configurations of its names as they are now."""
-        if motion.tool_state not in (tool_state, ToolState.MOVING):
+        if motion.tool_state not in (tool_state, MOVING):
             return False
         ends = [self.cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         return bool(np.array_equal(motion.path.waypoints[[0, -1]], ends))

@@ -22,7 +22,7 @@ from functools import cached_property
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
@@ -71,7 +71,7 @@ class Reproof:
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
         """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
-        case = PodStand.DISPLACED, ToolState.MOVING, payload
+        case = PodStand.DISPLACED, MOVING, payload
         if not self.change.went or self._old[case].is_valid_path(waypoints):
             return False
         return not self.change.came or self._new[case].is_valid_path(waypoints)
@@ -111,4 +111,4 @@ def _case(motion: CoarseMotion) -> Case:
 
 
 def _edge(stand: PodStand) -> Case:
-    return stand, ToolState.MOVING, PayloadClass.EMPTY
+    return stand, MOVING, PayloadClass.EMPTY

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.cell import NamedConfiguration
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build
@@ -66,7 +66,7 @@ class _Builder:
 
     def __post_init__(self) -> None:
         cell = self.recipe.cell
-        self.roadmap = Roadmap.empty(cell.robot.joint_names, ToolState.MOVING)
+        self.roadmap = Roadmap.empty(cell.robot.joint_names, MOVING)
         for named in cell.configurations.values():
             self._add_node(named)
         if self.roadmap.n_nodes == 0:

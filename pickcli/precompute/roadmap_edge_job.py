@@ -10,7 +10,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -111,9 +111,7 @@ class EdgeRecipe:
     def checkers(self) -> dict[PodStand, MotionValidator]:
         """Prove configurations and edges."""
         model = CollisionModel(self.cell)
-        return {
-            stand: checker(model, ToolState.MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand
-        }
+        return {stand: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand}
 
 
 def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
 from pickcli.cell.station import Bin
+from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
@@ -23,17 +23,10 @@ _INSIDE = 0.04  # m behind the mouth where the inside begins, for a pose to be i
 _LEAN = np.radians(30.0)  # most yaw and pitch of the lance in the bin, either way: as grasps are tried
 _DRAWS = 40  # poses drawn for one that the tool can take, at most
 
-# Orientation of the tip, in the bin frame, of a lance that points straight in: flange x down as in Delft's
-# poses; the pivoted cup points down.
-_R_BIN_TIP = {
-    ToolState.STRAIGHT: np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
-    ToolState.DOWN: np.diag([-1.0, 1.0, -1.0]),
-}
-
 
 @dataclass(frozen=True, eq=False)
 class BinPoseSampler:
-    """Poses of the tip around one bin, for the cup straight or down."""
+    """Poses of the tip around one bin, for one state of the tool."""
 
     model: CollisionModel
     cell_bin: Bin
@@ -44,14 +37,24 @@ class BinPoseSampler:
         """(4, 4) with the pod where it nominally stands."""
         return self.model.cell.T_world_pod @ self.cell_bin.T_pod_bin
 
+    @property
+    def _R_bin_tip(self) -> Array:
+        """Orientation (3, 3) of the tip, in the bin frame, of a lance that points straight in.
+
+        The flange's x is down as in Delft's poses; a cup across the lance points down.
+        """
+        return self.model.robot.tool.R_tip_lance(self.tool_state).T
+
     def in_front(self, rng: np.random.Generator, n: int) -> Array:
-        """(n, 4, 4) poses in the world before the mouth, the lance level and straight; the straight cup's
-        flange is turned either way up, for both branches of the wrist.
+        """(n, 4, 4) poses in the world before the mouth, the lance level and straight; the flange of
+        a cup in line with it is turned either way up, for both branches of the wrist.
         """
         low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.mouth_height / 2 - _BESIDE])
         high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.mouth_height / 2 + _BESIDE])
         places = rng.uniform(low, high, (n, 3))
-        is_turned = rng.random(n) < (0.5 if self.tool_state is ToolState.STRAIGHT else 0.0)
+        is_turned = rng.random(n) < (
+            0.5 if self.model.robot.tool.has_lance(self.tool_state, IN_LINE) else 0.0
+        )
         return np.stack(
             [self._pose(p, 0.0, 0.0, np.pi * turn) for p, turn in zip(places, is_turned, strict=True)]
         )
@@ -77,12 +80,12 @@ class BinPoseSampler:
 
     def roll(self, T_world_tip: Array) -> float:
         """rad by which a pose in front of the bin is turned about the cup's axis."""
-        R = (self.T_world_bin[:3, :3] @ _R_BIN_TIP[self.tool_state]).T @ T_world_tip[:3, :3]
+        R = (self.T_world_bin[:3, :3] @ self._R_bin_tip).T @ T_world_tip[:3, :3]
         return float(np.arctan2(R[1, 0], R[0, 0]))
 
     def _pose(self, place: Array, yaw: float, pitch: float, roll: float) -> Array:
         """(4, 4) in the world: the lance turned about the bin's axes, then about itself."""
         T = np.eye(4)
-        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ _R_BIN_TIP[self.tool_state] @ rotation_rpy(0.0, 0.0, roll)
+        T[:3, :3] = rotation_rpy(0.0, pitch, yaw) @ self._R_bin_tip @ rotation_rpy(0.0, 0.0, roll)
         T[:3, 3] = place
         return np.asarray(self.T_world_bin @ T)

@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.cartesian.line_following import Line, follow_line
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.configuration_text import DECIMALS
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError, Reason, UnknownNameError
@@ -139,7 +139,7 @@ class ConfigurationRanking:
     def _waiting(self) -> SceneChecker:
         """Where the arm waits the cup may pivot: roadmap and database pass through."""
         reserve = self.settings.clearance - self.cell.clearance
-        return checker(self._model, ToolState.MOVING, PayloadClass.EMPTY, reserve)
+        return checker(self._model, MOVING, PayloadClass.EMPTY, reserve)
 
     @cached_property
     def _moving_in(self) -> SceneChecker:

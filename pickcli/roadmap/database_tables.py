@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 
@@ -33,11 +33,11 @@ class Roadmap:
     lengths: Array  # (M,), Euclidean length of the polyline (mixed m and rad), the cost
     waypoints: Array  # (W, n)
     offsets: IntArray  # (M + 1,)
-    proven_for: ToolState = ToolState.MOVING  # the state in which every edge was proven when it was made
+    proven_for: ToolState = MOVING  # the state in which every edge was proven when it was made
     marks: tuple[PodMark, ...] = ()  # (M,), for which pods each edge was proven
 
     @classmethod
-    def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = ToolState.MOVING) -> Roadmap:
+    def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = MOVING) -> Roadmap:
         """A roadmap without nodes."""
         n = len(joint_names)
         return cls(
@@ -84,12 +84,10 @@ class Roadmap:
             self,
             configurations=np.vstack([self.configurations, Q]),
             names=(*self.names, *[""] * len(Q)),
-            tool_states=(*self.tool_states, *[ToolState.MOVING] * len(Q)),
+            tool_states=(*self.tool_states, *[MOVING] * len(Q)),
         )
 
-    def with_node(
-        self, q: Array, name: str = "", tool_state: ToolState = ToolState.MOVING
-    ) -> tuple[Roadmap, int]:
+    def with_node(self, q: Array, name: str = "", tool_state: ToolState = MOVING) -> tuple[Roadmap, int]:
         """A roadmap with one more node, and the node's index."""
         enlarged = replace(
             self,

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
 from pickcli.roadmap import validate
 from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.graph import Roadmap
@@ -21,14 +22,23 @@ from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
 from pickcli.storage.integrity_scan import IntegrityReport
 
 
-def check_intact(found: IntegrityReport) -> None:
-    """Raise ValueError, or another of ``SYMPTOMS``, where something makes no sense."""
-    _ = found.fingerprint, found.made
+def check_intact(found: IntegrityReport, cell: Cell | None) -> None:
+    """Raise ValueError, or another of ``SYMPTOMS``, where something makes no sense.
+
+    cell: if the file is of this cell, states of the tool must be the cell's
+    """
+    _ = found.made
+    if cell is not None and cell.fingerprint != found.fingerprint:
+        cell = None
     if found.kind is DATABASE:
         intact_missing(found)
-        validate.database(TrajectoryDatabase.of(found.joint_names, intact_motions(found)), None)
+        motions = intact_motions(found)
+        validate.tool_states({motion.tool_state for motion in motions}, cell)
+        validate.database(TrajectoryDatabase.of(found.joint_names, motions), None)
     else:
-        validate.roadmap(intact_roadmap(found), None)
+        roadmap = intact_roadmap(found)
+        validate.tool_states({*roadmap.tool_states, roadmap.proven_for}, cell)
+        validate.roadmap(roadmap, None)
         for names in ("refused", "missing", "alone"):
             for entry in found.intact[names]:
                 reason_row((), entry.row)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.stored_marks import MARK, mark_columns, marks_of
@@ -89,7 +89,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
 
 def one_state(texts: Iterable[str]) -> ToolState:
     """The state that all edges are proven for. Raises ValueError if there are several."""
-    states = {ToolState(text) for text in texts} or {ToolState.MOVING}
+    states = {ToolState(text) for text in texts} or {MOVING}
     if len(states) != 1:
         raise ValueError("edges are proven for different tool states")
     return states.pop()

@@ -109,15 +109,16 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
     return None
 
 
-def surveyed(path: Path) -> IntegrityReport:
+def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
     """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
 
+    cell: whose states of the tool it may speak of, if it was made for this cell
     Raises like ``scan_integrity``; DamagedError, too, if what is intact makes no sense: then no row can be
     trusted.
     """
     found = scan_integrity(path, FORMATS)
     try:
-        check_intact(found)
+        check_intact(found, cell)
     except SYMPTOMS as error:
         raise DamagedError(
             f"{path}: its checksums are right, but what it holds makes no sense ({cause_of(error)}); "

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory

@@ -5,9 +5,12 @@ Raises ValueError with what does not; the store turns it into a DamagedError.
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE, JointSpace
 from pickcli.roadmap.graph import Roadmap
@@ -19,6 +22,7 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
     n_nodes = roadmap.n_nodes
     _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
     _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.tool_states))
+    tool_states({*roadmap.tool_states, roadmap.proven_for}, cell)
     _same_count("edges", roadmap.n_edges, len(roadmap.lengths), len(roadmap.offsets) - 1, len(roadmap.marks))
     _offsets("offsets", roadmap.offsets, len(roadmap.waypoints), least=2)
     if roadmap.n_edges and not (roadmap.edges.min() >= 0 and roadmap.edges.max() < n_nodes):
@@ -38,6 +42,7 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
     """Shapes, offsets, unique keys, one configuration per name; with ``cell``, the joints."""
     count = len(database)
     _joints(database.joint_names, cell, database.waypoints)
+    tool_states(set(database.tool_states), cell)
     _same_count(
         "motions", count, len(database.tool_states), len(database.durations), len(database.offsets) - 1
     )
@@ -63,6 +68,14 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
         _offsets("point_offsets", points.offsets, len(points.times), least=2)
         _joints(database.joint_names, cell, points.positions, points.velocities, points.accelerations)
         _times(points.times, points.offsets)
+
+
+def tool_states(states: Set[ToolState], cell: Cell | None) -> None:
+    """Raise ValueError for a state that the tool of ``cell`` does not have."""
+    known = states if cell is None else cell.robot.tool.shapes
+    for state in sorted(states):
+        if state not in known:
+            raise ValueError(f"the tool of the cell has no state {state.name!r}")
 
 
 def _joints(names: tuple[str, ...], cell: Cell | None, configurations: Array, *others: Array) -> None:

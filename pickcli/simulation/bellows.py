@@ -14,8 +14,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pickcli.cell.robot import Robot, Tool
+from pickcli.cell.robot import Robot
 from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.cell.tool import Tool
 from pickcli.geometry import Array
 from pickcli.simulation.engine import Engine, Touch
 

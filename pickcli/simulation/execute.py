@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
@@ -97,7 +97,7 @@ def check_start(plan: Plan, world: World) -> None:
     if offsets[worst] > START_TOLERANCE:
         raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
     wanted = plan.segments[0].tool_state
-    if ToolState.MOVING not in (wanted, world.tool_state) and wanted is not world.tool_state:
+    if MOVING not in (wanted, world.tool_state) and wanted != world.tool_state:
         raise InputError(
             f"refusing to start: the cup is {world.tool_state}, the plan begins with it {wanted}"
         )
@@ -291,8 +291,9 @@ class _Run:
         if not self.trace.told:
             return 0.0
         arm = Arm(self.world.robot)
-        told = arm.tips(np.array(self.trace.told), ToolState.STRAIGHT)
-        measured = arm.tips(np.array(self.trace.measured), ToolState.STRAIGHT)
+        state = self.world.robot.tool.default_state
+        told = arm.tips(np.array(self.trace.told), state)
+        measured = arm.tips(np.array(self.trace.measured), state)
         return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import Tool
 from pickcli.geometry import Array, inverse, transform_points
 from pickcli.simulation.bellows import FRICTION, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness

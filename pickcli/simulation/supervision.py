@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import JointType, ToolState
+from pickcli.cell.robot import JointType
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment, SegmentKind
@@ -187,7 +188,7 @@ class Supervisor:
 
     def _tool_state(self) -> ToolState:
         tool_state = self._world.tool_state
-        return ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
+        return self._arm.robot.tool.default_state if tool_state == MOVING else tool_state
 
     def _stop(
         self, cause: StopCause, where: str, measured: float, threshold: float, unit: str

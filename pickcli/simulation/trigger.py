@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
@@ -29,7 +28,7 @@ class TriggerDistance:
         first, last = sorted((where, max(0.0, event.t_trigger)))
         n = max(2, int((last - first) / STEP) + 2)
         path = self._trajectory.sample(np.linspace(first, last, n))
-        tips = self._arm.tips(path, ToolState.STRAIGHT)[:, :3, 3]
+        tips = self._arm.tips(path, self._arm.robot.tool.default_state)[:, :3, 3]
         return float(np.linalg.norm(np.diff(tips, axis=0), axis=1).sum())
 
     def _project(self, q: Array, t_command: float) -> float:

@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import JointType, Robot, ToolState
-from pickcli.errors import UnknownNameError
+from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
@@ -46,7 +47,7 @@ class World:
 
     scene: with the true poses of the items; the noisy ones are the planner's business
     q: configuration (n,) at the start
-    tool_state: state of the tool at the start, STRAIGHT or DOWN
+    tool_state: state of the tool at the start, its default state unless stated
     reality: how this world differs from what the planner believes
     seed: of what is random about it
     """
@@ -55,7 +56,7 @@ class World:
         self,
         scene: Scene,
         q: Array,
-        tool_state: ToolState = ToolState.STRAIGHT,
+        tool_state: ToolState | None = None,
         *,
         reality: Reality = DEFAULT,
         seed: int = 0,
@@ -76,7 +77,7 @@ class World:
         self._positions = {placed.id: placed.T_world_item[:3, 3] for placed in scene.items}
         self._looks_at_rest = {placed.id: 0 for placed in scene.items}
         self._ground = ground_of(scene)
-        self._load_robot(q, tool_state)
+        self._load_robot(q, tool_state or self.robot.tool.default_state)
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
         self.suction = self._build_suction()
@@ -106,22 +107,34 @@ class World:
         tool = self.robot.tool
         self.engine.load_robot(ROBOT, urdf_with_solid_cup(self.robot), self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
-        self._indices = [indices[name] for name in (*self.robot.joint_names, tool.pivot_joint)]
         names, forces = self.robot.joint_names, self.robot.motor_forces
-        self._pivot_force = forces.get(tool.pivot_joint, PIVOT_FORCE)
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        angle = tool.pivot_positions[tool_state]
-        device = next(d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT)
-        turn = abs(tool.pivot_positions[ToolState.DOWN] - tool.pivot_positions[ToolState.STRAIGHT])
-        self._swing = Swing(angle, angle, turn / device.lead)
-        start = np.array([*q, angle])
+        self._swing: Swing | None = None
+        tool_joints: list[str] = []
+        start = np.array(q, dtype=float)
+        if tool.joint is not None:
+            self._swing = self._tool_actuator(tool.position(tool_state))
+            tool_joints, start = [tool.joint], np.array([*q, self._swing.position])
+        self._tool_forces = [forces.get(name, PIVOT_FORCE) for name in tool_joints]
+        self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
         self._command = np.array(q, dtype=float)
         self._measured = start
         self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
+
+    def _tool_actuator(self, position: float) -> Swing:
+        """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
+        device = next((d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT), None)
+        if device is None:
+            raise InputError(
+                f"cell {self.scene.cell.name}: no device of kind pivot moves {self.robot.tool.joint}; "
+                "add one under `devices` in its cell.yaml"
+            )
+        least, most = self.robot.tool.range
+        return Swing(position, position, (most - least) / device.lead)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
@@ -161,8 +174,8 @@ class World:
             self.suction.vacuum.switch_pump(action == "on")
         elif kind is DeviceKind.VALVE:
             self.suction.vacuum.switch_valve(action == "on")
-        else:
-            self._swing.target = self.robot.tool.pivot_positions[ToolState(action)]
+        elif self._swing is not None:
+            self._swing.target = self.robot.tool.position(ToolState(action))
         return None
 
     def step(self) -> None:
@@ -180,15 +193,13 @@ class World:
         self.suction.after_step(self.t)
 
     def _drive(self) -> None:
-        """Set the motors for the next step: the planned joints by their loops, the pivot by its own."""
-        swing = self._swing.advance(self.time_step) - self._measured[-1]
+        """Set the motors for the next step: the planned joints by their loops, the tool's by its own."""
         velocities = self._drives.velocities(self._command, self.q, self.torques)
-        self.engine.drive(
-            ROBOT,
-            self._indices,
-            np.append(velocities, swing / max(self.servo.lag, self.time_step)),
-            np.append(self._drives.forces, self._pivot_force),
-        )
+        if self._swing is not None:
+            swing = self._swing.advance(self.time_step) - self._measured[-1]
+            velocities = np.append(velocities, swing / max(self.servo.lag, self.time_step))
+        forces = np.append(self._drives.forces, self._tool_forces)
+        self.engine.drive(ROBOT, self._indices, velocities, forces)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
         """Stand still at the last command for a time in s."""
@@ -247,33 +258,34 @@ class World:
     @property
     def q(self) -> Array:
         """Measured configuration (n,)."""
-        return self._measured[:-1]
+        return self._measured[: self.robot.n_joints]
 
     @property
     def joints(self) -> Array:
-        """Measured configuration with the pivot's position behind it (n + 1,)."""
+        """Measured configuration, with the position of the tool's joint behind it if it has one (m,)."""
         return self._measured
 
     def inverse_dynamics(self, joints: Array, dq: Array, ddq: Array) -> Array:
-        """Motor torques (n + 1,) that a motion of all joints needs by the robot's model, empty-handed."""
+        """Motor torques (m,) that a motion of all joints needs by the robot's model, empty-handed."""
         return self.engine.inverse_dynamics(ROBOT, joints, dq, ddq)
 
     @property
     def torques(self) -> Array:
         """What the motors of the planned joints exerted in the last step (n,), N or Nm."""
-        return self._torques[:-1]
+        return self._torques[: self.robot.n_joints]
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the pivoting cup as it stands."""
-        for state, angle in self.robot.tool.pivot_positions.items():
-            if abs(angle - self._measured[-1]) < PIVOT_TOLERANCE:
-                return state
-        return ToolState.MOVING
+        """State of the tool as it stands."""
+        tool = self.robot.tool
+        if tool.joint is None:
+            return tool.default_state
+        resting = (s for s in tool.states if abs(tool.position(s) - self._measured[-1]) < PIVOT_TOLERANCE)
+        return next(resting, MOVING)
 
     @property
     def tip(self) -> Array:
-        """``T_world_tip`` (4, 4), measured, with the pivot where it really is."""
+        """``T_world_tip`` (4, 4), measured, with the tool's joint where it really is."""
         if self._tip is None:
             tool = self.robot.tool
             self._tip = self.engine.pose(ROBOT, tool.cup_link) @ tool.T_cup_tip

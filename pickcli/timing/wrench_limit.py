@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import HeldBody

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
@@ -101,9 +101,7 @@ class _Recovery:
         arena, robot, stopped = self.player.crew.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
-        tool_state = (
-            stopped.plan.grasp.tool_state if arena.tool_state is ToolState.MOVING else arena.tool_state
-        )
+        tool_state = stopped.plan.grasp.tool_state if arena.tool_state == MOVING else arena.tool_state
         T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
         T_world_hanging = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
         off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])

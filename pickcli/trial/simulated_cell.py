@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel

@@ -26,7 +26,7 @@ from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.supports import supports_of
 from pickcli.verification.contact_exemptions import ends_at_rest
 from pickcli.verification.exemptions import Exemptions
-from pickcli.verification.forward_kinematics import T_lance_cup, pivot_angle
+from pickcli.verification.forward_kinematics import T_lance_cup, cup_position
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import Standing
@@ -122,7 +122,7 @@ class _Pair:
     def _pressed_in(self) -> Part:
         """The cup with the whole stroke of its bellows pressed in."""
         robot = self.scene.cell.robot
-        T_lance_tip = T_lance_cup(robot, pivot_angle(robot, self.segment.tool_state)) @ robot.tool.T_cup_tip
+        T_lance_tip = T_lance_cup(robot, cup_position(robot, self.segment.tool_state)) @ robot.tool.T_cup_tip
         back = pose(-robot.tool.cup_stroke * T_lance_tip[:3, 2])
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
@@ -187,14 +187,14 @@ def _tool_state(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Segments say what the cup does; commands must make it so, at rest in the hand."""
     find = _finder(plan, scene)
     moves = sorted(
-        (e.t_trigger, e.t_anchor, ToolState(e.action))
-        for action in (ToolState.STRAIGHT, ToolState.DOWN)
-        for e in find(DeviceKind.PIVOT, action)
+        (e.t_trigger, e.t_anchor, state)
+        for state in scene.cell.robot.tool.states
+        for e in find(DeviceKind.PIVOT, state.name)
         if e.t_trigger is not None and e.t_anchor is not None
     )
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
-        if segment.tool_state is ToolState.MOVING:
+        if segment.tool_state == MOVING:
             if segment.held is not None:
                 yield Reason("pivots while holding", where, "the load on the cup would not be known")
             continue
@@ -211,12 +211,12 @@ def _still(segment: Segment, moves: Sequence[tuple[float, float, ToolState]], wh
 
 def _changes(plan: Plan, moves: Sequence[tuple[float, float, ToolState]]) -> Iterator[Reason]:
     """Every resting state is the one that the last command before it leads to, or the one at the start."""
-    resting = [(k, s) for k, s in enumerate(plan.segments) if s.tool_state is not ToolState.MOVING]
+    resting = [(k, s) for k, s in enumerate(plan.segments) if s.tool_state != MOVING]
     for k, segment in resting:
         done = [m[2] for m in moves if m[1] <= segment.t_start + TIME_TOLERANCE]
         first, at_start = resting[0]
         known = done[-1] if done else (at_start.tool_state if first == 0 else None)
-        if known is not segment.tool_state:
+        if known != segment.tool_state:
             said = f"the commands leave it {known}" if known else "no command says to where it moves before"
             yield Reason(
                 "wrong pivot", f"segment {k} ({segment.kind})", f"stated {segment.tool_state}, {said}"

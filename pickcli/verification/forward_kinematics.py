@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import Joint, JointType, Robot, ToolState
+from pickcli.cell.robot import Joint, JointType, Robot
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
 
 
 def link_poses(robot: Robot, Q: Array) -> Array:
     """Poses in the world (L, N, 4, 4) of the robot's links at configurations Q (N, n).
 
-    The links stand in the order of ``robot.links``. The pivot joint stands at 0: what hangs on it is
+    The links stand in the order of ``robot.links``. The tool's joint stands at 0: what hangs on it is
     posed by ``T_lance_cup``.
     """
     poses = [np.broadcast_to(robot.T_world_base, (len(Q), 4, 4))]
@@ -39,27 +40,33 @@ def _motion(robot: Robot, joint: Joint, Q: Array) -> Array:
     return T
 
 
-def pivot_index(robot: Robot) -> int:
-    """Index in ``robot.joints`` of the joint that pivots the cup; also that of the link it hangs on."""
-    return next(i for i, joint in enumerate(robot.joints) if joint.name == robot.tool.pivot_joint)
+def cup_joint_index(robot: Robot) -> int:
+    """Index in ``robot.joints`` of the joint that the cup hangs on; also that of the link before the cup."""
+    return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.cup_link)
 
 
-def T_lance_cup(robot: Robot, angle: float) -> Array:
-    """Pose (4, 4) of the cup link in the link it hangs on, pivoted by ``angle`` rad."""
-    joint = robot.joints[pivot_index(robot)]
-    return joint.T_parent_joint @ pose(R=rotation_axis_angle(joint.axis, angle))
+def T_lance_cup(robot: Robot, position: float) -> Array:
+    """Pose (4, 4) of the cup link in the link it hangs on, its joint at ``position`` rad (prismatic: m)."""
+    joint = robot.joints[cup_joint_index(robot)]
+    if joint.name != robot.tool.joint:
+        return joint.T_parent_joint
+    if joint.type is JointType.PRISMATIC:
+        return joint.T_parent_joint @ pose(position * joint.axis)
+    return joint.T_parent_joint @ pose(R=rotation_axis_angle(joint.axis, position))
 
 
-def pivot_angle(robot: Robot, tool_state: ToolState) -> float:
-    """Position of the pivot joint in rad; where it moves, that of the straight cup."""
-    resting = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
-    return robot.tool.pivot_positions[resting]
+def cup_position(robot: Robot, tool_state: ToolState) -> float:
+    """Position of the tool's joint in rad or m; on the way between two states, that of the first state."""
+    positions = robot.tool.positions
+    return next(iter(positions.values())) if tool_state == MOVING else positions[tool_state]
 
 
 def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
     """Poses in the world (N, 4, 4) of the tool frame, from ``link_poses`` (L, N, 4, 4)."""
     return np.asarray(
-        links[pivot_index(robot)] @ T_lance_cup(robot, pivot_angle(robot, tool_state)) @ robot.tool.T_cup_tip
+        links[cup_joint_index(robot)]
+        @ T_lance_cup(robot, cup_position(robot, tool_state))
+        @ robot.tool.T_cup_tip
     )
 
 

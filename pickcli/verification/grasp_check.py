@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import Tool, ToolState
 from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.tool import MOVING, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, rotation_angle
 from pickcli.motion.plan import Grasp, Plan
@@ -29,13 +29,13 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
         return ()
     grasp, item = plan.grasp, scene.item(plan.grasp.item)
     reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
-    if grasp.tool_state is ToolState.MOVING:
+    if grasp.tool_state == MOVING:
         reasons.append(
             Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
         )
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
-            if segment.tool_state is not grasp.tool_state:
+            if segment.tool_state != grasp.tool_state:
                 reasons.append(
                     Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.tool_state}")
                 )

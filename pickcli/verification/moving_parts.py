@@ -6,25 +6,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.robot import Robot, ToolState
+from pickcli.cell.robot import JointType, Robot
 from pickcli.cell.shapes import Body, Shape
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.scene.scene import Scene
 from pickcli.verification.fcl_solids import Balls, Solid, cover
-from pickcli.verification.forward_kinematics import T_lance_cup, pivot_angle, pivot_index, reaches
+from pickcli.verification.forward_kinematics import T_lance_cup, cup_joint_index, cup_position, reaches
 
-SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the pivoting cup
+SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
     """One solid of the robot, or the held item.
 
-    The cup and what it holds are posed in the link that carries the pivot, at the angle they stand at;
-    while the cup pivots there is one part for each of many angles. ``slack``: how far outside of its shape
-    any point of the part may be, for the angles in between, and for what the pose of a held item may be off.
+    The cup and what it holds are posed in the link before the cup, at the position they stand at; while
+    the cup moves there is one part for each of many positions. ``slack``: how far outside of its shape any
+    point of the part may be, for the positions in between and for what the pose of a held item may be off.
     """
 
     name: str  # link name, or id of the held item
@@ -70,7 +71,7 @@ def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
 def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
     """Everything that the arm moves in a segment. T_tip_item: (4, 4) of the item where one is held."""
     robot = scene.cell.robot
-    cup = pivot_index(robot) + 1
+    cup = cup_joint_index(robot) + 1
     found = [
         _part(robot, link.name, i, body.T_parent_shape, body.shape)
         for i, link in enumerate(robot.links)
@@ -78,10 +79,12 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         for body in link.shapes
     ]
     for body in robot.links[cup].shapes:
-        found += _pivoted(robot, segment.tool_state, body)
+        found += _in_states(robot, segment.tool_state, body)
     if segment.held is not None and T_tip_item is not None:
         bound = scene.noise.bound(scene.item(segment.held))
-        found += _pivoted(robot, segment.tool_state, held_body(scene, segment.held, T_tip_item), bound, True)
+        found += _in_states(
+            robot, segment.tool_state, held_body(scene, segment.held, T_tip_item), bound, True
+        )
     return tuple(found)
 
 
@@ -105,32 +108,32 @@ def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
     return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
 
 
-def _pivoted(
+def _in_states(
     robot: Robot, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
-    """A body in the cup link as parts of the link before it: one, or many where the cup pivots."""
-    lance = pivot_index(robot)
+    """A body in the cup link as parts of the link before it: one, or many where the cup moves."""
+    lance = cup_joint_index(robot)
     name = body.name if is_held else robot.links[lance + 1].name
-    angles = [pivot_angle(robot, tool_state)]
-    if tool_state is ToolState.MOVING:
-        positions = robot.tool.pivot_positions
-        way = abs(positions[ToolState.DOWN] - positions[ToolState.STRAIGHT])
+    positions = [cup_position(robot, tool_state)]
+    least, most = min(robot.tool.positions.values()), max(robot.tool.positions.values())
+    if tool_state == MOVING and most > least:
         radius = _radius(body.T_parent_shape, body.shape)
-        n = int(np.ceil(way * radius / SWEEP_STEP)) + 1
-        angles = list(np.linspace(positions[ToolState.STRAIGHT], positions[ToolState.DOWN], n))
-        slack += way / (n - 1) * (radius + slack) / 2
+        lever = 1.0 if robot.joints[lance].type is JointType.PRISMATIC else radius  # m per rad or m
+        n = int(np.ceil((most - least) * lever / SWEEP_STEP)) + 1
+        positions = list(np.linspace(least, most, n))
+        slack += (most - least) / (n - 1) * (lever + (slack if lever is radius else 0.0)) / 2
     return [
         _part(
             robot,
             name,
             lance,
-            T_lance_cup(robot, angle) @ body.T_parent_shape,
+            T_lance_cup(robot, position) @ body.T_parent_shape,
             body.shape,
             slack,
             not is_held,
             is_held,
         )
-        for angle in angles
+        for position in positions
     ]
 
 

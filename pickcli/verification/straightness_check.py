@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from pickcli.cell.robot import Robot, ToolState
+from pickcli.cell.robot import Robot
+from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.motion.plan import Plan

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.geometry import is_pose
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Plan
@@ -22,7 +23,8 @@ def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """Everything that the other checks take for granted; they run only when this finds nothing."""
     reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
-        reasons = [*_segments(plan), *_names(plan, scene), *_beginning(plan, scene), *_holding(plan)]
+        names = [*_names(plan, scene), *_tool_states(plan, scene)]
+        reasons = [*_segments(plan), *names, *_beginning(plan, scene), *_holding(plan)]
     return tuple(reasons)
 
 
@@ -108,6 +110,18 @@ def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         if segment.held is not None and (plan.grasp is None or segment.held != plan.grasp.item):
             yield Reason("wrong held item", where, f"{segment.held}, not the item of the grasp")
+
+
+def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
+    """States of the tool that segments and grasp speak of must be the cell's."""
+    stated = [
+        (f"segment {k} ({segment.kind})", segment.tool_state) for k, segment in enumerate(plan.segments)
+    ]
+    if plan.grasp is not None:
+        stated.append(("grasp", plan.grasp.tool_state))
+    for where, state in stated:
+        if state != MOVING and state not in scene.cell.robot.tool.positions:
+            yield Reason("unknown tool state", where, f"the tool of the cell has no state {str(state)!r}")
 
 
 def _beginning(plan: Plan, scene: Scene) -> Iterator[Reason]:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.verification.straightness_check import SPEED_TOLERANCE, fastest_tip
 
 
 def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
-    """The tip is nowhere faster than ``max_tool_speed``, whether the cup is straight or turned down."""
+    """The tip is nowhere faster than ``max_tool_speed``, in whichever of its states the tool is."""
     limit = cell.max_tool_speed
     if limit is None:
         return
@@ -20,10 +19,7 @@ def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
         if segment.t_end <= segment.t_start:
             continue
         span = segment.t_start, segment.t_end
-        speed = max(
-            fastest_tip(plan, cell.robot, tool_state, *span)
-            for tool_state in (ToolState.STRAIGHT, ToolState.DOWN)
-        )
+        speed = max(fastest_tip(plan, cell.robot, tool_state, *span) for tool_state in cell.robot.tool.states)
         if not speed <= limit * (1.0 + SPEED_TOLERANCE):
             where = f"segment {k} ({segment.kind})"
             yield Reason("tool speed", where, f"{speed:.4f} m/s, the cell allows {limit}")

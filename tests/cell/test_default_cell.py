@@ -10,8 +10,9 @@ from numpy.testing import assert_allclose
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import Link, ToolState
+from pickcli.cell.robot import Link
 from pickcli.cell.shapes import ShapeKind
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from support import arm_table
 
@@ -52,7 +53,7 @@ def test_home_holds_the_lance_level_at_the_stated_place(cell: Cell) -> None:
 @pytest.mark.parametrize("letter", BINS)
 def test_bin_poses_point_into_their_bin_and_the_pivoted_cup_down(cell: Cell, letter: str) -> None:
     named = cell.configurations[f"bin_{letter}"]
-    assert (named.kind, named.tool_state) == ("bin", ToolState.STRAIGHT)
+    assert (named.kind, named.tool_state) == ("bin", ToolState("straight"))
     T = arm_table.chain_tip(cell.robot, named.q, STRAIGHT)
     mouth = cell.pod.bins[f"bin_{letter}"].T_pod_bin[:3, 3]
     assert_allclose(T[0, 3], -0.30, atol=0.01)
@@ -80,7 +81,7 @@ def test_yardstick_poses_stand_over_the_tote_pointing_down(cell: Cell) -> None:
 def test_drop_poses_span_the_tote_under_the_drop_limit(cell: Cell) -> None:
     centres = []
     for named in (c for c in cell.configurations.values() if c.kind == "drop"):
-        T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.pivot_positions[named.tool_state])
+        T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.positions[named.tool_state])
         p = T[:3, 3] - cell.tote.T_world_tote[:3, 3]
         assert p[2] == pytest.approx(0.24, abs=1e-3)
         assert T[2, 2] < -0.86
@@ -116,7 +117,7 @@ def test_the_chain_is_one_moving_joint_per_planned_name_and_the_pivot(cell: Cell
     robot = cell.robot
     assert [j.child for j in robot.joints] == [link.name for link in robot.links[1:]]
     moving = [j.name for j in robot.joints if j.type != "fixed"]
-    assert moving == [*robot.joint_names, robot.tool.pivot_joint]
+    assert moving == [*robot.joint_names, robot.tool.joint]
     assert set(robot.motor_forces) == set(moving)
 
 

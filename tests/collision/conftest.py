@@ -7,13 +7,14 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from support.solid_helpers import MakeChecker, MakeScene
+from support.tool_states import STRAIGHT
 
 
 @pytest.fixture(scope="session")
@@ -33,7 +34,7 @@ def arm(cell: Cell) -> Arm:
 
 @pytest.fixture(scope="session")
 def T_home_tip(arm: Arm, home: Array) -> Array:
-    return arm.tip(home, ToolState.STRAIGHT)
+    return arm.tip(home, STRAIGHT)
 
 
 @pytest.fixture(scope="session")
@@ -53,9 +54,7 @@ def make_scene(cell: Cell) -> MakeScene:
 def make_checker(model: CollisionModel, make_scene: MakeScene) -> MakeChecker:
     """make_checker(scene=..., pivot=..., **options) with an empty scene and a straight cup by default."""
 
-    def make(
-        scene: Scene | None = None, tool_state: ToolState = ToolState.STRAIGHT, **options: object
-    ) -> SceneChecker:
+    def make(scene: Scene | None = None, tool_state: ToolState = STRAIGHT, **options: object) -> SceneChecker:
         return SceneChecker(model, scene or make_scene(), tool_state, **options)  # type: ignore[arg-type]
 
     return make

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -19,6 +18,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from support.solid_helpers import MakeChecker, MakeScene, box_item
+from support.tool_states import ALL_STATES
 
 SIDE = 0.08
 CUBE = box_item((SIDE, SIDE, SIDE))
@@ -149,7 +149,7 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
 
 def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
-    for tool_state in ToolState:
+    for tool_state in ALL_STATES:
         assert make_checker(tool_state=tool_state, contacts=floor).is_valid(home) == make_checker(
             tool_state=tool_state
         ).is_valid(home)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import AllowedPair, Cell
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import MOVING
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
@@ -20,15 +20,15 @@ from pickcli.geometry import Array, inverse, pose, transform_points
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PoseNoise
 from support.solid_helpers import MakeChecker, MakeScene, box_item, link_points
+from support.tool_states import ALL_STATES, DOWN, STRAIGHT
 
-STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 DELFT_HOME = np.array([0.2191, 0, -1.0945, 0, -1.7267, 0, -0.9443, 0])
 CUBE = box_item((0.1, 0.1, 0.1))
 
 
 def test_named_configurations_are_free(cell: Cell, make_checker: MakeChecker) -> None:
     """Delft's own poses, but for three over the tote that put our longer tool into its wall."""
-    checkers = {tool_state: make_checker(tool_state=tool_state) for tool_state in ToolState}
+    checkers = {tool_state: make_checker(tool_state=tool_state) for tool_state in ALL_STATES}
     blocked = {c.name for c in cell.configurations.values() if not checkers[c.tool_state].is_valid(c.q)}
     assert blocked == {"tote_10h", "tote_11h", "tote_12h"}
     assert checkers[STRAIGHT].is_valid(DELFT_HOME)

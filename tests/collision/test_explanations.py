@@ -7,18 +7,18 @@ import re
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.collision.motion_validator import Contact
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from support.solid_helpers import MakeChecker, MakeScene, box_item
+from support.tool_states import STRAIGHT
 
 
 def test_configuration_in_collision(
     cell: Cell, make_scene: MakeScene, make_checker: MakeChecker, home: Array
 ) -> None:
     """A block that the lance enters by 20 mm: the depth is right to within the spheres' excess."""
-    tip = Arm(cell.robot).tip(home, ToolState.STRAIGHT)
+    tip = Arm(cell.robot).tip(home, STRAIGHT)
     scene = make_scene((box_item((0.1, 0.1, 0.1)), tip @ pose((0.0125 + 0.05 - 0.02, 0, -0.2))))
     reason = make_checker(scene).explain(home)
     assert reason.what == "collision"
@@ -29,7 +29,7 @@ def test_configuration_in_collision(
 def test_too_close_is_told_apart(
     cell: Cell, make_scene: MakeScene, make_checker: MakeChecker, home: Array
 ) -> None:
-    tip = Arm(cell.robot).tip(home, ToolState.STRAIGHT)
+    tip = Arm(cell.robot).tip(home, STRAIGHT)
     scene = make_scene((box_item((0.1, 0.1, 0.1)), tip @ pose((0, 0, 0.05 + 0.003))))
     reason = make_checker(scene).explain(home)
     assert reason.what == "too close"

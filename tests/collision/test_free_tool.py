@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from support.solid_helpers import MakeChecker, MakeScene
+from support.tool_states import DOWN, STRAIGHT
 
 TOOL = ("lance", "cup")
 
@@ -22,7 +23,7 @@ def arm(cell: Cell) -> Arm:
     return Arm(cell.robot)
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_its_clearance_is_that_of_the_arms_lance_and_cup(
     cell: Cell, model: CollisionModel, arm: Arm, make_scene: MakeScene, make_checker: MakeChecker,
     tool_state: ToolState,
@@ -56,7 +57,7 @@ FRONTAL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # tool
 def test_a_push_into_the_bin_is_free_and_one_through_its_back_is_not(
     cell: Cell, model: CollisionModel, make_scene: MakeScene
 ) -> None:
-    tool = FreeToolChecker(model, make_scene(), ToolState.STRAIGHT, np.eye(3))
+    tool = FreeToolChecker(model, make_scene(), STRAIGHT, np.eye(3))
     places = [in_front_of(cell, "bin_E", x, FRONTAL) for x in (-0.1, 0.2, 0.6)]
     assert tool.is_valid_path(tool.displacements(np.stack(places[:2])))
     assert tool.first_invalid_edge(tool.displacements(np.stack(places))) == 1
@@ -69,7 +70,7 @@ def test_it_does_not_spin_on_a_straight_line_however_it_is_rolled(
     cell: Cell, model: CollisionModel, make_scene: MakeScene, roll: float
 ) -> None:
     """A pivoted cup that swung round on its way would meet the bin's boards."""
-    tool = FreeToolChecker(model, make_scene(), ToolState.DOWN, np.eye(3))
+    tool = FreeToolChecker(model, make_scene(), DOWN, np.eye(3))
     level = np.diag([-1.0, 1.0, -1.0])  # lance towards the mouth, cup down
     turn = pose(rpy=[roll, 0.0, 0.0])[:3, :3]
     a, b = (in_front_of(cell, "bin_B", x, turn @ level) for x in (0.0, 0.25))
@@ -84,14 +85,12 @@ def test_only_the_cup_may_touch_what_it_is_allowed_to(
     item = cell.item("crayola_24_ct")
     T = in_front_of(cell, "bin_E", 0.2, np.eye(3))
     scene = make_scene((item, T))
-    touching = FreeToolChecker(model, scene, ToolState.STRAIGHT, np.eye(3), AllowedContacts.anyhow({"item0"}))
+    touching = FreeToolChecker(model, scene, STRAIGHT, np.eye(3), AllowedContacts.anyhow({"item0"}))
     short, deep = (
         in_front_of(cell, "bin_E", 0.2 - item.shape.size[0] / 2 + d, FRONTAL) for d in (0.005, 0.05)
     )
     Q = touching.displacements(np.stack([short, deep]))
     assert touching.are_valid(Q).tolist() == [True, False]
     assert touching.clearance(Q[1]).a == "lance"
-    gone = FreeToolChecker(
-        model, scene, ToolState.STRAIGHT, np.eye(3), AllowedContacts(absent=frozenset({"item0"}))
-    )
+    gone = FreeToolChecker(model, scene, STRAIGHT, np.eye(3), AllowedContacts(absent=frozenset({"item0"})))
     assert gone.is_valid(Q[1])

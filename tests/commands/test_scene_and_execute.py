@@ -12,7 +12,6 @@ from click.testing import CliRunner
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import displaced
-from pickcli.cell.robot import ToolState
 from pickcli.commands.execute import command as execute_command
 from pickcli.commands.inspect import command as inspect_command
 from pickcli.commands.make_scene import command as make_scene_command
@@ -27,6 +26,7 @@ from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import read_scene, scene_hash, write_scene
 from pickcli.verification.verify import certify
 from support.command_line import apc, pick, refused
+from support.tool_states import STRAIGHT
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def rail_move(cell: Cell, distance: float = 0.1) -> Plan:
     positions = np.array([home, home + distance * (np.arange(8) == 0)])
     still = np.zeros_like(positions)
     trajectory = Trajectory(cell.robot.joint_names, np.array([0.0, 0.8]), positions, still, still)
-    segment = Segment(SegmentKind.TRANSIT, 0.0, 0.8, ToolState.STRAIGHT, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 0.8, STRAIGHT, None)
     return Plan("move", cell.fingerprint, "", 0, (segment,), trajectory, ())
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import PodMark
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -43,7 +43,7 @@ def _motions(missing: Any = (), made: Any = MADE, **changes: Any) -> FileContent
     names, Q = _ends()
     timed = Trajectory(names, np.array([0.0, 2.0]), Q, np.zeros_like(Q), np.zeros_like(Q))
     key = MotionKey("home", "bin_A", PayloadClass.EMPTY)
-    motion = CoarseMotion(key, ToolState.MOVING, JointPath(names, Q), 2.0, timed)
+    motion = CoarseMotion(key, MOVING, JointPath(names, Q), 2.0, timed)
     database = replace(TrajectoryDatabase.of(names, [motion]), **changes)
     return database_content(database, load_cell("apc2016_delft").fingerprint, made, missing)
 
@@ -63,14 +63,14 @@ def _with(content: FileContent, piece: str, change: Callable[[Array], Array]) ->
 
 SENSELESS: dict[str, tuple[Callable[[], FileContent], str]] = {
     "payload": (lambda: _motions(keys=(BOULDER,)), "'boulder' is not a valid PayloadClass"),
-    "pivot": (lambda: _motions(tool_states=SIDEWAYS[:1]), "'sideways' is not a valid ToolState"),
+    "pivot": (lambda: _motions(tool_states=SIDEWAYS[:1]), "the tool of the cell has no state 'sideways'"),
     "stand": (lambda: _motions(marks=ELSEWHERE), "'elsewhere' is not a valid PodStand"),
     "missing": (lambda: _motions([(BOULDER, Reason("no path"))]), "'boulder' is not a valid PayloadClass"),
     "columns": (lambda: _with(_motions(), "points", lambda p: p[:, :-1]), "timed points of 24 columns"),
     "duration": (lambda: _motions(durations=np.array([-1.0])), "a duration is not positive"),
     "no polyline": (lambda: _with(_motions(), "waypoints", lambda w: w[:0]), "do not divide the rows"),
     "made": (lambda: _motions(made=[["by", {}]]), "made is no JSON object"),
-    "node pivot": (lambda: _edges(tool_states=SIDEWAYS), "'sideways' is not a valid ToolState"),
+    "node pivot": (lambda: _edges(tool_states=SIDEWAYS), "the tool of the cell has no state 'sideways'"),
     "edge stand": (lambda: _edges(marks=ELSEWHERE), "'elsewhere' is not a valid PodStand"),
     "index": (lambda: _edges(edges=np.array([[0, 7]])), "an edge leads to a node that is not there"),
     "not finite": (lambda: _with(_edges(), "waypoints", lambda w: np.nan * w), "not one finite number"),

@@ -13,7 +13,7 @@ from PIL import Image
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import ANY_POD
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.drawing.draw import cell_of, draw
 from pickcli.drawing.html import html_bytes
 from pickcli.drawing.picture import Colour, Picture
@@ -28,6 +28,7 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.store import write_database, write_roadmap
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
+from support.tool_states import STRAIGHT
 
 NAMES = ("home", "bin_A", "bin_B", "cam_A", "tote")
 MISSING = ((MotionKey("bin_A", "tote", PayloadClass.EMPTY), Reason("no path")),)
@@ -59,7 +60,7 @@ def _motion(cell: Cell, start: str, goal: str) -> CoarseMotion:
     names, Q = cell.robot.joint_names, np.stack([cell.configurations[name].q for name in (start, goal)])
     timed = Trajectory(names, np.array([0.0, 2.0]), Q, np.zeros_like(Q), np.zeros_like(Q))
     key = MotionKey(start, goal, PayloadClass.EMPTY)
-    return CoarseMotion(key, ToolState.MOVING, JointPath(names, Q), 2.0, timed, 1.6)
+    return CoarseMotion(key, MOVING, JointPath(names, Q), 2.0, timed, 1.6)
 
 
 def _drawn(cell: Cell) -> tuple[Picture, Picture]:
@@ -71,7 +72,7 @@ def _drawn(cell: Cell) -> tuple[Picture, Picture]:
 def test_an_edge_is_drawn_where_the_tip_goes(cell: Cell) -> None:
     arm, Q = Arm(cell.robot), np.stack([cell.configurations[name].q for name in ("home", "bin_A", "tote")])
     points = tool_path(Q, arm)
-    ends = arm.tips(Q, ToolState.STRAIGHT)[:, :3, 3]
+    ends = arm.tips(Q, STRAIGHT)[:, :3, 3]
     np.testing.assert_allclose(points[[0, -1]], ends[[0, -1]], atol=1e-12)
     assert np.linalg.norm(points - ends[1], axis=1).min() < 1e-12
     assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 0.15

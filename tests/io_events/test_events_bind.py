@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from pickcli.cell.device import Device, DeviceKind
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError
 from pickcli.io_events.bind import bind_pick, bind_pivot
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from support.tool_states import DOWN, STRAIGHT
 
-STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 DEVICES = {
     device.name: device
     for device in (

@@ -6,19 +6,21 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import JointType, Robot, ToolState
+from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, is_pose, pose, rotation_angle, rotation_axis_angle, rotation_vector
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.chain import bodies_of_frames
+from support.tool_states import ALL_STATES, DOWN, STRAIGHT
 
-PIVOTS = list(ToolState)
+STATES = ALL_STATES
 
 
 def oracle_tip(robot: Robot, q: Array, tool_state: ToolState) -> Array:
     """Forward kinematics straight from the URDF's definition, one joint after the other."""
     position = dict(zip(robot.joint_names, q, strict=True))
-    still = ToolState.STRAIGHT if tool_state is ToolState.MOVING else tool_state
-    position[robot.tool.pivot_joint] = robot.tool.pivot_positions[still]
+    still = STRAIGHT if tool_state == MOVING else tool_state
+    position[robot.tool.joint] = robot.tool.positions[still]
     T = robot.T_world_base
     for joint in robot.joints:
         value = position.get(joint.name, 0.0)
@@ -29,7 +31,7 @@ def oracle_tip(robot: Robot, q: Array, tool_state: ToolState) -> Array:
     return np.asarray(T @ robot.tool.T_cup_tip)
 
 
-@pytest.mark.parametrize("tool_state", PIVOTS)
+@pytest.mark.parametrize("tool_state", STATES)
 def test_tip_agrees_with_the_oracle(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     Q = arm.random_seeds(rng, 50)
     expected = np.array([oracle_tip(arm.robot, q, tool_state) for q in Q])
@@ -38,17 +40,17 @@ def test_tip_agrees_with_the_oracle(arm: Arm, tool_state: ToolState, rng: np.ran
 
 
 def test_home_stands_where_it_was_measured(cell: Cell, arm: Arm) -> None:
-    tip = arm.tip(cell.configurations["home"].q, ToolState.STRAIGHT)
+    tip = arm.tip(cell.configurations["home"].q, STRAIGHT)
     np.testing.assert_allclose(tip[:3, 3], [-0.605, 0.0, 1.716], atol=1e-3)
     np.testing.assert_allclose(tip[:3, 2], [1, 0, 0], atol=0.05)  # the lance is level, pointing at the shelf
 
 
 def test_cup_down_points_down_in_front_of_the_shelf(cell: Cell, arm: Arm) -> None:
-    tip = arm.tip(cell.configurations["home"].q, ToolState.DOWN)
+    tip = arm.tip(cell.configurations["home"].q, DOWN)
     np.testing.assert_allclose(tip[:3, 2], [0, 0, -1], atol=0.05)
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_jacobian_is_the_derivative(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     for q in arm.random_seeds(rng, 10):
         J, T = arm.jacobian(q, tool_state), arm.tip(q, tool_state)
@@ -62,7 +64,7 @@ def test_jacobian_is_the_derivative(arm: Arm, tool_state: ToolState, rng: np.ran
             )
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_reachable_poses_are_reached(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     n_solved = 0
     for q in arm.random_seeds(rng, 60):
@@ -77,38 +79,38 @@ def test_reachable_poses_are_reached(arm: Arm, tool_state: ToolState, rng: np.ra
 
 
 def test_solutions_are_distinct_and_spread_over_the_rail(arm: Arm, rng: np.random.Generator) -> None:
-    target = arm.tip(np.array([0.5, 0.2, 0.5, 0.0, -1.2, 0.0, 0.3, 0.0]), ToolState.STRAIGHT)
-    solutions = arm.solve_spread(target, ToolState.STRAIGHT, rng, 32)
+    target = arm.tip(np.array([0.5, 0.2, 0.5, 0.0, -1.2, 0.0, 0.3, 0.0]), STRAIGHT)
+    solutions = arm.solve_spread(target, STRAIGHT, rng, 32)
     gaps = np.abs(solutions[:, None] - solutions[None]).max(axis=2)[np.triu_indices(len(solutions), 1)]
     assert gaps.min() > 0.04
     assert np.ptp(solutions[:, 0]) > 0.25
 
 
 def test_same_seed_same_solutions(arm: Arm) -> None:
-    target = arm.tip(np.full(arm.n, 0.4), ToolState.STRAIGHT)
-    a, b = (arm.solve_spread(target, ToolState.STRAIGHT, np.random.default_rng(3)) for _ in range(2))
+    target = arm.tip(np.full(arm.n, 0.4), STRAIGHT)
+    a, b = (arm.solve_spread(target, STRAIGHT, np.random.default_rng(3)) for _ in range(2))
     np.testing.assert_array_equal(a, b)
 
 
 def test_unreachable_is_an_empty_answer(arm: Arm, rng: np.random.Generator) -> None:
     far = pose((5.0, 0, 1))
-    assert arm.solve(far, ToolState.STRAIGHT, arm.random_seeds(rng, 5)).shape == (0, arm.n)
+    assert arm.solve(far, STRAIGHT, arm.random_seeds(rng, 5)).shape == (0, arm.n)
 
 
 def test_manipulability_vanishes_where_the_arm_is_stretched(arm: Arm, rng: np.random.Generator) -> None:
     stretched = np.zeros(arm.n)
     stretched[0] = 0.5
-    assert arm.manipulability(stretched, ToolState.STRAIGHT) < 1e-6
+    assert arm.manipulability(stretched, STRAIGHT) < 1e-6
     bent = np.array([0.5, 0.2, 0.5, 0.3, -1.2, 0.4, 0.3, 0.0])
-    J = arm.jacobian(bent, ToolState.STRAIGHT)
+    J = arm.jacobian(bent, STRAIGHT)
     singular_values = np.linalg.svd(np.diag([1, 1, 1, 0.5, 0.5, 0.5]) @ J, compute_uv=False)
-    assert arm.manipulability(bent, ToolState.STRAIGHT) == pytest.approx(np.prod(singular_values), rel=1e-9)
+    assert arm.manipulability(bent, STRAIGHT) == pytest.approx(np.prod(singular_values), rel=1e-9)
 
 
 def test_tips_are_poses_in_every_pivot_state(arm: Arm, rng: np.random.Generator) -> None:
     q = arm.random_seeds(rng, 1)[0]
-    assert all(is_pose(arm.tip(q, tool_state)) for tool_state in PIVOTS)
-    np.testing.assert_array_equal(arm.tip(q, ToolState.MOVING), arm.tip(q, ToolState.STRAIGHT))
+    assert all(is_pose(arm.tip(q, tool_state)) for tool_state in STATES)
+    np.testing.assert_array_equal(arm.tip(q, MOVING), arm.tip(q, STRAIGHT))
 
 
 def test_bodies_group_what_fixed_joints_join(arm: Arm) -> None:

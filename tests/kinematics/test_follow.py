@@ -9,15 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array, pose, rotation_angle, rotation_vector
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.chain import build_chain
 from pickcli.kinematics.follow import Deviation
+from support.tool_states import STRAIGHT
 
 FRONTAL = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])  # tool z along the world's x, tool x down
-STRAIGHT = ToolState.STRAIGHT
 
 
 def line(T_a: Array, T_b: Array, n: int) -> Array:

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PoseNoise, Scene
+from support.tool_states import DOWN, STRAIGHT
 
 # Tool frames in the bin frame: the lance points into the bin; frontal the cup with it, top-down the cup down.
 APPROACHES = {
-    ToolState.STRAIGHT: np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
-    ToolState.DOWN: np.array([[-1.0, 0, 0], [0, 1, 0], [0, 0, -1]]),
+    STRAIGHT: np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
+    DOWN: np.array([[-1.0, 0, 0], [0, 1, 0], [0, 0, -1]]),
 }
 
 
@@ -24,12 +25,12 @@ def poses_in(cell: Cell, name: str, tool_state: ToolState, rng: np.random.Genera
     """(n, 4, 4) tool poses with the lance 30 mm inside the mouth's edges and the cup behind the lip."""
     cell_bin = cell.pod.bins[name]
     half, height = cell_bin.mouth_width / 2 - 0.03, cell_bin.mouth_height
-    hangs = np.linalg.norm(cell.robot.tool.T_cup_tip[:3, 3]) if tool_state is ToolState.DOWN else 0.0
+    hangs = np.linalg.norm(cell.robot.tool.T_cup_tip[:3, 3]) if tool_state == DOWN else 0.0
     points = rng.uniform((0.06, -half, 0.03 - hangs), (0.38, half, height - 0.03 - hangs), (n, 3))
     return np.array([cell_bin.T_pod_bin @ pose(p, R=APPROACHES[tool_state]) for p in points])
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_every_bin_is_within_reach(cell: Cell, arm: Arm, tool_state: ToolState) -> None:
     rng = np.random.default_rng(2016)
     empty = Scene(cell, cell.T_world_pod, (), PoseNoise())

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import GRAVITY, HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
+from support.tool_states import ALL_STATES, DOWN, STRAIGHT
 
 Motion = Callable[[float, ToolState], TipMotion]
 
@@ -41,7 +42,7 @@ def difference(function: Callable[[float], Array], t: float) -> Array:
     return (function(t + STEP) - function(t - STEP)) / (2.0 * STEP)
 
 
-@pytest.mark.parametrize("tool_state", list(ToolState))
+@pytest.mark.parametrize("tool_state", ALL_STATES)
 def test_tip_motion_is_the_derivative_of_the_poses(moving: Motion, tool_state: ToolState) -> None:
     for t in (-0.4, 0.0, 0.3):
         now = moving(t, tool_state)
@@ -52,7 +53,7 @@ def test_tip_motion_is_the_derivative_of_the_poses(moving: Motion, tool_state: T
         np.testing.assert_allclose(now.angular_velocity[0], [spin[2, 1], spin[0, 2], spin[1, 0]], atol=1e-6)
 
 
-@pytest.mark.parametrize("tool_state", list(ToolState))
+@pytest.mark.parametrize("tool_state", ALL_STATES)
 def test_tip_motion_accelerates_as_its_velocity_changes(moving: Motion, tool_state: ToolState) -> None:
     for t in (-0.4, 0.0, 0.3):
         now = moving(t, tool_state)
@@ -64,8 +65,8 @@ def test_tip_motion_accelerates_as_its_velocity_changes(moving: Motion, tool_sta
 
 def test_tip_motion_agrees_with_the_jacobian(arm: Arm, rng: np.random.Generator) -> None:
     Q, rates = arm.random_seeds(rng, 20), rng.normal(size=(20, arm.n))
-    motion = arm.tip_motion(Q, rates, np.zeros_like(Q), ToolState.DOWN)
-    twists = np.array([arm.jacobian(q, ToolState.DOWN) @ rate for q, rate in zip(Q, rates, strict=True)])
+    motion = arm.tip_motion(Q, rates, np.zeros_like(Q), DOWN)
+    twists = np.array([arm.jacobian(q, DOWN) @ rate for q, rate in zip(Q, rates, strict=True)])
     np.testing.assert_allclose(motion.velocity, twists[:, :3], atol=1e-12)
     np.testing.assert_allclose(motion.angular_velocity, twists[:, 3:], atol=1e-12)
 
@@ -81,10 +82,10 @@ def momentum(motion: TipMotion) -> tuple[Array, Array, Array]:
 
 def test_wrench_is_the_change_of_momentum_and_the_weight(moving: Motion) -> None:
     for t in (-0.4, 0.0, 0.3):
-        now = moving(t, ToolState.DOWN)
+        now = moving(t, DOWN)
         weight = BODY.mass * GRAVITY * UP
-        force = difference(lambda t: momentum(moving(t, ToolState.DOWN))[1], t) + weight
-        turning = difference(lambda t: momentum(moving(t, ToolState.DOWN))[2], t)
+        force = difference(lambda t: momentum(moving(t, DOWN))[1], t) + weight
+        turning = difference(lambda t: momentum(moving(t, DOWN))[2], t)
         R, tip = now.poses[0, :3, :3], now.poses[0, :3, 3]
         torque = turning + np.cross(momentum(now)[0], weight) - np.cross(tip, force)
         expected = np.concatenate([R.T @ force, R.T @ torque])
@@ -106,6 +107,6 @@ def test_wrench_of_a_hanging_body_at_rest_is_its_weight() -> None:
 def test_path_wrench_is_that_of_the_timed_motion(arm: Arm, seed: int, u: float, speed: float) -> None:
     rng = np.random.default_rng(seed)
     q, (dq, ddq) = arm.random_seeds(rng, 1), rng.normal(size=(2, 1, arm.n))
-    a, b, c = BODY.path_wrench(arm.tip_motion(q, dq, ddq, ToolState.STRAIGHT))
-    timed = arm.tip_motion(q, dq * speed, dq * u + ddq * speed**2, ToolState.STRAIGHT)
+    a, b, c = BODY.path_wrench(arm.tip_motion(q, dq, ddq, STRAIGHT))
+    timed = arm.tip_motion(q, dq * speed, dq * u + ddq * speed**2, STRAIGHT)
     np.testing.assert_allclose(a * u + b * speed**2 + c, BODY.wrench(timed), atol=1e-9)

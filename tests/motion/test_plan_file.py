@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.cell.robot import ToolState
 from pickcli.errors import DamagedError, InputError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -22,6 +21,7 @@ from pickcli.motion.plan_file import motion_hash, plan_to_dict, read_plan, write
 from pickcli.motion.plan_schema import parse_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
+from support.tool_states import STRAIGHT
 
 
 def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
@@ -43,8 +43,8 @@ def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
         scene_hash="5" * 64,
         seed=7,
         segments=(
-            Segment(SegmentKind.CONTACT, 0.0, middle, ToolState.STRAIGHT, None, ("crayola_24_ct",)),
-            Segment(SegmentKind.LIFT, middle, trajectory.duration, ToolState.STRAIGHT, "crayola_24_ct"),
+            Segment(SegmentKind.CONTACT, 0.0, middle, STRAIGHT, None, ("crayola_24_ct",)),
+            Segment(SegmentKind.LIFT, middle, trajectory.duration, STRAIGHT, "crayola_24_ct"),
         ),
         trajectory=trajectory,
         events=(
@@ -52,7 +52,7 @@ def make_plan(rng: np.random.Generator, n_points: int = 5) -> Plan:
             Event("valve", "off", Anchor(AnchorKind.ARC_LENGTH, 1, 1 / 3), 0.05),
         ),
         grasp=Grasp(
-            "crayola_24_ct", "frontal", "-x", ToolState.STRAIGHT,
+            "crayola_24_ct", "frontal", "-x", STRAIGHT,
             pose(rng.normal(size=3), rpy=rng.normal(size=3)), 0.1, 0.2, 0.3, 1 / 7, 0.01, 0.4,
         ),
         speed_scale=0.5,
@@ -169,7 +169,7 @@ def point(i: int, key: str, value: Any) -> Any:
         (lambda d: d["trajectory"].__setitem__("joint_names", ["s", "s"]), "trajectory.joint_names"),
         (lambda d: d["trajectory"].__setitem__("points", d["trajectory"]["points"][:1]), "trajectory.points"),
         (lambda d: d["segments"][0].__setitem__("kind", "wander"), "segments.0.kind"),
-        (lambda d: d["segments"][1].__setitem__("pivot", "sideways"), "segments.1.pivot"),
+        (lambda d: d["segments"][1].__setitem__("pivot", ""), "segments.1.pivot"),
         (lambda d: d["segments"][1].__setitem__("t_start", 0.0), "segments.1.t_start"),
         (lambda d: d["segments"].pop(), "segments.0.t_end"),
         (lambda d: d["events"][0]["anchor"].__setitem__("segment", 2), "events.0.anchor.segment"),

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.geometry import inverse, pose, rotation_axis_angle
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
@@ -14,6 +13,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.cup_load import carried_load
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import STEP, wrenches
+from support.tool_states import DOWN, STRAIGHT
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     T_tip_item = pose(
         rng.uniform(-0.08, 0.08, 3), R=rotation_axis_angle(axis / np.linalg.norm(axis), rng.uniform(0, 3))
     )
-    tool_state = (ToolState.STRAIGHT, ToolState.DOWN)[seed % 2]
+    tool_state = (STRAIGHT, DOWN)[seed % 2]
     trajectory = random_motion(cell, rng)
     face = item.shape.face_names[0]
     hold = Hold.of(item, face, T_tip_item, cell.robot.tool)

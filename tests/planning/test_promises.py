@@ -10,7 +10,6 @@ import pytest
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import Line, follow_line
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind
@@ -20,8 +19,7 @@ from pickcli.planning.pieces import Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
 from pickcli.scene.scene import PoseNoise, Scene
-
-STRAIGHT = ToolState.STRAIGHT
+from support.tool_states import STRAIGHT
 
 
 def corner(planner: Planner, cell: Cell, blend: float, kind: SegmentKind, speed: float) -> list[Piece]:

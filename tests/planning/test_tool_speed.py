@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.motion.plan import Plan
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
@@ -18,6 +18,7 @@ from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify
+from support.tool_states import DOWN, STRAIGHT
 
 LIMIT = 0.3  # m/s
 
@@ -27,7 +28,7 @@ def limited(cell: Cell, speed: float) -> Cell:
     return replace(slow, fingerprint=fingerprint(slow))
 
 
-def moved(planner: Planner, tool_state: ToolState = ToolState.STRAIGHT) -> tuple[Plan, Scene]:
+def moved(planner: Planner, tool_state: ToolState = STRAIGHT) -> tuple[Plan, Scene]:
     cell = planner.cell
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     start = Start(cell.configurations["home"].q, tool_state)
@@ -41,11 +42,11 @@ def fastest(planner: Planner, plan: Plan, tool_state: ToolState) -> float:
     return max(float(np.linalg.norm(planner.arm.jacobian(q, tool_state)[:3] @ dq)) for q, dq in states)
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, tool_state: ToolState) -> None:
     planner = Planner(limited(cell, LIMIT))
     plan, scene = moved(planner, tool_state)
-    speeds = [fastest(planner, plan, place) for place in (ToolState.STRAIGHT, ToolState.DOWN)]
+    speeds = [fastest(planner, plan, place) for place in (STRAIGHT, DOWN)]
     assert 0.9 * LIMIT < max(speeds) <= LIMIT
     verdict = verify(plan, scene)
     assert verdict.is_accepted, verdict.reasons
@@ -62,14 +63,14 @@ def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
     stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
     back = back_to_start(stopped, scene, planner.arm.limits, 0)
     assert isinstance(back, Plan)
-    assert fastest(planner, back, ToolState.STRAIGHT) <= LIMIT
+    assert fastest(planner, back, STRAIGHT) <= LIMIT
     verdict = verify(back, scene)
     assert verdict.is_accepted, verdict.reasons
 
 
 def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: Planner) -> None:
     free, _ = moved(planner)
-    most = max(fastest(planner, free, place) for place in (ToolState.STRAIGHT, ToolState.DOWN))
+    most = max(fastest(planner, free, place) for place in (STRAIGHT, DOWN))
     for limit, is_accepted in ((1.01 * most, True), (0.99 * most, False)):
         slow = limited(cell, limit)
         scene = Scene(slow, slow.T_world_pod, (), PoseNoise())

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from support.tool_states import DOWN, STRAIGHT
 
 SceneWith = Callable[..., Scene]
 
@@ -52,7 +53,7 @@ def released_pose(spot: Spot, held: AttachedItem) -> Array:
     return np.asarray(spot.release @ held.T_tip_item)
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
     scene_with: SceneWith, held: AttachedItem, tool_state: ToolState
 ) -> None:
@@ -74,11 +75,11 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 
 
 def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedItem) -> None:
-    empty = found(scene_with(), held, ToolState.STRAIGHT)
+    empty = found(scene_with(), held, STRAIGHT)
     first = released_pose(empty[0], held)[:3, 3]
     floor = scene_with().cell.tote.T_world_tote
     x, y = (first - floor[:3, 3])[:2]
-    other = found(piled(scene_with(), (x, y, 0.05)), held, ToolState.STRAIGHT)
+    other = found(piled(scene_with(), (x, y, 0.05)), held, STRAIGHT)
     assert other[0].cost == pytest.approx(empty[0].cost)
     moved = np.abs(released_pose(other[0], held)[:2, 3] - first[:2])
     assert moved.max() > 0.05
@@ -87,5 +88,5 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
-    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), ToolState.STRAIGHT)
+    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), STRAIGHT)
     assert isinstance(reason, Reason) and "does not fit" in reason.what

@@ -7,7 +7,6 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.move import plan_move
@@ -15,6 +14,7 @@ from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from support.tool_states import STRAIGHT
 
 GOALS = ("bin_A", "bin_L")
 
@@ -27,13 +27,13 @@ def carton(name: str) -> Item:
 @pytest.fixture(scope="module")
 def blocked(cell: Cell, planner: Planner) -> Scene:
     """An item around the tip of the tool in each of two configurations."""
-    tips = [planner.arm.tip(cell.configurations[name].q, ToolState.STRAIGHT) for name in GOALS]
+    tips = [planner.arm.tip(cell.configurations[name].q, STRAIGHT) for name in GOALS]
     items = (PlacedItem(f"at_{g}", carton("carton"), g, T) for g, T in zip(GOALS, tips, strict=True))
     return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
 
 
 def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
-    checker = planner.checker(blocked, ToolState.STRAIGHT)
+    checker = planner.checker(blocked, STRAIGHT)
     goals = np.stack([cell.configurations[name].q for name in GOALS])
     found = plan_coarse(planner, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
     assert isinstance(found, Failures)
@@ -42,7 +42,7 @@ def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, 
 
 
 def test_what_stands_where_a_move_begins_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
-    start = Start(cell.configurations["bin_A"].q, ToolState.STRAIGHT)
+    start = Start(cell.configurations["bin_A"].q, STRAIGHT)
     with pytest.raises(NoPlanError) as caught:
         plan_move(planner, blocked, start, cell.configurations["home"].q)
     assert caught.value.in_the_way == ("at_bin_A",)

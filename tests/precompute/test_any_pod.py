@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand, displaced
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
@@ -142,7 +142,7 @@ def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
 @given(shares)
 @settings(max_examples=15, deadline=None)
 def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
-    tests = SceneChecker(MODEL, _displaced(share), ToolState.MOVING)
+    tests = SceneChecker(MODEL, _displaced(share), MOVING)
     held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
     assert all(tests.is_valid_path(record.arrays["waypoints"]) for record in held)
 
@@ -160,7 +160,7 @@ class _Given(MotionMaker):
         if duration is None or duration >= quicker_than:
             return Reason(f"none, {stand}")
         path = JointPath(("a",), np.array([[0.0], [1.0]]))
-        return CoarseMotion(key, ToolState.MOVING, path, duration, lower_bound=0.9, mark=PodMark(stand))
+        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodMark(stand))
 
 
 def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:

@@ -7,7 +7,6 @@ import pickle
 import numpy as np
 import pytest
 
-from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
@@ -19,6 +18,7 @@ from pickcli.scene.scene_file import scene_hash
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.verification.verify import verify
 from support.small_cell import small_cell
+from support.tool_states import STRAIGHT
 
 EMPTY, CENTRED = PayloadClass.EMPTY, PayloadClass.CENTRED_CUBE
 
@@ -95,7 +95,7 @@ def test_the_motion_is_near_its_bound_and_its_path_near_the_motion(
 def test_the_straight_line_of_the_blocked_ones_is_blocked() -> None:
     for key in KEYS[3:]:
         cell = small_cell(key.start, key.goal)
-        tests = checker(CollisionModel(cell), ToolState.STRAIGHT, key.payload)
+        tests = checker(CollisionModel(cell), STRAIGHT, key.payload)
         assert not tests.is_valid_edge(cell.configurations[key.start].q, cell.configurations[key.goal].q)
 
 

@@ -17,7 +17,6 @@ import pytest
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
@@ -34,6 +33,7 @@ from pickcli.roadmap.query_experience import ExperienceRecorder, QueryExperience
 from pickcli.roadmap.store import surveyed
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 from support.small_cell import LEAST_EFFORT, small_cell
+from support.tool_states import STRAIGHT
 
 Array = NDArray[np.float64]
 
@@ -224,4 +224,4 @@ def _planned(planner: Planner, start: str, goal: str) -> Coarse:
 
 
 def _checker(planner: Planner) -> SceneChecker:
-    return planner.checker(empty_scene(planner.cell), ToolState.STRAIGHT)
+    return planner.checker(empty_scene(planner.cell), STRAIGHT)

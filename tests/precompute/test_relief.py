@@ -12,9 +12,9 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import change_since, parts_of
 from pickcli.cell.pod_tolerance import PodStand
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
+from pickcli.cell.tool import MOVING
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.refreshing import refresh
 from pickcli.precompute.revalidation import Reproof
@@ -23,6 +23,7 @@ from pickcli.roadmap.trajectory_database import PayloadClass
 from support.changed_cell import built, moved_divider, refreshed, shifted, with_parts
 from support.small_cell import small_cell
 from support.stored_kind import FEW_EDGES
+from support.tool_states import STRAIGHT
 
 # Each stands in the way around the sweep of the pod between two configurations, and not in the way that is
 # free for the pod in its place: so that is what is stored while they stand.
@@ -97,7 +98,7 @@ def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
     tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
 
     def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
-        tool_state = ToolState.MOVING if payload is PayloadClass.EMPTY else ToolState.STRAIGHT
+        tool_state = MOVING if payload is PayloadClass.EMPTY else STRAIGHT
         return Reproof(cell, change_since(before, cell)).is_relieved(ends, tool_state, payload)  # type: ignore[arg-type]
 
     assert is_relieved(cell, parts_of(posts)), "what was there went"

@@ -8,7 +8,6 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from pickcli.cell.robot import ToolState
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, Means
@@ -21,6 +20,7 @@ from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
 from support.small_cell import FEW, small_cell
+from support.tool_states import ALL_STATES
 
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)
 
@@ -29,7 +29,7 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
     cell = small_cell()
     roadmap, _ = build_roadmap(EdgeRecipe(cell, QUICK))
     model = CollisionModel(cell)
-    for tool_state in ToolState:
+    for tool_state in ALL_STATES:
         tests = checker(model, tool_state, PayloadClass.EMPTY)
         for edge in range(roadmap.n_edges):
             path = roadmap.edge_path(edge)

@@ -29,6 +29,7 @@ from pickcli.roadmap.store import (
 )
 from pickcli.storage.safe_open import _dataset
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
+from support.tool_states import ALL_STATES
 
 
 @pytest.fixture
@@ -235,7 +236,7 @@ def _cell(fingerprint: str, names: tuple[str, ...] = JOINTS, size: float = 1.0) 
     """As much of a cell as reading needs."""
     box = np.full(3, size)
     limits = SimpleNamespace(lower=-box, upper=box, velocity=box, acceleration=box)
-    robot = SimpleNamespace(joint_names=names, limits=limits)
+    robot = SimpleNamespace(joint_names=names, limits=limits, tool=SimpleNamespace(shapes=ALL_STATES))
     return cast(Cell, SimpleNamespace(fingerprint=fingerprint, robot=robot))
 
 

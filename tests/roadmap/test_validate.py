@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.state_space import LIMIT_TOLERANCE
 from pickcli.roadmap import validate
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from support.stored_samples import JOINTS, database, roadmap
+from support.tool_states import ALL_STATES, STRAIGHT
 
 ROADMAP, DATABASE = roadmap(), database()
 assert DATABASE.points is not None
@@ -28,7 +28,8 @@ def _cell(names: tuple[str, ...] = JOINTS, lower: Any = -1.0, upper: Any = 1.0) 
     limits = SimpleNamespace(
         lower=np.full(3, lower), upper=np.full(3, upper), velocity=np.ones(3), acceleration=np.ones(3)
     )
-    return cast(Cell, SimpleNamespace(robot=SimpleNamespace(joint_names=names, limits=limits)))
+    robot = SimpleNamespace(joint_names=names, limits=limits, tool=SimpleNamespace(shapes=ALL_STATES))
+    return cast(Cell, SimpleNamespace(robot=robot))
 
 
 def _with(array: Any, place: Any, value: Any) -> Any:
@@ -49,7 +50,7 @@ def test_what_our_own_builders_made_makes_sense() -> None:
 def test_what_goes_straight_has_two_points_and_makes_sense() -> None:
     straight = Roadmap.empty(JOINTS)
     for q in ROADMAP.configurations[:2]:
-        straight, _ = straight.with_node(q, "", ToolState.STRAIGHT)
+        straight, _ = straight.with_node(q, "", STRAIGHT)
     validate.roadmap(straight.with_edge(0, 1, straight.configurations[[0, 1]]), _cell())
     motion = next(iter(DATABASE))
     assert motion.trajectory is not None and len(motion.path.waypoints) == 2
@@ -195,7 +196,7 @@ def test_joints_of_another_order_are_refused() -> None:
 def test_a_configuration_may_lie_exactly_where_the_tolerance_ends(sign: float) -> None:
     last = sign * (1.0 + LIMIT_TOLERANCE)
     for q, is_inside in ((last, True), (np.nextafter(last, 2.0 * sign), False)):
-        built, _ = Roadmap.empty(JOINTS).with_node(np.array([0.0, q, 0.0]), "", ToolState.STRAIGHT)
+        built, _ = Roadmap.empty(JOINTS).with_node(np.array([0.0, q, 0.0]), "", STRAIGHT)
         if is_inside:
             validate.roadmap(built, _cell())
         else:

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.simulation.contacts import HELD_PRESS, ContactLog
 from pickcli.simulation.engine import Touch
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube
+from support.tool_states import STRAIGHT
 
 NONE: frozenset[str] = frozenset()
 
@@ -99,7 +99,7 @@ def push_forward(world: World, distance: float) -> None:
 
 def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: BuildWorld) -> None:
     for planned in (True, False):
-        world = build_world(cube(side=0.08), gap=0.01, tool_state=ToolState.STRAIGHT)
+        world = build_world(cube(side=0.08), gap=0.01, tool_state=STRAIGHT)
         if not planned:
             world.touching = NONE
         push_forward(world, 0.015)
@@ -113,7 +113,7 @@ def test_running_into_an_item_is_a_collision_unless_it_is_planned(build_world: B
 def test_what_the_cup_did_not_seal_on_is_met_as_planned_while_the_plan_has_it_held(
     build_world: BuildWorld,
 ) -> None:
-    world = build_world(cube(side=0.08), gap=0.01, tool_state=ToolState.STRAIGHT)
+    world = build_world(cube(side=0.08), gap=0.01, tool_state=STRAIGHT)
     world.touching, world.meant = NONE, frozenset({"cube"})
     push_forward(world, 0.015)
     assert world.held is None and world.contacts.collisions == ()

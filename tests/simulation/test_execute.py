@@ -9,7 +9,6 @@ import pytest
 
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.errors import StaleError
 from pickcli.motion.segment import SegmentKind
 from pickcli.simulation.execute import StartError, execute
@@ -19,6 +18,7 @@ from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.rail_pick import GAP, rail_pick
+from support.tool_states import STRAIGHT
 
 BuildReady = BuildWorld
 
@@ -28,7 +28,7 @@ def build_ready(build_world: BuildWorld) -> BuildReady:
     """The item 40 mm in front of the cup, the line evacuated."""
 
     def build(item: object = None, servo: Servo | None = None) -> World:
-        world = build_world(item, gap=GAP, tool_state=ToolState.STRAIGHT, servo=servo)
+        world = build_world(item, gap=GAP, tool_state=STRAIGHT, servo=servo)
         world.touching = frozenset()
         evacuate(world)
         return world

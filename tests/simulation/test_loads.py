@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
 from pickcli.geometry import Array, inverse
 from pickcli.simulation.engine import GRAVITY
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube, evacuate
+from support.tool_states import STRAIGHT
 
 MASS, SIZE = 0.4, (0.12, 0.10, 0.05)  # kg, m; the cup sits on the +z or -z face
 INERTIA = MASS * (SIZE[0] ** 2 + SIZE[1] ** 2) / 12.0  # kg m^2 about the axis across that face
@@ -65,7 +65,7 @@ def test_top_down_at_rest_the_weight_pulls_and_its_lever_bends(
 
 
 def test_in_front_at_rest_the_weight_shears_and_bends_with_its_lever(build_world: BuildWorld) -> None:
-    world = hold(build_world(box_item(), tool_state=ToolState.STRAIGHT))
+    world = hold(build_world(box_item(), tool_state=STRAIGHT))
     load, weight = world.suction.load, MASS * GRAVITY
     assert load.shear == pytest.approx(weight, rel=0.01)
     assert load.bending == pytest.approx(weight * lever(world), rel=0.02)
@@ -74,12 +74,12 @@ def test_in_front_at_rest_the_weight_shears_and_bends_with_its_lever(build_world
 
 
 def test_in_front_beside_the_axis_the_weight_twists(build_world: BuildWorld) -> None:
-    load = hold(build_world(box_item(), tool_state=ToolState.STRAIGHT, shift=(0.02, 0.0))).suction.load
+    load = hold(build_world(box_item(), tool_state=STRAIGHT, shift=(0.02, 0.0))).suction.load
     assert load.twist == pytest.approx(MASS * GRAVITY * 0.02, rel=0.05)
 
 
 def test_acceleration_away_from_the_item_pulls(build_world: BuildWorld) -> None:
-    world = hold(build_world(box_item(), tool_state=ToolState.STRAIGHT))
+    world = hold(build_world(box_item(), tool_state=STRAIGHT))
     wrench = accelerated(world, 0, -1.5)
     assert wrench[2] == pytest.approx(-MASS * 1.5, rel=0.05)
 
@@ -93,7 +93,7 @@ def test_acceleration_across_shears_and_bends(build_world: BuildWorld) -> None:
 
 
 def test_turning_about_the_axis_twists_with_the_inertia(build_world: BuildWorld) -> None:
-    world = hold(build_world(box_item(), tool_state=ToolState.STRAIGHT))
+    world = hold(build_world(box_item(), tool_state=STRAIGHT))
     wrench = accelerated(world, 7, 8.0)
     assert abs(wrench[5]) == pytest.approx(INERTIA * 8.0, rel=0.05)
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
 from pickcli.simulation.suction import BREAK_TIME, face_at
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
 from support.pedestal import STATED_MASS, BuildWorld, cube, evacuate
+from support.tool_states import STRAIGHT
 
 DOWN, ASIDE = np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
 WEIGHT = 0.1 * 9.81
@@ -147,7 +147,7 @@ def frontal_pick(world: World, shift: float, dwell: float = 0.25) -> None:
 def test_a_valve_that_opens_when_the_cup_leaves_is_too_late(
     build_world: BuildWorld, shift: float, holds: bool
 ) -> None:
-    world = build_world(gap=0.04, tool_state=ToolState.STRAIGHT)
+    world = build_world(gap=0.04, tool_state=STRAIGHT)
     frontal_pick(world, shift)
     assert (world.held == "cube") is holds
     assert not world.suction.releases
@@ -156,7 +156,7 @@ def test_a_valve_that_opens_when_the_cup_leaves_is_too_late(
 def test_a_valve_that_opens_too_early_holds_with_what_vacuum_is_left(build_world: BuildWorld) -> None:
     left = []
     for shift in (0.0, -0.3):
-        world = build_world(gap=0.04, tool_state=ToolState.STRAIGHT)
+        world = build_world(gap=0.04, tool_state=STRAIGHT)
         frontal_pick(world, shift)
         assert world.held == "cube"
         left.append(world.suction.vacuum.cup)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
@@ -25,6 +24,7 @@ from pickcli.simulation.supervision import TORQUE_NOISE, ExternalTorque, Thresho
 from pickcli.simulation.world import ROBOT, World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.rail_pick import GAP, T_END, rail_pick
+from support.tool_states import STRAIGHT
 
 INTRUDER = "intruder"
 STIFFNESS = 40e3  # N/m of a forearm, ISO/TS 15066:2016, table A.3
@@ -43,7 +43,7 @@ def sweep(cell: Cell) -> Plan:
         velocities=still,
         accelerations=still,
     )
-    segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, ToolState.STRAIGHT, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 6.0, STRAIGHT, None)
     return replace(plan, segments=(segment,), trajectory=trajectory, events=())
 
 
@@ -61,7 +61,7 @@ def fast_sweep(cell: Cell) -> Plan:
         velocities=30.0 * x**2 * (1.0 - x) ** 2 * way,
         accelerations=60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * way,
     )
-    segment = Segment(SegmentKind.TRANSIT, 0.0, 1.0, ToolState.STRAIGHT, None)
+    segment = Segment(SegmentKind.TRANSIT, 0.0, 1.0, STRAIGHT, None)
     return replace(plan, segments=(segment,), trajectory=trajectory)
 
 
@@ -82,7 +82,7 @@ def world_with_box(cell: Cell, plan: Plan, ahead: float, *, supervision: bool = 
 
 
 def tip_after(world: World, plan: Plan) -> Array:
-    return Arm(world.robot).tip(plan.trajectory.positions[-1], ToolState.STRAIGHT)[:3, 3]
+    return Arm(world.robot).tip(plan.trajectory.positions[-1], STRAIGHT)[:3, 3]
 
 
 def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
@@ -164,7 +164,7 @@ def test_an_arm_that_does_not_follow_is_stopped(cell: Cell) -> None:
 
 @pytest.fixture
 def ready(build_world: BuildWorld) -> World:
-    world = build_world(cube(), gap=GAP, tool_state=ToolState.STRAIGHT)
+    world = build_world(cube(), gap=GAP, tool_state=STRAIGHT)
     world.touching = frozenset()
     evacuate(world)
     return world

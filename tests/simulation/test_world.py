@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
@@ -20,6 +20,7 @@ from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.suction import SEAL_VACUUM
 from pickcli.simulation.world import World, ground_of, true_masses
 from support.pedestal import BuildWorld, cube
+from support.tool_states import DOWN, STRAIGHT
 
 
 def swing(world: World, duration: float = 0.4) -> None:
@@ -50,7 +51,7 @@ def test_the_robot_holds_against_gravity(cell: Cell) -> None:
     assert world.contacts.collisions == ()
 
 
-@pytest.mark.parametrize("tool_state", [ToolState.STRAIGHT, ToolState.DOWN])
+@pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_the_simulated_tip_is_where_the_kinematics_say(cell: Cell, tool_state: ToolState) -> None:
     q = cell.configurations["bin_A"].q
     world = World(Scene(cell, cell.T_world_pod, (), PoseNoise()), q, tool_state)
@@ -128,9 +129,9 @@ def test_the_pivot_turns_within_its_lead(build_world: BuildWorld) -> None:
     lead = world.scene.cell.devices["cup_pivot"].lead
     world.act("cup_pivot", "straight")
     world.wait(lead / 2)
-    assert world.tool_state is ToolState.MOVING
+    assert world.tool_state == MOVING
     world.wait(lead / 2 + 0.05)
-    assert world.tool_state is ToolState.STRAIGHT
+    assert world.tool_state == STRAIGHT
 
 
 def test_what_lies_outside_is_outside(build_world: BuildWorld) -> None:

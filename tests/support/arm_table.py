@@ -33,7 +33,7 @@ def tip(q: Sequence[float] | Array, tool_state: float) -> Array:
 
 def chain_tip(robot, q: Sequence[float] | Array, tool_state: float) -> Array:  # type: ignore[no-untyped-def]
     """The same from a loaded robot: walks its joints as the URDF format defines them."""
-    values = {**dict(zip(robot.joint_names, q, strict=True)), robot.tool.pivot_joint: tool_state}
+    values = {**dict(zip(robot.joint_names, q, strict=True)), robot.tool.joint: tool_state}
     T = robot.T_world_base
     for joint in robot.joints:
         T = T @ joint.T_parent_joint

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
@@ -21,6 +21,7 @@ from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order_file import Order
 from pickcli.trial.trial_interfaces import Crew, Execution
 from pickcli.verification.verdict import Verdict
+from support.tool_states import STRAIGHT
 
 DURATION = 10.0  # s of every fake motion
 
@@ -80,7 +81,7 @@ class FakeCrew:
     waited: list[float] = field(default_factory=list)
     levels: list[RecoveryLevel] = field(default_factory=list)  # asked for, in the order of time
     q: Array = field(default_factory=lambda: np.zeros(8))
-    tool_state: ToolState = ToolState.STRAIGHT
+    tool_state: ToolState = STRAIGHT
 
     def crew(self) -> Crew:
         """This fake in all four roles."""
@@ -110,7 +111,7 @@ class FakeCrew:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
         if self.blocked.get(item) in {placed.id for placed in scene.in_location(bin_name)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
-        grasp = Grasp(item, "frontal", "-x", ToolState.STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
+        grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
     def recover(self, scene: Scene, q: Array, tool_state: ToolState, seed: int, level: RecoveryLevel,

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, pose, rotation_vector
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
@@ -24,8 +24,8 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from support.tool_states import STRAIGHT
 
-STRAIGHT, DOWN, MOVING = ToolState.STRAIGHT, ToolState.DOWN, ToolState.MOVING
 CRAYOLA = "crayola_24_ct"
 
 

@@ -9,14 +9,15 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind, box
 from pickcli.cell.station import Obstacles
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array, pose
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.world import TIME_STEP, World
+from support.tool_states import DOWN, STRAIGHT
 
 BuildWorld = Callable[..., World]
 STATED_MASS = replace(DEFAULT, mass_error=0.0)
@@ -34,7 +35,7 @@ def make_world(
     item: Item | None = None,
     gap: float = -0.002,
     shift: tuple[float, float] = (0.0, 0.0),
-    tool_state: ToolState = ToolState.DOWN,
+    tool_state: ToolState = DOWN,
     servo: Servo | None = None,
     reality: Reality = STATED_MASS,
     time_step: float = TIME_STEP,
@@ -45,14 +46,10 @@ def make_world(
     home = start(cell)
     T_tip = _tip(cell, home, tool_state)
     axis, half = T_tip[:3, 2], item.shape.extents[2] / 2
-    across = np.array([1.0, 0.0, 0.0]) if tool_state is ToolState.DOWN else np.array([0.0, 0.0, 1.0])
+    across = np.array([1.0, 0.0, 0.0]) if tool_state == DOWN else np.array([0.0, 0.0, 1.0])
     centre = T_tip[:3, 3] + (gap + half) * axis + shift[0] * np.array([0.0, 1.0, 0.0]) + shift[1] * across
     x, y, z = centre
-    R = (
-        np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1)
-        if tool_state is ToolState.STRAIGHT
-        else np.eye(3)
-    )
+    R = np.stack([T_tip[:3, 0], T_tip[:3, 1], axis], axis=1) if tool_state == STRAIGHT else np.eye(3)
     reach = item.shape.reach(R)
     pedestal = box("pedestal", (x - reach[0], y - 0.2, 0.9), (x + 0.2, y + 0.2, float(z - reach[2])))
     changed = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, pedestal)))

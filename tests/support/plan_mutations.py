@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from support.handmade_plans import CRAYOLA, DOWN, MOVING
+from support.handmade_plans import CRAYOLA
+from support.tool_states import DOWN
 
 Mutation = Callable[[Plan], Plan]
 
@@ -236,6 +238,12 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     ),
     "wrong pivot at the lines": (
         with_segment(SegmentKind.RETREAT, tool_state=DOWN), "wrong pivot", "retreat",
+    ),
+    "no such state of the tool": (
+        with_segment(SegmentKind.LIFT, tool_state=ToolState("sideways")), "unknown tool state", "lift",
+    ),
+    "grasp for no state of the tool": (
+        with_grasp(tool_state=ToolState("sideways")), "unknown tool state", "grasp",
     ),
     "wrong pivot at contact": (with_segment(SegmentKind.CONTACT, tool_state=DOWN), "wrong pivot", "contact"),
     "pivots while holding": (

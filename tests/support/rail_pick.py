@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import ToolState
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from support.pedestal import start
+from support.tool_states import STRAIGHT
 
 GAP = 0.04  # m from the cup to the item at the start
 OVERTRAVEL = 0.003  # m
@@ -32,7 +32,7 @@ def rail_pick(cell: Cell, valve_shift: float = 0.0, distance: float = 0.3) -> Pl
     trajectory = Trajectory(
         cell.robot.joint_names, times, q + np.outer(rail, direction), np.outer(speeds, direction), still
     )
-    straight = ToolState.STRAIGHT
+    straight = STRAIGHT
     segments = (
         Segment(SegmentKind.CONTACT, 0.0, T_LIFT, straight, None, ("cube",)),
         Segment(SegmentKind.RETREAT, T_LIFT, T_READ, straight, "cube", ("cube", "pedestal")),

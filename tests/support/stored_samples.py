@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
+from support.tool_states import DOWN
 
 JOINTS = ("x", "y", "z")
 FINGERPRINT = "f" * 64
@@ -19,7 +20,7 @@ def roadmap(n_nodes: int = 6) -> Roadmap:
     rng = np.random.default_rng(1)
     built = Roadmap.empty(JOINTS)
     for i, q in enumerate(rng.uniform(-1, 1, (n_nodes, 3))):
-        built, _ = built.with_node(q, f"node_ä{i}" if i else "", ToolState.DOWN)
+        built, _ = built.with_node(q, f"node_ä{i}" if i else "", DOWN)
     for a in range(n_nodes - 1):
         ends = built.configurations[[a, a + 1]]
         built = built.with_edge(a, a + 1, np.stack([ends[0], rng.uniform(-1, 1, 3), ends[1]]))
@@ -45,4 +46,4 @@ def _motion(named: dict[str, np.ndarray], start: str, goal: str, payload: Payloa
     times = np.array([0.0, 0.7, 2.0])
     timed = Trajectory(JOINTS, times, ends.sample(times), ends.sample(times, 1), ends.sample(times, 2))
     path = JointPath(JOINTS, np.stack([q0, q1]))
-    return CoarseMotion(MotionKey(start, goal, payload), ToolState.MOVING, path, 2.0, timed)
+    return CoarseMotion(MotionKey(start, goal, payload), MOVING, path, 2.0, timed)

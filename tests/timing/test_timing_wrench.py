@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.cell.robot import Limits, ToolState
+from pickcli.cell.robot import Limits
+from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
@@ -29,6 +30,7 @@ from pickcli.timing.timed_run import RunPart, TimedRun, time_run
 from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 from pickcli.timing.wrench_limit import WrenchLimit
 from support.timing_paths import dense_curve, limits, names, random_walk
+from support.tool_states import DOWN, STRAIGHT
 
 CUP = CupLimits(max_pull=42.0, max_shear=21.0, max_moment=0.6, max_twist=0.21)
 LEAST_ROOM = 0.9  # of the way from rest to the limits, that the polygons leave
@@ -59,7 +61,7 @@ def held(mass: float = 0.5, p_tip_com: tuple[float, float, float] = (0.0, 0.0, 0
 
 
 def on_gantry(body: HeldBody, cup: CupLimits, share: float = 1.0) -> WrenchLimit:
-    return WrenchLimit(Gantry(), ToolState.STRAIGHT, body, cup, share)  # type: ignore[arg-type]
+    return WrenchLimit(Gantry(), STRAIGHT, body, cup, share)  # type: ignore[arg-type]
 
 
 def grid_of(curve: BlendedPath, bounds_of: Limits, constraint: PathConstraint | None) -> PathGrid:
@@ -116,8 +118,8 @@ def test_half_planes_lie_inside_the_limits_and_close_to_them(seed: int, share: f
     arm = the_arm()
     q, (dq, ddq) = arm.random_seeds(rng, 1), rng.normal(size=(2, 1, arm.n))
     body = HeldBody(rng.uniform(0.05, 0.6), rng.normal(size=3) * 0.04, np.diag(rng.uniform(1e-5, 3e-3, 3)))
-    constraint = WrenchLimit(arm, ToolState.DOWN, body, CUP, share)
-    a, b, c = body.path_wrench(arm.tip_motion(q, dq, ddq, ToolState.DOWN))
+    constraint = WrenchLimit(arm, DOWN, body, CUP, share)
+    a, b, c = body.path_wrench(arm.tip_motion(q, dq, ddq, DOWN))
     if CUP.ratio(c, share)[0] > 0.98:
         return
     planes = constraint.half_planes(q, dq, ddq)
@@ -188,9 +190,9 @@ def loaded(seed: int) -> tuple[Array, WrenchLimit]:
     whole = np.vstack(
         [a + (b - a) * u for a, b in pairwise(waypoints) for u in np.linspace(0.0, 1.0, 20)[:, None]]
     )
-    still = arm.tip_motion(whole, 0.0 * whole, 0.0 * whole, ToolState.DOWN)
+    still = arm.tip_motion(whole, 0.0 * whole, 0.0 * whole, DOWN)
     share = float(CUP.ratio(body.wrench(still)).max()) / rng.uniform(0.3, 0.85)
-    return waypoints, WrenchLimit(arm, ToolState.DOWN, body, CUP, share)
+    return waypoints, WrenchLimit(arm, DOWN, body, CUP, share)
 
 
 def run_of(waypoints: Array, constraint: WrenchLimit | None) -> TimedRun:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import box
+from pickcli.cell.tool import ToolState
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -23,6 +23,7 @@ from pickcli.trial.simulated_cell import SimulatedArena
 from pickcli.trial.trial_interfaces import LET_GO_TIME
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.tool_states import DOWN, STRAIGHT
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
 
@@ -35,7 +36,7 @@ def arena() -> SimulatedArena:
 def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -> None:
     scene = arena.now()
     np.testing.assert_allclose(arena.q, scene.cell.configurations["home"].q, atol=1e-9)
-    assert arena.tool_state is ToolState.STRAIGHT
+    assert arena.tool_state == STRAIGHT
     assert arena.held is None
     assert [(i.id, i.location) for i in scene.items] == [("crayola_24_ct", "bin_A")]
 
@@ -51,7 +52,7 @@ def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena
     np.testing.assert_array_equal(arena.q, before)
 
 
-def rail_forward(arena: SimulatedArena, distance: float, tool_state: ToolState = ToolState.STRAIGHT) -> Plan:
+def rail_forward(arena: SimulatedArena, distance: float, tool_state: ToolState = STRAIGHT) -> Plan:
     """From where the robot stands along the rail, in a second."""
     cell, q = arena.now().cell, arena.q
     ends = np.stack([q, q + distance * (np.arange(8) == 0)])
@@ -69,7 +70,7 @@ def wall_ahead(arena: SimulatedArena, gap: float) -> None:
 
 
 def test_a_plan_that_begins_with_the_cup_otherwise_is_a_stop_too(arena: SimulatedArena) -> None:
-    done = arena.execute(rail_forward(arena, 0.01, ToolState.DOWN))
+    done = arena.execute(rail_forward(arena, 0.01, DOWN))
     assert "refusing to start" in done.stopped and "cup" in done.stopped
     assert done.duration == 0.0 and arena._world.t == 0.0
 

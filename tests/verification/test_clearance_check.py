@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import MOVING
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
@@ -140,7 +140,7 @@ def test_the_arm_may_not_touch_itself() -> None:
 def test_moving_pivot_covers_both_states() -> None:
     """The angles that are checked while the cup pivots reach from state to state without a gap."""
     builder = Builder(cell().configurations["bin_H"].q)
-    builder.wait(SegmentKind.TRANSIT, 0.4, tool_state=ToolState.MOVING)
+    builder.wait(SegmentKind.TRANSIT, 0.4, tool_state=MOVING)
     scene = make_scene()
     cups = [p for p in parts(scene, builder.segments[0], None) if p.is_cup]
     assert len(cups) > 10

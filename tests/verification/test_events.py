@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.event_check import check_io
-from support.handmade_plans import CRAYOLA, DOWN, MOVING, Builder, bound, cell, make_scene, pick
+from support.handmade_plans import CRAYOLA, Builder, bound, cell, make_scene, pick
 from support.plan_mutations import segment
+from support.tool_states import DOWN
 
 Q = np.asarray(cell().configurations["home"].q)
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.item import Item
-from pickcli.cell.robot import ToolState
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
@@ -27,6 +26,7 @@ from pickcli.verification.release_check import _in_bin, _in_tote
 from pickcli.verification.structure_check import check_structure
 from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick
 from support.plan_mutations import moved_event, segment, with_event, with_grasp, with_segment
+from support.tool_states import STRAIGHT
 
 TOOL = cell().robot.tool
 LIMITS = cell().robot.limits
@@ -46,7 +46,7 @@ def one_move(distance: float, seconds: float, start: float = 0.0) -> Plan:
     p[:, J] = start, start + distance
     still = np.zeros((2, N))
     trajectory = Trajectory(cell().robot.joint_names, np.array([0.0, seconds]), p, still, still)
-    segments = (Segment(SegmentKind.TRANSIT, 0.0, seconds, ToolState.STRAIGHT, None),)
+    segments = (Segment(SegmentKind.TRANSIT, 0.0, seconds, STRAIGHT, None),)
     return bound(Plan("move", "", "", 0, segments, trajectory, ()), EMPTY)
 
 

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.verification.forward_kinematics import link_poses, reaches
-from support.handmade_plans import DOWN, STRAIGHT, cell, tip
+from support.handmade_plans import cell, tip
+from support.tool_states import DOWN, STRAIGHT
 
 
 def test_home_stands_where_the_sheet_says() -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.tool import MOVING
 from pickcli.errors import RejectedError, StaleError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -21,9 +22,6 @@ from pickcli.verification.straightness_check import check_lines
 from pickcli.verification.verify import certify, sampled, verify
 from support.handmade_plans import (
     CRAYOLA,
-    DOWN,
-    MOVING,
-    STRAIGHT,
     Builder,
     bound,
     cell,
@@ -36,6 +34,7 @@ from support.handmade_plans import (
     tip,
 )
 from support.plan_mutations import MATRIX, scaled, segment, with_grasp, with_points
+from support.tool_states import DOWN, STRAIGHT
 
 
 def home_to(name: str, duration: float) -> Builder:

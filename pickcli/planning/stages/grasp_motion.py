@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
 from pickcli.cartesian.line_following import Line, follow_line
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.stage_contacts import CupPress

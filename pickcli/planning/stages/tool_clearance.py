@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cartesian.line import shifted
-from pickcli.cell.robot import ToolState
+from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -71,26 +71,28 @@ def spots(
     cannot reach next to it either.
     """
     pile = _Pile.of(scene)
-    found = [
-        s for price, R in _orientations(tool_state) for s in _best(scene, held, tool_state, R, price, pile)
-    ]
+    is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
+    found = [s for price, R in _orientations(is_level) for s in _best(scene, held, is_level, R, price, pile)]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
         return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
     return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
 
 
-def _orientations(tool_state: ToolState) -> list[tuple[float, Array]]:
+def _orientations(is_level: bool) -> list[tuple[float, Array]]:
     """Tool orientations with the cup pointing straight down, and what each costs: a level lance that
-    points across the tote, as the arm comes, is the easiest to reach."""
+    points across the tote, as the arm comes, is the easiest to reach.
+
+    is_level: whether the lance lies level then, or stands upright
+    """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
-    turns = [a for a in YAWS if tool_state is ToolState.STRAIGHT or abs(a) <= LEVEL_LANCE]
-    price = 0.0 if tool_state is ToolState.STRAIGHT else LANCE_TURN_COST
+    turns = [a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE]
+    price = LANCE_TURN_COST if is_level else 0.0
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
 def _best(
-    scene: Scene, held: AttachedItem, tool_state: ToolState, R: Array, price: float, pile: _Pile
+    scene: Scene, held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile
 ) -> list[Spot]:
     """The best few release poses, on a grid, for one tool orientation."""
     tote = scene.cell.tote
@@ -104,7 +106,7 @@ def _best(
     rim = pile.floor + tote.inner[2]
     height = pile.heights(centres, reach[:2])
     tip = height + ABOVE_PILE + reach[2] - T[2, 3]
-    if tool_state is ToolState.DOWN:
+    if is_level:
         tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
     rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)

@@ -1,0 +1,126 @@
+"""The tool as data: its links, the states that the cell names, and what each of them means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.cell.cup_limits import CupLimits
+from pickcli.geometry import Array
+
+# Directions of the lance in the tool frame: the cup points on along the lance, or at a right angle to it,
+# with the lance leaving it along its -x.
+IN_LINE = np.array([0.0, 0.0, 1.0])
+ACROSS = np.array([-1.0, 0.0, 0.0])
+
+_SAME_DIRECTION = 0.98  # cosine from which two directions count as one: 11 degrees apart at most
+_DIGITS = 12  # of directions: what is a quarter turn in the cell file is exactly one here
+
+
+@dataclass(frozen=True, order=True)
+class ToolState:
+    """A state in which the tool of a cell can be, by the name that the cell gives it.
+
+    Whoever plans hands states on and compares them; what one means only the cell's ``Tool`` knows. It is part
+    of the robot's shape, hence of segments, of stored motions and of the keys of caches.
+
+    Attributes:
+        name: As in the cell file, e.g. ``straight``.
+    """
+
+    name: str
+
+    def __str__(self) -> str:
+        """The name, as files and messages have it."""
+        return self.name
+
+
+# On the way from any state to any other: the tool may be anywhere in between, so that what is free in this
+# state is free in every state. No cell may give this name to a state of its own.
+MOVING = ToolState("moving")
+
+# The state of a tool that has only one, where the cell names none.
+FIXED = ToolState("fixed")
+
+
+@dataclass(frozen=True, eq=False)
+class Tool:
+    """The suction tool: a lance whose last part, the cup, may be moved by a joint of its own.
+
+    The tool frame sits at the tip of the uncompressed cup, +z out of the cup along its axis.
+
+    Attributes:
+        flange_link: The robot's last own link.
+        lance_link: Fixed to the flange.
+        cup_link: Moved by ``joint``, if there is one.
+        joint: The joint that the state moves, the last of the chain; None for a tool with one state.
+        positions: Position in rad (of a prismatic joint: m) of the joint in each state, in the order of the
+            cell file; 0 without a joint. The first is the state where nothing else is said.
+        T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
+        T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
+        cup_radius: m.
+        cup_stroke: m, how far the bellows compress.
+        cup_stiffness: N/m along the axis while relaxed, for simulation only.
+        cup_tilt: rad, how far from square on a face the lip still seals.
+        cup_limits: What the seal bears.
+        contact_speed: m/s, fastest final approach.
+    """
+
+    flange_link: str
+    lance_link: str
+    cup_link: str
+    joint: str | None
+    positions: dict[ToolState, float]
+    T_flange_tip: dict[ToolState, Array]
+    T_cup_tip: Array
+    cup_radius: float
+    cup_stroke: float
+    cup_stiffness: float
+    cup_tilt: float
+    cup_limits: CupLimits
+    contact_speed: float
+
+    @property
+    def states(self) -> tuple[ToolState, ...]:
+        """The states that the tool can rest in, in the order of the cell file."""
+        return tuple(self.positions)
+
+    @property
+    def shapes(self) -> tuple[ToolState, ...]:
+        """Everything that the robot's shape can depend on: the states, and MOVING."""
+        return (*self.positions, MOVING)
+
+    @property
+    def default_state(self) -> ToolState:
+        """The state where nothing else is said: the first of the cell file."""
+        return next(iter(self.positions))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest position in rad or m of the joint over all states."""
+        return min(self.positions.values()), max(self.positions.values())
+
+    def position(self, state: ToolState) -> float:
+        """Position in rad or m of the joint in a state; MOVING counts as the default state."""
+        return self.positions[self.default_state if state == MOVING else state]
+
+    def lance_axis(self, state: ToolState) -> Array:
+        """Direction (3,) of the lance, the flange's +z, in the tool frame."""
+        return np.asarray(np.round(self.T_flange_tip[state][2, :3], _DIGITS) + 0.0)
+
+    def has_lance(self, state: ToolState, axis: Array) -> bool:
+        """Whether the lance points along ``axis`` (3,), a unit vector of the tool frame, in a state."""
+        return bool(self.lance_axis(state) @ axis >= _SAME_DIRECTION)
+
+    def state_with_lance(self, axis: Array) -> ToolState | None:
+        """The first state in which the lance points along ``axis`` (3,) of the tool frame, or None."""
+        return next((state for state in self.states if self.has_lance(state, axis)), None)
+
+    def R_tip_lance(self, state: ToolState) -> Array:
+        """Axes of the lance in the tool frame (3, 3): x along the lance, y nearly the tool's."""
+        x = self.lance_axis(state)
+        side = np.array([0.0, 1.0, 0.0]) if abs(x[1]) < _SAME_DIRECTION else np.array([1.0, 0.0, 0.0])
+        y = side - (side @ x) * x
+        y /= np.linalg.norm(y)
+        return np.column_stack([x, y, np.cross(x, y)]) + 0.0
