@@ -1,40 +1,103 @@
-"""First lower bounds of all distances of a segment, a whole window of states at a time.
+"""Lower bounds of the distances of all pairs over whole stretches of states, thousands at a time.
 
-Every part is covered by balls; a window's bound is the distance of the balls at its middle state, less
-how far the pair moves from there to either end. Coarse, but it leaves few pairs for the exact shapes.
+Two steps, each of which leaves few pairs and short stretches for the next, and at last for the exact shapes.
+First every segment is cut into windows, and the balls around all parts are compared with everything at the
+middle of each. What may be near there is then bounded by gaps across a few directions, and halved where that
+does not tell. Both take off how far a pair moves from the middle of a stretch to its ends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 from pickcli.verification.fcl_solids import distances_to_boxes
-from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
-
-Indices: TypeAlias = NDArray[np.int64]
 
 WINDOW = 0.1  # m that the fastest part moves in one window
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Stretches of states [first, last] and a state in the middle of each, (W,) indices."""
+    """W stretches of states [first, last] and a state in the middle of each, (W,) indices."""
 
     first: Indices
     middle: Indices
     last: Indices
 
-    def half_way(self, travel: Array) -> Array:
-        """How far, at most, the middle is from any other state, by the travel (N, ...) up to each state."""
-        back, ahead = travel[self.middle] - travel[self.first], travel[self.last] - travel[self.middle]
+    def half_way(self, states: States, reach: Array) -> Array:
+        """How far, at most, the middle of each is from any other of its states: (W, K) m.
+
+        Args:
+            states: The motion's.
+            reach: (K, n) m per unit of each joint.
+        """
+        back = states.travel[self.middle] - states.travel[self.first]
+        ahead = states.travel[self.last] - states.travel[self.middle]
+        # Not by BLAS, which would share out so little work among threads.
+        back, ahead = (np.einsum("wn,kn->wk", way, reach) for way in (back, ahead))
         return np.asarray(np.maximum(back, ahead))
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """M times a pair of solids over the states [first, last] of a segment; all arrays are (M,).
+
+    Attributes:
+        bound: m, below any distance of the pair in the stretch.
+        segment: Index of the segment.
+        a: Index of the solid that moves.
+        b: Index of the other, which may move, too.
+        first: Index of the first state.
+        last: Index of the last state.
+    """
+
+    bound: Array
+    segment: Indices
+    a: Indices
+    b: Indices
+    first: Indices
+    last: Indices
+
+    def __len__(self) -> int:
+        return len(self.bound)
+
+    def __getitem__(self, which: NDArray[np.bool_] | Indices) -> Stretches:
+        """Those of a mask or of indices."""
+        return Stretches(
+            self.bound[which],
+            self.segment[which],
+            self.a[which],
+            self.b[which],
+            self.first[which],
+            self.last[which],
+        )
+
+    @staticmethod
+    def joined(several: Sequence[Stretches]) -> Stretches:
+        """All of several, at least one, in their order."""
+        return Stretches(
+            np.concatenate([each.bound for each in several]),
+            np.concatenate([each.segment for each in several]),
+            np.concatenate([each.a for each in several]),
+            np.concatenate([each.b for each in several]),
+            np.concatenate([each.first for each in several]),
+            np.concatenate([each.last for each in several]),
+        )
+
+    @property
+    def middle(self) -> Indices:
+        """The state in the middle of each."""
+        return (self.first + self.last) // 2
+
+    def halved(self) -> Stretches:
+        """Both halves of each; the bounds are those of the whole."""
+        return Stretches.joined([replace(self, last=self.middle), replace(self, first=self.middle)])
 
 
 def windows(states: States, first: int, last: int, reach: Array) -> Windows:
@@ -47,61 +110,69 @@ def windows(states: States, first: int, last: int, reach: Array) -> Windows:
     return Windows(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
 
 
-def ball_centers(states: States, moving: tuple[Part, ...], at: Windows) -> tuple[Array, Array, Indices]:
-    """Centres (W, K, 3) in the world of all parts' balls, radii (K,), and where each part's balls start."""
-    centers, radii, starts = [], [], []
-    k = 0
-    for part in moving:
-        T = states.links[part.link, at.middle] @ part.T_link_shape
-        centers.append(part.balls.centers @ T[:, :3, :3].transpose(0, 2, 1) + T[:, None, :3, 3])
-        radii.append(np.full(len(part.balls.centers), part.balls.radius + part.slack))
-        starts.append(k)
-        k += len(part.balls.centers)
-    return np.concatenate(centers, axis=1), np.concatenate(radii), np.array(starts)
+def world_bounds(
+    states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: Windows
+) -> Array:
+    """Lower bounds (W, P, F) in m of the distances of parts (P,) from what stands (F,) in each window."""
+    centers = _centers(states, solids, moving, at)
+    away = distances_to_boxes(centers, solids.T[standing], solids.half[standing])
+    own = solids.radii(moving) + at.half_way(states, solids.reach[moving])
+    return np.asarray(away - own[:, :, None] - solids.slack[standing])
 
 
-def world_bounds(states: States, moving: tuple[Part, ...], standing: Sequence[Fixture], at: Windows) -> Array:
-    """Lower bounds (W, P, F) of the distance of every part from everything that stands."""
-    centers, radii, starts = ball_centers(states, moving, at)
-    boxes = np.stack([f.T_world_shape for f in standing])
-    half = np.stack([f.shape.extents / 2 for f in standing])
-    away = distances_to_boxes(centers.reshape(-1, 3), boxes, half).reshape(*centers.shape[:2], -1)
-    slack = np.array([f.slack for f in standing])
-    nearest = np.minimum.reduceat(away - radii[:, None], starts, axis=1) - slack
-    ways = np.stack([at.half_way(states.travel @ part.reach) for part in moving], axis=1)
-    return np.asarray(nearest - ways[:, :, None])
+def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: Windows) -> Array:
+    """Lower bounds (W, Q) in m of the distances between parts (P,): the pairs of np.triu_indices(P, 1)."""
+    i, j = np.triu_indices(len(moving), 1)
+    centers, radii = _centers(states, solids, moving, at), solids.radii(moving)
+    between = centers[:, i] - centers[:, j]
+    away = np.sqrt(np.einsum("wqk,wqk->wq", between, between))
+    way = at.half_way(states, solids.relative_reach(moving[i], moving[j]))
+    return np.asarray(away - (radii[i] + radii[j]) - way)
 
 
-def own_bounds(states: States, moving: tuple[Part, ...], at: Windows) -> Array:
-    """Lower bounds (W, P, P) of the distances between parts."""
-    centers, radii, starts = ball_centers(states, moving, at)
-    squared = np.einsum("wkc,wkc->wk", centers, centers)
-    product = centers @ centers.transpose(0, 2, 1)
-    away = np.sqrt(np.maximum(0.0, squared[:, :, None] + squared[:, None, :] - 2 * product))
-    away -= radii[:, None] + radii[None, :]
-    nearest = np.minimum.reduceat(np.minimum.reduceat(away, starts, axis=1), starts, axis=2)
-    joints = at.half_way(states.travel)  # (W, n)
-    reach = np.stack([[relative_reach(a, b) for b in moving] for a in moving])
-    return np.asarray(nearest - np.einsum("wn,abn->wab", joints, reach))
+def _centers(states: States, solids: SolidArrays, moving: Indices, at: Windows) -> Array:
+    """Centres (W, P, 3) in the world of the parts at the middle of each window."""
+    links = states.links[solids.link[moving], at.middle[:, None]]
+    return np.asarray((links @ solids.T[moving, :, 3, None])[:, :, :3, 0])
 
 
-def relative_reach(a: Part, b: Part) -> Array:
-    """How far two parts move relative to each other per unit of each joint (n,); joints between count."""
-    near, far = (a, b) if a.link <= b.link else (b, a)
-    return np.where(near.reach > 0.0, 0.0, far.reach)
+def near_stretches(
+    bounds: Array, segment: int, a: Indices, b: Indices, at: Windows, below: float
+) -> Stretches:
+    """The pairs (Q,) and windows of a segment with a bound (W, Q) that is lower than ``below`` m."""
+    w, q = np.nonzero(bounds < below)
+    return Stretches(bounds[w, q], np.full(len(w), segment), a[q], b[q], at.first[w], at.last[w])
 
 
-def candidates(
-    bounds: Array, tested: NDArray[np.bool_], at: Windows, below: float
-) -> Iterator[tuple[float, int, int, int, int]]:
-    """(bound, row, column, first, last) of every tested pair and window with a bound below ``below``."""
-    w, a, b = np.nonzero((bounds < below) & tested)
-    rows = zip(
-        bounds[w, a, b].tolist(),
-        a.tolist(),
-        b.tolist(),
-        at.first[w].tolist(),
-        at.last[w].tolist(),
-        strict=True,
-    )
-    yield from rows
+def tightened(
+    stretches: Stretches, below: float, floor: float, states: States, solids: SolidArrays
+) -> tuple[Stretches, float]:
+    """The same motion of the same pairs with higher bounds, where these were lower than ``below``.
+
+    A bound that stays lower is that of a stretch from one state to the next, or of one in the middle of
+    which there is no gap: there only the exact shapes tell more.
+
+    Args:
+        stretches: Any, of one motion.
+        below: m. It is lowered to the smallest gap that is met, as bounds over that are no use.
+        floor: m, but not lower than this.
+        states: The motion's.
+        solids: Of the stretches.
+
+    Returns:
+        The stretches, and ``below`` as it is then.
+    """
+    is_low = stretches.bound < below
+    done, low = [stretches[~is_low]], stretches[is_low]
+    while len(low):
+        middle, reach = low.middle, solids.relative_reach(low.a, low.b)
+        gaps = solids.gaps(states, low.a, low.b, middle)
+        back = states.travel[middle] - states.travel[low.first]
+        ahead = states.travel[low.last] - states.travel[middle]
+        way = np.maximum(np.einsum("mn,mn->m", back, reach), np.einsum("mn,mn->m", ahead, reach))
+        low = replace(low, bound=np.maximum(low.bound, gaps - way))
+        below = min(below, max(floor, float(gaps.min())))
+        is_split = (low.bound < below) & (low.last > low.first + 1) & (gaps > 0.0)
+        done.append(low[~is_split])
+        low = low[is_split].halved()
+    return Stretches.joined(done), below

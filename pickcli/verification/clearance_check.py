@@ -5,25 +5,33 @@ to each other in between, no distance is below (d_a + d_b - w) / 2 (Piyavskii an
 Lipschitz functions). The stretch with the lowest bound is always split next, so fcl is asked only where
 things are near, and when the lowest bound left is as high as the smallest distance measured, nothing in
 the whole motion can be nearer. Where two neighbouring states do not prove the clearance that is kept, more
-are looked at in between. First bounds come from balls around the parts, all pairs at once.
+are looked at in between. Bounds of all pairs at once (``broad_phase``) leave few stretches to ask fcl about.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count
+from itertools import chain, count
 
 import numpy as np
 
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
-from pickcli.verification.broad_phase import candidates, own_bounds, relative_reach, windows, world_bounds
+from pickcli.verification.broad_phase import (
+    Stretches,
+    near_stretches,
+    own_bounds,
+    tightened,
+    windows,
+    world_bounds,
+)
 from pickcli.verification.exemptions import Exemptions
-from pickcli.verification.moving_parts import Fixture, Part, farthest
+from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import Standing
 
@@ -33,6 +41,7 @@ FINER = 16  # parts into which a stretch between two states is cut where they do
 ROUNDING = 1e-5  # m by which a measured distance may fall short of the clearance
 UNPROVEN = 1e-4  # m by which a bound between two of the finer states may
 MAX_REASONS = 20
+FIRST_BELOW = 0.002  # m, bounds lower than it are the first to be tightened; then twice as much, and so on
 
 
 @dataclass(eq=False)
@@ -96,6 +105,17 @@ class Clearance:
     reasons: tuple[Reason, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Occupied:
+    """A segment: its states [first, last], and the indices of what moves (P,) and stands (F,) in it."""
+
+    index: int
+    first: int
+    last: int
+    moving: Indices
+    standing: Indices
+
+
 def check_clearance(
     plan: Plan,
     states: States,
@@ -111,49 +131,100 @@ def check_clearance(
     opening: pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere
     needed: m that all others keep
     """
-    queue: list[tuple[float, int, Pair, int, int, bool]] = []
-    ticket = count()
-    for k in range(len(plan.segments)):
-        for bound, pair, i, j in _near(plan, states, moving[k], world.of(k), k, exempt[k], opening):
-            queue.append((bound, next(ticket), pair, i, j, False))
-    heapq.heapify(queue)
-    return _search(plan, queue, ticket, needed)
+    fixed = [world.of(k) for k in range(len(plan.segments))]
+    every: dict[int, Part | Fixture] = {id(part): part for part in chain(*moving)}
+    every.update((id(fixture), fixture) for fixture in chain(*fixed))
+    solids, index = SolidArrays.of(every.values()), {key: i for i, key in enumerate(every)}
+    near = []
+    for k, segment in enumerate(plan.segments):
+        first, last = states.between(segment.t_start, segment.t_end)
+        own, others = (
+            np.array([index[id(each)] for each in some], np.int64) for some in (moving[k], fixed[k])
+        )
+        near.append(_near(states, solids, _Occupied(k, first, last, own, others), exempt[k], opening))
+    return _Search(plan, states, solids, Stretches.joined(near), needed).run()
 
 
-def _search(
-    plan: Plan,
-    queue: list[tuple[float, int, Pair, int, int, bool]],
-    ticket: Iterator[int],
-    needed: float,
-) -> Clearance:
-    """Split the lowest bound until it is known well enough."""
-    smallest, proven = FAR, FAR
-    reasons: dict[tuple[int, str], Reason] = {}
-    n_distances = 0
-    while queue and len(reasons) < MAX_REASONS:
-        bound, _, pair, i, j, is_measured = heapq.heappop(queue)
-        if bound >= max(needed, min(proven, smallest - RESOLUTION)):
-            proven = min(proven, bound)
-            break
-        if (pair.segment, pair.names) in reasons:
-            continue
-        stretches = ((i, (i + j) // 2), ((i + j) // 2, j)) if is_measured and j > i + 1 else ((i, j),)
-        for start, end in stretches:
-            n_distances += (start not in pair.measured) + (end not in pair.measured)
-            low = pair.bound(start, end)
-            near = min(pair.distance(start), pair.distance(end))
-            is_last = end <= start + 1
-            if is_last and low < needed <= near:
-                near, low = pair.finer(start)
-            smallest = min(smallest, near)
-            if near <= max(0.0, needed - ROUNDING) or (is_last and low <= max(0.0, needed - UNPROVEN)):
-                reasons[pair.segment, pair.names] = _reason(plan, pair, start, end, needed)
-                break
-            if is_last:
-                proven = min(proven, low)
-            else:
-                heapq.heappush(queue, (low, next(ticket), pair, start, end, True))
-    return Clearance(min(proven, smallest), n_distances, tuple(reasons.values()))
+class _Search:
+    """The lowest bound is split until it is known well enough.
+
+    Bounds below ``_below`` m have been tightened and stand in a heap, the others wait.
+    """
+
+    def __init__(
+        self, plan: Plan, states: States, solids: SolidArrays, near: Stretches, needed: float
+    ) -> None:
+        self._plan, self._states, self._solids, self._needed = plan, states, solids, needed
+        self._waiting, self._below = near, 0.0
+        self._heap: list[tuple[float, int, Pair, int, int, bool]] = []
+        self._ticket = count()
+        self._pairs: dict[tuple[int, int, int], Pair] = {}
+        self._reasons: dict[tuple[int, str], Reason] = {}
+        self._smallest = self._proven = FAR
+        self._n_distances = 0
+
+    def run(self) -> Clearance:
+        """The smallest clearance, or reasons."""
+        while len(self._reasons) < MAX_REASONS and self._has_lower():
+            _, _, pair, i, j, is_measured = heapq.heappop(self._heap)
+            if (pair.segment, pair.names) in self._reasons:
+                continue
+            for start, end in ((i, (i + j) // 2), ((i + j) // 2, j)) if is_measured else ((i, j),):
+                if not self._measure(pair, start, end):
+                    break
+        return Clearance(min(self._proven, self._smallest), self._n_distances, tuple(self._reasons.values()))
+
+    def _has_lower(self) -> bool:
+        """Whether the heap's lowest bound is too low to leave it at that; what waits is tightened before."""
+        while not self._heap or self._heap[0][0] >= self._below:
+            enough = max(self._needed, min(self._proven, self._smallest - RESOLUTION))
+            if self._below >= enough:
+                lowest = self._heap[0][0] if self._heap else FAR
+                self._proven = min(self._proven, lowest, self._waiting.bound.min(initial=FAR))
+                return False
+            self._tighten(min(enough, max(FIRST_BELOW, self._needed, 2.0 * self._below)))
+        return True
+
+    def _tighten(self, below: float) -> None:
+        floor = max(FIRST_BELOW, self._needed, self._below + RESOLUTION)
+        found, below = tightened(self._waiting, below, floor, self._states, self._solids)
+        self._waiting, self._below = found[found.bound >= below], below
+        low = found[found.bound < below]
+        columns = (low.bound, low.segment, low.a, low.b, low.first, low.last)
+        for bound, k, a, b, first, last in zip(*(column.tolist() for column in columns), strict=True):
+            heapq.heappush(self._heap, (bound, next(self._ticket), self._pair(k, a, b), first, last, False))
+
+    def _pair(self, segment: int, a: int, b: int) -> Pair:
+        if (segment, a, b) not in self._pairs:
+            reach = self._solids.relative_reach(np.array([a]), np.array([b]))[0]
+            self._pairs[segment, a, b] = Pair(segment, *self._solids.pair(a, b), self._states, reach)
+        return self._pairs[segment, a, b]
+
+    def _measure(self, pair: Pair, i: int, j: int) -> bool:
+        """Ask fcl about both ends of a stretch. False: they are a reason against the plan."""
+        needed = self._needed
+        self._n_distances += (i not in pair.measured) + (j not in pair.measured)
+        low, near = pair.bound(i, j), min(pair.distance(i), pair.distance(j))
+        is_last = j <= i + 1
+        if is_last and low < needed <= near:
+            near, low = self._finer(pair, i)
+        self._smallest = min(self._smallest, near)
+        if near <= max(0.0, needed - ROUNDING) or (is_last and low <= max(0.0, needed - UNPROVEN)):
+            self._reasons[pair.segment, pair.names] = _reason(self._plan, pair, i, j, needed)
+            return False
+        if is_last:
+            self._proven = min(self._proven, low)
+        else:
+            heapq.heappush(self._heap, (low, next(self._ticket), pair, i, j, True))
+        return True
+
+    def _finer(self, pair: Pair, i: int) -> tuple[float, float]:
+        """As ``Pair.finer``; fcl is asked only where the gaps between the two do not do."""
+        states, solids = self._states.finer(i, FINER), SolidArrays.of((pair.a, pair.b))
+        one = np.zeros(FINER + 1, dtype=np.int64)
+        gaps = solids.gaps(states, one, one + 1, np.arange(FINER + 1))
+        low = float((gaps[:-1] + gaps[1:] - np.diff(states.travel @ pair.reach)).min()) / 2
+        return (float(gaps.min()), low) if low >= self._needed else pair.finer(i)
 
 
 def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
@@ -172,44 +243,43 @@ def _reason(plan: Plan, pair: Pair, i: int, j: int, needed: float) -> Reason:
 
 
 def _near(
-    plan: Plan,
     states: States,
-    moving: tuple[Part, ...],
-    standing: tuple[Fixture, ...],
-    k: int,
+    solids: SolidArrays,
+    at: _Occupied,
     exempt: Exemptions,
     opening: frozenset[tuple[str, str]],
-) -> Iterator[tuple[float, Pair, int, int]]:
-    """(bound, pair, i, j) of every pair and stretch of states of segment k that may come nearer than FAR."""
-    segment = plan.segments[k]
-    at = windows(states, *states.between(segment.t_start, segment.t_end), farthest(moving))
-    tested = np.array(
-        [
-            [
-                (p.name, f.name) not in opening and not exempt.is_world_pair_untested(p, f.name)
-                for f in standing
-            ]
-            for p in moving
-        ]
+) -> Stretches:
+    """Every stretch of a segment in which a pair that is tested may come nearer than FAR.
+
+    Args:
+        states: The motion's.
+        solids: The plan's.
+        at: The segment.
+        exempt: What it does not test.
+        opening: Pairs (part, fixture) that are followed elsewhere.
+    """
+
+    def is_world_pair_tested(a: Part, b: Part | Fixture) -> bool:
+        return (a.name, b.name) not in opening and not exempt.is_world_pair_untested(a, b.name)
+
+    def is_own_pair_tested(a: Part, b: Part | Fixture) -> bool:
+        return isinstance(b, Part) and not exempt.is_own_pair_untested(a, b)
+
+    cut = windows(states, at.first, at.last, solids.reach[at.moving].max(axis=0))
+    bounds = world_bounds(states, solids, at.moving, at.standing, cut).reshape(len(cut.middle), -1)
+    a, b = (index.ravel() for index in np.meshgrid(at.moving, at.standing, indexing="ij"))
+    world = near_stretches(bounds, at.index, a, b, cut, FAR)
+    a, b = (at.moving[index] for index in np.triu_indices(len(at.moving), 1))
+    own = near_stretches(own_bounds(states, solids, at.moving, cut), at.index, a, b, cut, FAR)
+    return Stretches.joined(
+        [_tested(world, solids, is_world_pair_tested), _tested(own, solids, is_own_pair_tested)]
     )
-    bounds = world_bounds(states, moving, standing, at)
-    yield from _pairs(k, states, moving, standing, candidates(bounds, tested, at, FAR))
-    tested = np.array([[not exempt.is_own_pair_untested(a, b) for b in moving] for a in moving])
-    bounds = own_bounds(states, moving, at)
-    yield from _pairs(k, states, moving, moving, candidates(bounds, np.triu(tested), at, FAR))
 
 
-def _pairs(
-    k: int,
-    states: States,
-    moving: Sequence[Part],
-    others: Sequence[Part | Fixture],
-    found: Iterator[tuple[float, int, int, int, int]],
-) -> Iterator[tuple[float, Pair, int, int]]:
-    pairs: dict[tuple[int, int], Pair] = {}
-    for bound, a, b, i, j in found:
-        if (a, b) not in pairs:
-            one, other = moving[a], others[b]
-            reach = relative_reach(one, other) if isinstance(other, Part) else one.reach
-            pairs[a, b] = Pair(k, one, other, states, reach)
-        yield bound, pairs[a, b], i, j
+def _tested(
+    stretches: Stretches, solids: SolidArrays, is_tested: Callable[[Part, Part | Fixture], bool]
+) -> Stretches:
+    """Those of pairs that are tested; every pair is asked about once."""
+    keys, which = np.unique(stretches.a * len(solids.solids) + stretches.b, return_inverse=True)
+    pairs = (solids.pair(*divmod(key, len(solids.solids))) for key in keys.tolist())
+    return stretches[np.fromiter((is_tested(*pair) for pair in pairs), dtype=bool, count=len(keys))[which]]

@@ -28,6 +28,7 @@ from pickcli.verification.contact_exemptions import ends_at_rest
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.forward_kinematics import T_lance_cup, cup_position
 from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import Standing
 from pickcli.verification.straightness_check import FIRST_LIFT
@@ -95,10 +96,10 @@ class _Pair:
 
     def _deeper(self, part: Part, at: range, allowed: float) -> Iterator[Reason]:
         """At most one reason: the deepest state."""
-        depths = [self._depth(part, i) for i in at]
-        deepest = max(depths)
+        depths = self._depths(part, at)
+        deepest = float(depths.max())
         if deepest > allowed:
-            t = self.states.times[at[depths.index(deepest)]]
+            t = self.states.times[at[int(np.argmax(depths))]]
             depth = f"{deepest * 1e3:.1f} mm deep, {allowed * 1e3:.1f} explained"
             where = f"segment {self.k} ({self.segment.kind})"
             detail = f"{self.part.name} and {self.fixture.name} at {t:.3f} s, {depth}"
@@ -113,6 +114,14 @@ class _Pair:
         """m at state i, negative where they overlap."""
         depth = self._depth(self.part, i)
         return -depth if depth > 0.0 else self.part.solid.distance(self.fixture.solid)
+
+    def _depths(self, part: Part, at: range) -> Array:
+        """m at each of the states; only those where no gap shows are worth asking fcl about."""
+        i = np.arange(at.start, at.stop)
+        one, other = np.zeros_like(i), np.ones_like(i)
+        solids = SolidArrays.of((replace(part, slack=0.0), replace(self.fixture, slack=0.0)))
+        is_apart = solids.gaps(self.states, one, other, i) > 0.0
+        return np.array([0.0 if is_apart[k - at.start] else self._depth(part, k) for k in at])
 
     def _depth(self, part: Part, i: int) -> float:
         at: Array = self.states.links[part.link, i] @ part.T_link_shape

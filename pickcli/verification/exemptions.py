@@ -42,8 +42,7 @@ class Exemptions:
             return a.is_cup or b.is_cup
         names = frozenset((a.name, b.name))
         # Where no joint moves between two links their pose is the tool maker's business.
-        is_rigid = not ((a.reach > 0.0) != (b.reach > 0.0)).any()
-        return is_rigid or names in self.neighbours or names in self.allowed
+        return names in self.neighbours or names in self.allowed or _is_rigid(a, b)
 
 
 def exemptions(
@@ -56,6 +55,11 @@ def exemptions(
         Exemptions(_touching(plan, scene, states, moving, world, k), neighbours, allowed)
         for k in range(len(plan.segments))
     )
+
+
+def _is_rigid(a: Part, b: Part) -> bool:
+    """Whether no joint moves between two parts."""
+    return bool(((a.reach > 0.0) == (b.reach > 0.0)).all())
 
 
 def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import fcl
 import numpy as np
@@ -76,6 +77,7 @@ class Balls:
     radius: float  # m
 
 
+@lru_cache(maxsize=256)
 def cover(shape: Shape) -> Balls:
     """Balls in a row along the longest side of the shape's box."""
     extents = shape.extents
@@ -93,7 +95,12 @@ def cover(shape: Shape) -> Balls:
 
 
 def distances_to_boxes(points: Array, T_world_box: Array, half: Array) -> Array:
-    """Distances (P, B) in m of points (P, 3) from boxes (B, 4, 4) with half extents (B, 3); 0 inside."""
-    local = (points[:, None] - T_world_box[:, :3, 3])[:, :, None, :] @ T_world_box[:, :3, :3]
-    outside = np.maximum(0.0, np.abs(local[:, :, 0]) - half)
-    return np.asarray(np.sqrt(np.einsum("pbk,pbk->pb", outside, outside)))
+    """Distances (..., B) in m of points (..., 3) from boxes (B, 4, 4) with half extents (B, 3); 0 inside."""
+    squared = np.zeros((*points.shape[:-1], len(half)))
+    for axis in range(3):
+        towards = T_world_box[:, :3, axis]
+        outside = points @ towards.T
+        outside -= np.einsum("bk,bk->b", towards, T_world_box[:, :3, 3])
+        outside = np.maximum(0.0, np.abs(outside, out=outside) - half[:, axis])
+        squared += np.square(outside, out=outside)
+    return np.sqrt(squared)

@@ -5,11 +5,16 @@ It shares no code with the kernel on purpose: two programs must agree before the
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.robot import Joint, JointType, Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array, pose, rotation_axis_angle
+
+BLOCK = 1024  # configurations of which the whole chain stays in the cache; BLAS takes no threads for so few
 
 
 def link_poses(robot: Robot, Q: Array) -> Array:
@@ -18,26 +23,47 @@ def link_poses(robot: Robot, Q: Array) -> Array:
     The links stand in the order of ``robot.links``. The tool's joint stands at 0: what hangs on it is
     posed by ``T_lance_cup``.
     """
-    poses = [np.broadcast_to(robot.T_world_base, (len(Q), 4, 4))]
-    for joint in robot.joints:
-        poses.append(poses[-1] @ (joint.T_parent_joint @ _motion(robot, joint, Q)))
-    return np.stack(poses)
+    out = np.empty((len(robot.joints) + 1, len(Q), 4, 4))
+    out[0] = robot.T_world_base
+    for first in range(0, len(Q), BLOCK):
+        block = slice(first, first + BLOCK)
+        for i, joint in enumerate(robot.joints):
+            out[i + 1, block] = _moved(robot, joint, out[i, block], Q[block])
+    return out
 
 
-def _motion(robot: Robot, joint: Joint, Q: Array) -> Array:
-    """Poses (N, 4, 4) of the joint's child in the joint frame."""
-    T = np.tile(np.eye(4), (len(Q), 1, 1))
-    if joint.name not in robot.joint_names:
+def _moved(robot: Robot, joint: Joint, T_world_parent: Array, Q: Array) -> Array:
+    """Poses (N, 4, 4) in the world of a joint's child, by those of its parent and Q (N, n)."""
+    rows = T_world_parent.reshape(-1, 4)
+    T, *turns = ((rows @ factor).reshape(-1, 4, 4) for factor in _factors(joint))
+    if not _is_planned(robot, joint) or joint.type is JointType.FIXED:
         return T
-    q = Q[:, robot.joint_names.index(joint.name)]
+    q = Q[:, robot.joint_names.index(joint.name), None, None]
     if joint.type is JointType.PRISMATIC:
-        T[:, :3, 3] = q[:, None] * joint.axis
-    elif joint.type is not JointType.FIXED:
-        x, y, z = joint.axis
-        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        sine, cosine = np.sin(q)[:, None, None], np.cos(q)[:, None, None]
-        T[:, :3, :3] = np.eye(3) + sine * K + (1.0 - cosine) * (K @ K)
+        T[:, :3, 3] += q[:, 0] * (T[:, :3, :3] @ joint.axis)
+    else:
+        for turn, share in zip(turns, (np.sin(q), 1.0 - np.cos(q)), strict=True):
+            T += np.multiply(turn, share, out=turn)
     return T
+
+
+@lru_cache(maxsize=64)
+def _factors(joint: Joint) -> tuple[Array, ...]:
+    """What poses of its parent are multiplied with, each (4, 4): T, and of a joint that turns A and B.
+
+    Its child stands at T + sin(q) A + (1 - cos(q)) B (Rodrigues).
+    """
+    T = joint.T_parent_joint
+    if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS):
+        return (T,)
+    x, y, z = joint.axis
+    K = np.zeros((4, 4))
+    K[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    return T, T @ K, T @ K @ K
+
+
+def _is_planned(robot: Robot, joint: Joint) -> bool:
+    return joint.name in robot.joint_names
 
 
 def cup_joint_index(robot: Robot) -> int:
@@ -77,14 +103,21 @@ def reaches(robot: Robot, link: int, radius: float) -> Array:
     configuration within the limits: the way from a joint's axis to the point along the links is never
     shorter than the distance between them.
     """
-    out = np.zeros(robot.n_joints)
-    way = radius
+    base, turns = _reaches_of_origin(robot, link)
+    return np.where(turns, base + radius, base)
+
+
+@lru_cache(maxsize=64)
+def _reaches_of_origin(robot: Robot, link: int) -> tuple[Array, NDArray[np.bool_]]:
+    """The reaches (n,) of a link's origin, and by which joints (n,) points about it are turned."""
+    out, turns = np.zeros(robot.n_joints), np.zeros(robot.n_joints, dtype=bool)
+    way = 0.0
     for i in range(link - 1, -1, -1):  # joint i carries link i + 1; the way runs back towards the base
         joint = robot.joints[i]
         if joint.name in robot.joint_names:
             j = robot.joint_names.index(joint.name)
-            is_linear = joint.type is JointType.PRISMATIC
-            out[j] = 1.0 if is_linear else way
-            way += max(abs(joint.lower), abs(joint.upper)) if is_linear else 0.0
+            turns[j] = joint.type is not JointType.PRISMATIC
+            out[j] = way if turns[j] else 1.0
+            way += 0.0 if turns[j] else max(abs(joint.lower), abs(joint.upper))
         way += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
-    return out
+    return out, turns

@@ -17,6 +17,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.quintic import motion
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like
 STEP = 1e-3  # s
@@ -85,7 +86,7 @@ def held_wrenches(plan: Plan, scene: Scene, T_tip_item: Array) -> tuple[Array, A
     n = int(np.ceil((held[-1].t_end - held[0].t_start) / STEP)) + 1
     times = np.asarray(held[0].t_start + STEP * np.arange(-1, n + 1), dtype=np.float64)
     robot = scene.cell.robot
-    tips = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), held[0].tool_state)
+    tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), held[0].tool_state)
     return times[1:-1], wrenches(tips, T_tip_item, scene.item(plan.grasp.item), STEP)
 
 

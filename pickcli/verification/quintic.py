@@ -45,22 +45,24 @@ def largest(points: Array) -> Array:
     From above, and within RELATIVE of the true value but for curves made to defy it: pieces that cannot
     hold the maximum drop out, the others are halved; the hull shrinks with the square of their length.
     """
-    return np.array([_largest(points[:, :, j]) for j in range(points.shape[2])])
-
-
-def _largest(points: Array) -> float:
-    attained = -np.inf
+    n = points.shape[2]
+    of = np.tile(np.arange(n), len(points))  # which of the n each polynomial belongs to
+    points = np.swapaxes(points, 1, 2).reshape(-1, points.shape[1])
+    attained: Array = np.full(n, -np.inf)
+    found = attained
     for _ in range(60):
-        attained = max(attained, float(points[:, [0, -1]].max()))
-        bounds = points.max(axis=1)
-        slack = RELATIVE * max(1e-6, abs(attained))
-        points = points[bounds > attained + slack]
+        np.maximum.at(attained, of, np.maximum(points[:, 0], points[:, -1]))
+        slack = RELATIVE * np.maximum(1e-6, np.abs(attained))
+        found = attained + slack
+        may_hold = points.max(axis=1) > found[of]
+        points, of = points[may_hold], of[may_hold]
         if len(points) == 0:
-            return attained + slack
+            return np.asarray(found)
         if len(points) > MOST_PIECES:
             break
-        points = np.concatenate(_halves(points))
-    return max(attained, float(points.max()))
+        points, of = np.concatenate(_halves(points)), np.concatenate([of, of])
+    np.maximum.at(found, of, points.max(axis=1))
+    return np.asarray(found)
 
 
 def _halves(points: Array) -> tuple[Array, Array]:
@@ -73,11 +75,47 @@ def _halves(points: Array) -> tuple[Array, Array]:
     return np.stack(left, axis=1), np.stack(right[::-1], axis=1)
 
 
-def variation(trajectory: Trajectory, times: Array) -> Array:
-    """How far each joint travels, at most, between consecutive times: (len(times) - 1, n), rad or m.
+def variation(p: Array, v: Array, a: Array, times: Array) -> Array:
+    """How far each joint travels, at most, between consecutive times: (M - 1, n) rad or m.
 
-    times: strictly increasing, with every knot of the trajectory among them, so that each stretch is one
-    quintic; its way is at most that along its control points.
+    Each stretch is to be one quintic: then its way is at most that along its control points.
+
+    Args:
+        p: (M, n) positions at the times, see ``motion``.
+        v: (M, n) velocities.
+        a: (M, n) accelerations.
+        times: (M,) s, strictly increasing, with every knot of the trajectory between them among them.
     """
-    p, v, a = (trajectory.sample(times, derivative) for derivative in range(3))
     return np.asarray(np.abs(_legs(p, v, a, np.diff(times)[:, None])).sum(axis=0))
+
+
+def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
+    """Positions, velocities and accelerations, each (M, n), at times (M,).
+
+    Times outside of the trajectory are clamped to its ends, where it is at rest.
+    """
+    knots = trajectory.times
+    times = np.clip(times, 0.0, knots[-1])
+    i = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
+    h = np.diff(knots)[i, None]
+    u = (times[:, None] - knots[i, None]) / h
+    c0, c1, c2, c3, c4, c5 = (c[i] for c in _powers(trajectory))
+    p = c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
+    v = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * (5 * c5))))) / h
+    a = (2 * c2 + u * (6 * c3 + u * (12 * c4 + u * (20 * c5)))) / (h * h)
+    return p, v, a
+
+
+def _powers(trajectory: Trajectory) -> Array:
+    """Coefficients (6, pieces, n) of the powers of u, which runs from 0 to 1 over each piece."""
+    h = np.diff(trajectory.times)[:, None]
+    v, a = trajectory.velocities, trajectory.accelerations
+    c1, c2 = h * v[:-1], h * h * a[:-1] / 2
+    # What the end lies beyond the first three powers, in position, velocity and acceleration.
+    p_off = np.diff(trajectory.positions, axis=0) - c1 - c2
+    v_off = h * v[1:] - c1 - 2 * c2
+    a_off = h * h * a[1:] - 2 * c2
+    c3 = 10 * p_off - 4 * v_off + a_off / 2
+    c4 = -15 * p_off + 7 * v_off - a_off
+    c5 = 6 * p_off - 3 * v_off + a_off / 2
+    return np.stack([trajectory.positions[:-1], c1, c2, c3, c4, c5])

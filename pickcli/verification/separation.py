@@ -59,6 +59,51 @@ def half_widths(shape: Shape, directions: Array) -> Array:
     return np.asarray(size[0] * np.hypot(x, y) + z * size[1] / 2)
 
 
+def half_width_terms(shape: Shape) -> Array:
+    """Five lengths (5,) in m that say the half width of any shape in one formula.
+
+    Across a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|,
+    hypot(x, y) and 1, each times its term: box, cylinder and sphere differ in what is 0.
+    """
+    size = shape.size
+    if shape.kind is ShapeKind.BOX:
+        return np.array([size[0] / 2, size[1] / 2, size[2] / 2, 0.0, 0.0])
+    if shape.kind is ShapeKind.SPHERE:
+        return np.array([0.0, 0.0, 0.0, 0.0, size[0]])
+    return np.array([0.0, 0.0, size[1] / 2, size[0], 0.0])
+
+
+def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array:
+    """Lower bounds (M,) in m of the distances of many pairs of posed shapes; negative where there is no gap.
+
+    Of each pair the widest gap counts across the axes of both, the products of these (for boxes these tell
+    whether the two meet: the separating axis theorem), and the line between the centres.
+
+    Args:
+        terms_a: (M, 5) of the first shapes, see ``half_width_terms``.
+        T_a: (M, 4, 4) their poses in the world.
+        terms_b: (M, 5) of the second shapes.
+        T_b: (M, 4, 4) their poses in the world.
+    """
+    R_a, R_b, between = T_a[:, :3, :3], T_b[:, :3, :3], T_b[:, :3, 3] - T_a[:, :3, 3]
+    axes_a, axes_b = np.swapaxes(R_a, 1, 2), np.swapaxes(R_b, 1, 2)
+    edges = np.cross(axes_a[:, :, None], axes_b[:, None]).reshape(-1, 9, 3)
+    ways = np.concatenate([axes_a, axes_b, edges, between[:, None]], axis=1)
+    lengths = np.sqrt(np.einsum("mkc,mkc->mk", ways, ways))
+    is_way = lengths > _NO_WAY
+    across = ways / np.where(is_way, lengths, 1.0)[:, :, None]
+    middles = np.abs(across @ between[:, :, None])[:, :, 0]
+    widths = _half_widths_of_many(terms_a, across @ R_a) + _half_widths_of_many(terms_b, across @ R_b)
+    return np.asarray(np.where(is_way, middles - widths, -np.inf).max(axis=1))
+
+
+def _half_widths_of_many(terms: Array, directions: Array) -> Array:
+    """(M, K) of shapes with terms (M, 5) for unit directions (M, K, 3) in the shapes' own frames."""
+    flat = np.abs(directions) @ terms[:, :3, None]
+    around = np.hypot(directions[:, :, 0], directions[:, :, 1])
+    return np.asarray(flat[:, :, 0] + around * terms[:, 3, None] + terms[:, 4, None])
+
+
 def half_width(shape: Shape, T: Array, direction: Array) -> float:
     """From the shape's centre to the farthest plane across a unit direction (3,) that touches it, m."""
     x, y, z = (float(c) for c in direction @ T[:3, :3])

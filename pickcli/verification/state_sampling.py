@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from pickcli.cell.robot import Robot
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.verification.forward_kinematics import link_poses
-from pickcli.verification.quintic import variation
+from pickcli.verification.quintic import motion, variation
 
 MAX_STEP = 0.002  # m, farthest that any point of robot or held item moves between two states
 MAX_STATES = 100_000
@@ -28,6 +28,7 @@ class States:
     max_step: float  # m, what was reached
     robot: Robot
     trajectory: Trajectory
+    _finer: dict[tuple[int, int], States] = field(default_factory=dict, repr=False)
 
     def between(self, t_start: float, t_end: float) -> tuple[int, int]:
         """Indices of the states at two times that are among the states' (segment ends are)."""
@@ -36,12 +37,10 @@ class States:
 
     def finer(self, i: int, n: int) -> States:
         """The stretch from state i to the next one, cut into n equal parts."""
-        times = np.linspace(self.times[i], self.times[i + 1], n + 1)
-        way = variation(self.trajectory, times)
-        Q = self.trajectory.sample(times)
-        travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
-        links = link_poses(self.robot, Q)
-        return States(times, Q, links, travel, self.max_step, self.robot, self.trajectory)
+        if (i, n) not in self._finer:
+            times = np.linspace(self.times[i], self.times[i + 1], n + 1)
+            self._finer[i, n] = _states_at(times, self.robot, self.trajectory, self.max_step)
+        return self._finer[i, n]
 
 
 def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
@@ -52,7 +51,7 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
     """
     times = _merged(np.concatenate([trajectory.times, also]))
     while True:
-        way = variation(trajectory, times)
+        way = variation(*motion(trajectory, times), times)
         steps = way @ reach
         if not np.ceil(steps / MAX_STEP).sum() <= MAX_STATES:  # before they are integers, which overflow
             break
@@ -60,9 +59,14 @@ def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Arra
         if n.max() <= 1:
             break
         times = np.concatenate([_split(times, np.maximum(n, 1)), times[-1:]])
-    Q = trajectory.sample(times)
-    travel = np.concatenate([np.zeros((1, Q.shape[1])), np.cumsum(way, axis=0)])
-    return States(times, Q, link_poses(robot, Q), travel, float(steps.max()), robot, trajectory)
+    return _states_at(times, robot, trajectory, float(steps.max()))
+
+
+def _states_at(times: Array, robot: Robot, trajectory: Trajectory, max_step: float) -> States:
+    p, v, a = motion(trajectory, times)
+    way = variation(p, v, a, times)
+    travel = np.concatenate([np.zeros((1, p.shape[1])), np.cumsum(way, axis=0)])
+    return States(times, p, link_poses(robot, p), travel, max_step, robot, trajectory)
 
 
 def _merged(times: Array) -> Array:

@@ -14,7 +14,6 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PoseNoise, Scene
-from pickcli.verification.broad_phase import relative_reach
 from pickcli.verification.clearance_check import (
     FAR,
     FINER,
@@ -28,6 +27,7 @@ from pickcli.verification.exemptions import exemptions
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Part, parts, parts_of_segments
+from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import MAX_STEP
 from pickcli.verification.static_solids import standing
 from pickcli.verification.verify import sampled, verify
@@ -206,7 +206,10 @@ def near_pairs() -> tuple[tuple[Pair, ...], Plan]:
     moving, world = parts_of_segments(plan, scene, None)[0], standing(plan, scene, None).of(0)
     states = sampled(plan, scene, [moving])
     pairs = [Pair(0, a, b, states, a.reach) for a in moving for b in world]
-    pairs += [Pair(0, a, b, states, relative_reach(a, b)) for a, b in combinations(moving, 2)]
+    arrays = SolidArrays.of(moving)
+    i, j = np.triu_indices(len(moving), 1)
+    reaches = arrays.relative_reach(i, j)
+    pairs += [Pair(0, *arrays.pair(a, b), states, reach) for a, b, reach in zip(i, j, reaches, strict=True)]
     return tuple(p for p in pairs if 0.0 < p.distance(0) < 0.1 and p.travel[-1] > 0.01), plan
 
 

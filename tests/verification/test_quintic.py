@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.motion.trajectory import Trajectory
-from pickcli.verification.quintic import control_points, largest, variation
+from pickcli.verification.quintic import control_points, largest, motion, variation
 
 
 def random_trajectory(seed: int, n: int = 3) -> Trajectory:
@@ -71,11 +71,23 @@ def test_the_jerk_of_short_pieces_is_not_lost_in_rounding() -> None:
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
+def test_the_motion_is_the_trajectory(seed: int) -> None:
+    """At its knots, at its end, anywhere between them and outside of it, with both derivatives."""
+    trajectory = random_trajectory(seed)
+    between = np.random.default_rng(seed).uniform(0, trajectory.duration, 50)
+    times = np.unique(np.concatenate([[-1.0, trajectory.duration + 1.0], trajectory.times, between]))
+    for derivative, values in enumerate(motion(trajectory, times)):
+        expected = trajectory.sample(times, derivative)
+        np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
 def test_the_way_of_a_joint_is_never_underestimated(seed: int) -> None:
     trajectory = random_trajectory(seed)
     between = np.random.default_rng(seed).uniform(0, trajectory.duration, 5)
     times = np.unique(np.concatenate([trajectory.times, between]))
-    bound = variation(trajectory, times)
+    bound = variation(*motion(trajectory, times), times)
     for i, (a, b) in enumerate(pairwise(times)):
         way = np.abs(np.diff(trajectory.sample(np.linspace(a, b, 300)), axis=0)).sum(axis=0)
         assert (bound[i] >= way - 1e-9).all()
@@ -83,4 +95,4 @@ def test_the_way_of_a_joint_is_never_underestimated(seed: int) -> None:
     fine = np.linspace(0, trajectory.duration, 20001)
     true = np.abs(np.diff(trajectory.sample(fine), axis=0)).sum(axis=0)
     dense = np.unique(np.concatenate([trajectory.times, fine]))
-    assert variation(trajectory, dense).sum(axis=0) == pytest.approx(true, rel=1e-3)
+    assert variation(*motion(trajectory, dense), dense).sum(axis=0) == pytest.approx(true, rel=1e-3)

@@ -1,0 +1,98 @@
+"""Many solids as arrays, so that distances of thousands of pairs are bounded at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.geometry import Array
+from pickcli.verification.moving_parts import Fixture, Part
+from pickcli.verification.separation import half_width_terms, widest_gaps
+from pickcli.verification.state_sampling import States
+
+Indices: TypeAlias = NDArray[np.int64]
+
+BATCH = 1024  # pairs whose gaps are found at once: what is in between stays in the cache
+
+
+@dataclass(frozen=True, eq=False)
+class SolidArrays:
+    """S solids that move with a link or stand still; n is the number of joints.
+
+    Attributes:
+        solids: The S solids themselves.
+        link: (S,) index of the link that carries each, -1 for what stands.
+        T: (S, 4, 4) pose of each in its link, or in the world.
+        terms: (S, 5) of each shape's half width, see ``half_width_terms``.
+        half: (S, 3) half extents in m of the box around each, in its own frame.
+        slack: (S,) m that any point may be outside of the shape.
+        reach: (S, n) m that any point moves per unit of each joint, at most.
+    """
+
+    solids: tuple[Part | Fixture, ...]
+    link: Indices
+    T: Array
+    terms: Array
+    half: Array
+    slack: Array
+    reach: Array
+
+    @classmethod
+    def of(cls, solids: Iterable[Part | Fixture]) -> SolidArrays:
+        """The arrays of solids, at least one of which moves."""
+        found = tuple(solids)
+        still = next(np.zeros_like(solid.reach) for solid in found if isinstance(solid, Part))
+        return cls(
+            found,
+            np.array([solid.link if isinstance(solid, Part) else -1 for solid in found]),
+            np.stack(
+                [solid.T_link_shape if isinstance(solid, Part) else solid.T_world_shape for solid in found]
+            ),
+            np.stack([half_width_terms(solid.shape) for solid in found]),
+            np.stack([solid.shape.extents / 2 for solid in found]),
+            np.array([solid.slack for solid in found]),
+            np.stack([solid.reach if isinstance(solid, Part) else still for solid in found]),
+        )
+
+    def pair(self, a: int, b: int) -> tuple[Part, Part | Fixture]:
+        """The solids of two indices, the first of which moves."""
+        one = self.solids[a]
+        assert isinstance(one, Part)
+        return one, self.solids[b]
+
+    def radii(self, which: Indices) -> Array:
+        """Radii (M,) in m of balls about the centres that contain the solids, slack included."""
+        terms = self.terms[which]
+        return np.asarray(np.linalg.norm(terms[:, :4], axis=1) + terms[:, 4] + self.slack[which])
+
+    def T_world(self, states: States, which: Indices, at: Indices) -> Array:
+        """Poses (M, 4, 4) in the world of solids (M,) at states (M,)."""
+        T, link = self.T[which], self.link[which]
+        moves = link >= 0
+        T[moves] = states.links[link[moves], at[moves]] @ T[moves]
+        return np.asarray(T)
+
+    def relative_reach(self, a: Indices, b: Indices) -> Array:
+        """How far two solids move relative to each other per unit of each joint: (M, n) m.
+
+        Only the joints between the two count: those that move the one farther from the base alone.
+        """
+        is_a_nearer = (self.link[a] <= self.link[b])[:, None]
+        near = np.where(is_a_nearer, self.reach[a], self.reach[b])
+        far = np.where(is_a_nearer, self.reach[b], self.reach[a])
+        return np.where(near > 0.0, 0.0, far)
+
+    def gaps(self, states: States, a: Indices, b: Indices, at: Indices) -> Array:
+        """Lower bounds (M,) in m of the distances of pairs at states (M,), slack taken off."""
+        found = [
+            widest_gaps(
+                self.terms[a[k]], self.T_world(states, a[k], at[k]),
+                self.terms[b[k]], self.T_world(states, b[k], at[k]),
+            )
+            for k in (slice(first, first + BATCH) for first in range(0, len(a), BATCH))
+        ]  # fmt: skip
+        return np.asarray(np.concatenate(found) - self.slack[a] - self.slack[b])

@@ -1,0 +1,130 @@
+"""Bounds of many pairs at once: never above a distance that the exact shapes have, and near to it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import Array, pose
+from pickcli.verification.broad_phase import Stretches, own_bounds, tightened, windows, world_bounds
+from pickcli.verification.fcl_solids import Solid
+from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.moving_parts import Fixture, Part, parts_of_segments
+from pickcli.verification.separation import half_width_terms, widest_gaps
+from pickcli.verification.solid_arrays import SolidArrays
+from pickcli.verification.state_sampling import States
+from pickcli.verification.static_solids import standing
+from pickcli.verification.verify import sampled
+from support.handmade_plans import pick
+
+ROUNDING = 1e-9  # m
+
+
+def random_shape(rng: np.random.Generator) -> Shape:
+    kind = ShapeKind(rng.choice(list(ShapeKind)))
+    n = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.SPHERE: 1}[kind]
+    return Shape(kind, tuple(rng.uniform(0.01, 0.3, n).tolist()))
+
+
+def random_pose(rng: np.random.Generator) -> Array:
+    return pose(rng.uniform(-0.4, 0.4, 3), rpy=rng.uniform(-np.pi, np.pi, 3))
+
+
+def exact_distance(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
+    one, other = Solid(a), Solid(b)
+    one.place(T_a)
+    other.place(T_b)
+    return one.distance(other)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_gap_is_wider_than_the_distance(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, b, T_a, T_b = random_shape(rng), random_shape(rng), random_pose(rng), random_pose(rng)
+    gap = widest_gaps(half_width_terms(a)[None], T_a[None], half_width_terms(b)[None], T_b[None])[0]
+    assert gap <= exact_distance(a, T_a, b, T_b) + 2e-5  # what the search for the distance may fall short
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_the_gap_of_two_boxes_tells_whether_they_meet(seed: int) -> None:
+    """The axes that are tried are all that it takes (separating axis theorem)."""
+    rng = np.random.default_rng(seed)
+    a, b = (Shape(ShapeKind.BOX, tuple(rng.uniform(0.05, 0.3, 3).tolist())) for _ in range(2))
+    T_a, T_b = random_pose(rng), random_pose(rng)
+    gap = widest_gaps(half_width_terms(a)[None], T_a[None], half_width_terms(b)[None], T_b[None])[0]
+    if abs(gap) > 1e-4:
+        assert (gap > 0.0) == (exact_distance(a, T_a, b, T_b) > 0.0)
+
+
+def test_faces_that_lie_opposite_each_other_are_bounded_exactly() -> None:
+    terms = half_width_terms(Shape(ShapeKind.BOX, (0.2, 0.2, 0.2)))[None]
+    assert widest_gaps(terms, np.eye(4)[None], terms, pose((0.25, 0.03, 0.0))[None])[0] == pytest.approx(0.05)
+
+
+@cache
+def carried() -> tuple[States, SolidArrays, list[int], list[int]]:
+    """A pick's states, and what moves and what stands while it lifts the item."""
+    plan, scene = pick()
+    T_tip_item = pose_in_tool(plan, scene)
+    moving = parts_of_segments(plan, scene, T_tip_item)
+    k = next(k for k, segment in enumerate(plan.segments) if segment.held is not None)
+    solids = SolidArrays.of((*moving[k], *standing(plan, scene, T_tip_item).of(k)))
+    n = len(moving[k])
+    return sampled(plan, scene, moving), solids, list(range(n)), list(range(n, len(solids.solids)))
+
+
+def distance_at(states: States, a: Part, b: Part | Fixture, i: int) -> float:
+    for part in (a, b):
+        if isinstance(part, Part):
+            part.solid.place(states.links[part.link, i] @ part.T_link_shape)
+    return a.solid.distance(b.solid) - a.slack - b.slack
+
+
+def test_the_first_bounds_hold_all_over_their_windows() -> None:
+    states, solids, moving, fixed = carried()
+    cut = windows(states, 0, len(states.times) - 1, solids.reach.max(axis=0))
+    world = world_bounds(states, solids, np.array(moving), np.array(fixed), cut)
+    own = own_bounds(states, solids, np.array(moving), cut)
+    pairs = list(zip(*np.triu_indices(len(moving), 1), strict=True))
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        w = int(rng.integers(len(cut.first)))
+        i = int(rng.integers(cut.first[w], cut.last[w] + 1))
+        p, f, q = int(rng.integers(len(moving))), int(rng.integers(len(fixed))), int(rng.integers(len(pairs)))
+        a, b = solids.pair(moving[p], fixed[f])
+        assert world[w, p, f] <= max(0.0, distance_at(states, a, b, i)) + ROUNDING
+        a, b = solids.pair(moving[pairs[q][0]], moving[pairs[q][1]])
+        assert own[w, q] <= max(0.0, distance_at(states, a, b, i)) + ROUNDING
+
+
+def test_tightened_bounds_hold_and_cover_the_same_motion() -> None:
+    """All states of every pair remain in some stretch, and what stays low is too short to be split."""
+    states, solids, moving, fixed = carried()
+    a, b = (index.ravel() for index in np.meshgrid(moving, fixed, indexing="ij"))
+    zero, last = np.zeros_like(a), np.full_like(a, len(states.times) - 1)
+    whole = Stretches(np.full(len(a), -np.inf), zero, a, b, zero, last)
+    below = 0.01
+    found, reached = tightened(whole, below, below, states, solids)
+    assert reached == below
+    rng = np.random.default_rng(0)
+    for k in rng.choice(len(found), 300).tolist():
+        one, other = solids.pair(int(found.a[k]), int(found.b[k]))
+        for i in {
+            int(found.first[k]),
+            int(found.last[k]),
+            int(rng.integers(found.first[k], found.last[k] + 1)),
+        }:
+            assert found.bound[k] <= max(0.0, distance_at(states, one, other, i)) + ROUNDING
+    for k in range(len(a)):
+        mine = (found.a == a[k]) & (found.b == b[k])
+        order = np.argsort(found.first[mine])
+        first, end = found.first[mine][order], found.last[mine][order]
+        assert first[0] == 0 and end[-1] == last[k] and (first[1:] == end[:-1]).all()
+    assert (found.bound >= below).any()
