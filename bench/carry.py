@@ -15,7 +15,7 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -23,6 +23,7 @@ from unittest import mock
 import numpy as np
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import NoPlanError, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
@@ -30,7 +31,6 @@ from pickcli.planning import stitching
 from pickcli.planning.certified_timing import Carried, carried_run, proven_run
 from pickcli.planning.cup_load import carried_load
 from pickcli.planning.pick import Start, plan_pick
-from pickcli.planning.pieces import Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
@@ -58,40 +58,41 @@ class Carry:
 class Recorder:
     """Stands in for ``carried_run`` and keeps what the last carry was made of."""
 
-    last: tuple[Sequence[Piece], Grasp, Hold, float, Carried] | None = None
+    last: tuple[Scene, Sequence[MotionSegment], Grasp, Hold, Carried] | None = None
 
     def __call__(
-        self, planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, speed_scale: float
+        self, planner: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
     ) -> Carried | Reason:
-        carried = carried_run(planner, pieces, grasp, hold, speed_scale)
+        carried = carried_run(planner, scene, segments, grasp, hold)
         if isinstance(carried, Carried):
-            self.last = pieces, grasp, hold, speed_scale, carried
+            self.last = scene, segments, grasp, hold, carried
         return carried
 
 
 def scaled_run(
-    planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, scale: float
+    planner: Planner, scene: Scene, segments: Sequence[MotionSegment], hold: Hold, scale: float
 ) -> tuple[float, float] | None:
     """Seconds and load ratio of a carry with all limits scaled, or None where it is not proven."""
-    run = proven_run(planner, [replace(piece, scale=scale * piece.scale) for piece in pieces])
+    run = proven_run(planner, scene, [segment.scaled(scale) for segment in segments])
     if isinstance(run, Reason):
         return None
-    load = carried_load(planner.arm, grasp.tool_state, run.trajectory, hold)
+    load = carried_load(planner.arm, segments[0].mode.tool_state, run.trajectory, hold)
     return run.trajectory.duration, load.ratio
 
 
 def compared(planner: Planner, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
     """The last carry timed in all three ways."""
     assert recorder.last is not None
-    pieces, grasp, hold, scale, carried = recorder.last
+    scene, segments, _, hold, carried = recorder.last
+    scale = 1.0
     most, timed = planner.settings.load_ratio, carried.run.trajectory.duration
-    free = scaled_run(planner, pieces, grasp, hold, scale)
+    free = scaled_run(planner, scene, segments, hold, scale)
     if free is None:
         return None
     (duration, ratio), slowed = free, free
     while slowed is not None and slowed[1] > most and scale >= SLOWEST:
         scale *= SLOWER
-        slowed = scaled_run(planner, pieces, grasp, hold, scale)
+        slowed = scaled_run(planner, scene, segments, hold, scale)
     held = slowed[0] if slowed is not None and slowed[1] <= most else None
     return Carry(item, ratio, duration, held, timed, planning_ms)
 

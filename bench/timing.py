@@ -18,10 +18,10 @@ import numpy as np
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import PathSegment, SegmentKind, SegmentLimits
 from pickcli.timing.path_limits import path_bounds
 from pickcli.timing.stopping_trajectory import stop
-from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.toppra_closed_form import parametrize
 
 ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])
@@ -36,9 +36,9 @@ NAMES = ("rail", "s", "l", "e", "u", "r", "b", "t")
 N_SEEDS = 12
 
 
-def coarse(rng: np.random.Generator) -> list[RunPart]:
+def coarse(rng: np.random.Generator) -> list[PathSegment]:
     waypoints = np.cumsum(rng.normal(size=(5, 8)) * 0.4, axis=0)
-    return [RunPart(SegmentKind.TRANSIT, waypoints, blend_tolerance=0.05)]
+    return [PathSegment(SegmentKind.TRANSIT, waypoints, SegmentLimits(blend_tolerance=0.05))]
 
 
 def curve(rng: np.random.Generator) -> Array:
@@ -46,20 +46,20 @@ def curve(rng: np.random.Generator) -> Array:
     return np.asarray(0.2 * np.sin(rng.uniform(0.9, 4.5, 8) * t + rng.uniform(0.0, 6.0, 8)))
 
 
-def insert(rng: np.random.Generator) -> list[RunPart]:
-    return [RunPart(SegmentKind.PREAPPROACH, curve(rng), blend_tolerance=0.002)]
+def insert(rng: np.random.Generator) -> list[PathSegment]:
+    return [PathSegment(SegmentKind.PREAPPROACH, curve(rng), SegmentLimits(blend_tolerance=0.002))]
 
 
-def pick(rng: np.random.Generator) -> list[RunPart]:
+def pick(rng: np.random.Generator) -> list[PathSegment]:
     dense = curve(rng)
     way = np.concatenate([dense[:1], dense[0] + np.cumsum(rng.normal(size=(3, 8)) * 0.4, axis=0)])[::-1]
     return [
-        RunPart(SegmentKind.TRANSIT, way, blend_tolerance=0.05),
-        RunPart(SegmentKind.PREAPPROACH, dense, blend_tolerance=0.002),
+        PathSegment(SegmentKind.TRANSIT, way, SegmentLimits(blend_tolerance=0.05)),
+        PathSegment(SegmentKind.PREAPPROACH, dense, SegmentLimits(blend_tolerance=0.002)),
     ]
 
 
-def measure(make: Callable[[np.random.Generator], list[RunPart]]) -> tuple[Array, list[TimedRun]]:
+def measure(make: Callable[[np.random.Generator], list[PathSegment]]) -> tuple[Array, list[TimedRun]]:
     rows, runs = [], []
     for seed in range(N_SEEDS):
         parts = make(np.random.default_rng(seed))

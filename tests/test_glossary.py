@@ -24,13 +24,7 @@ UNNAMED = {
     "planning": {
         "Bringing",
         "Carried",
-        "Landing",
-        "Piece",
         "WayIn",
-        "into_bin",
-        "into_tote",
-        "landing",
-        "pieces",
         "promises",
     },
     "precompute": {"EdgeRecipe", "Learned", "Learner", "MotionRecipe", "Reproof", "SecondRoutes"},

@@ -23,15 +23,15 @@ from pickcli.cell.shapes import Shape
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import InputError
+from pickcli.collision.motion_segment import Mode
+from pickcli.errors import Failures, InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import RESERVE, Planner
-from pickcli.planning.stages.grasp_motion import InBin
 from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.placement import plan_placement
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
@@ -92,19 +92,18 @@ def _of_pick(
     tool_state = feasible[0].grasp.tool_state
     kin = [f for f in feasible if f.grasp.tool_state == tool_state]
     start = _start(planner, scene, tool_state, rng)
-    there = _nearest(planner, start, [f.preapproach.waypoints[0] for f in kin])
+    there = _nearest(planner, start, [f.start for f in kin])
     chosen = kin[there]
-    landings = into_tote(asked, chosen, number)
-    if isinstance(landings, list):
+    landings = plan_placement(asked, chosen, None, number)
+    if isinstance(landings, Failures):
         return []
-    out = chosen.retreat[-1].waypoints[-1]
+    out = chosen.end
     over = _nearest(planner, out, [landing.start for landing in landings])
-    transit = planner.checker(scene, tool_state, reserve=RESERVE)
+    transit = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
     gone = frozenset({target})
-    transfer = planner.checker(
-        scene, tool_state, chosen.held, asked.contacts.while_transferring(), reserve=RESERVE
-    )
-    to, above, held = _first(chosen), landings[over].start, chosen.held
+    carrying = Mode(tool_state, chosen.attached, asked.contacts.while_transferring(), RESERVE)
+    transfer = planner.checker_for(scene, carrying)
+    to, above, held = chosen.start, landings[over].start, chosen.attached
     made = [
         Query(f"{number} to {target}", number, tool_state, None, frozenset(), start, to, transit),
         Query(f"{number} with {target}", number, tool_state, held, gone, out, above, transfer),
@@ -112,13 +111,9 @@ def _of_pick(
     return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]
 
 
-def _first(chosen: InBin) -> Array:
-    return np.asarray(chosen.preapproach.waypoints[0])
-
-
 def _start(planner: Planner, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
-    tests = planner.checker(scene, tool_state, reserve=RESERVE)
+    tests = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
     named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
     free = [q for q in named if tests.is_valid(q)]
     return free[int(rng.integers(len(free)))]

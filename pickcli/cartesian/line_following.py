@@ -6,7 +6,7 @@ Unlike a Cartesian planner that returns a fraction, a line here is whole or come
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,23 +21,23 @@ POSITION_TOLERANCE = 5e-4  # m, largest distance of the tool from its line betwe
 ANGLE_TOLERANCE = 3e-3  # rad
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A straight line of the tool as a joint polyline (N, n), N >= 2, proven free."""
-
-    waypoints: Array
-
-    def backwards(self) -> Line:
-        """The same line from its end to its start: what is free one way is free the other way."""
-        return Line(self.waypoints[::-1].copy())
-
-
 def follow_line(
     arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, tool_state: ToolState, q_a: Array, where: str
-) -> Line | Reason:
-    """The line from T_a, where the arm stands at q_a, to T_b; or why there is none.
+) -> Array | Reason:
+    """Follow a straight line of the tool, proven free.
 
-    The waypoints that are kept hold the tool within 0.5 mm and 0.17 degrees of the line.
+    Args:
+        arm: Kinematics of the arm.
+        checker: What proves the line.
+        T_a: (4, 4) tool in the world where the line begins.
+        T_b: (4, 4) tool in the world where it ends.
+        tool_state: State of the tool.
+        q_a: (n,) configuration of the arm at ``T_a``.
+        where: The line, as reasons call it.
+
+    Returns:
+        Waypoints (N, n), N >= 2, of a joint polyline that holds the tool within 0.5 mm and 0.17 degrees of
+        the line; or why there is none.
     """
     poses = line(T_a, T_b)
     result = arm.follow(poses[1:], tool_state, q_a)
@@ -47,7 +47,7 @@ def follow_line(
     dense = np.vstack([q_a[None], result.configurations])
     kept = dense[_essential(arm, tool_state, dense, poses)]
     blocked = _blocked(checker, kept)
-    return Line(kept) if blocked is None else blocked.at(where)
+    return kept if blocked is None else blocked.at(where)
 
 
 def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:

@@ -19,11 +19,13 @@ class AttachedItem:
         item: What is held.
         T_tip_item: (4, 4) item frame in the tool frame.
         inflate: m, how far any of its points may be from where that pose says.
+        id: Of the item in its scene, "" of one that only stands for many.
     """
 
     item: Item
     T_tip_item: Array
     inflate: float = 0.0
+    id: str = ""
 
     @property
     def name(self) -> str:

@@ -1,11 +1,17 @@
-"""Segments: the named parts of a motion."""
+"""Segments, the named parts of a motion: on a path, and with their times in a plan."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Self
+
+import numpy as np
 
 from pickcli.cell.tool import ToolState
+from pickcli.geometry import Array
+
+STANDING = 1e-6  # joint units of path below which a segment does not move at all
 
 
 class SegmentKind(StrEnum):
@@ -21,6 +27,58 @@ class SegmentKind(StrEnum):
     INSERT = "insert"  # straight into a bin, item held
     PLACE = "place"  # straight down into the tote, or onto the floor of a bin
     DEPART = "depart"  # straight away, empty: from where the item was let go, or from what the cup touches
+
+
+@dataclass(frozen=True)
+class SegmentLimits:
+    """How fast a segment may be gone through, and how round.
+
+    Attributes:
+        speed_scale: Of the joints' velocity, acceleration and jerk limits.
+        max_tool_speed: m/s of the tip, None without a limit of its own.
+        blend_tolerance: Joint units by which blends may leave the polyline; 0 stops at each corner.
+    """
+
+    speed_scale: float = 1.0
+    max_tool_speed: float | None = None
+    blend_tolerance: float = 0.002
+
+
+UNLIMITED = SegmentLimits()
+
+
+@dataclass(frozen=True, eq=False)
+class PathSegment:
+    """One named part of a path, before it has a time.
+
+    Attributes:
+        kind: What it is for.
+        waypoints: (N, n) polyline in joint space, N >= 1; the first is the last of the segment before.
+        limits: How fast it may be gone through, and how round.
+    """
+
+    kind: SegmentKind
+    waypoints: Array
+    limits: SegmentLimits = UNLIMITED
+
+    @property
+    def start(self) -> Array:
+        """First configuration (n,)."""
+        return np.asarray(self.waypoints[0])
+
+    @property
+    def end(self) -> Array:
+        """Last configuration (n,)."""
+        return np.asarray(self.waypoints[-1])
+
+    @property
+    def has_length(self) -> bool:
+        """Whether it moves at all."""
+        return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > STANDING
+
+    def scaled(self, by: float) -> Self:
+        """The segment with all limits of the joints scaled, on top of its own scale."""
+        return replace(self, limits=replace(self.limits, speed_scale=self.limits.speed_scale * by))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import PathSegment, SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.sampling_planner import plan
@@ -23,7 +23,7 @@ from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.empty_cell_checkers import RESERVE, checker
 from pickcli.roadmap.trajectory_database import PayloadClass
-from pickcli.timing.timed_run import RunPart, time_run
+from pickcli.timing.timed_run import time_run
 from pickcli.trajopt.certified_clearance import is_proven
 from pickcli.trajopt.jerk_filter import filter_jerk
 from pickcli.trajopt.minimum_time_search import MinimumTimeSearch
@@ -32,6 +32,8 @@ from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
+
+BLEND = 0.02  # joint units by which blends may leave a path
 
 
 @dataclass(frozen=True)
@@ -172,5 +174,6 @@ def _timed(query: BenchmarkQuery, path: JointPath) -> float:
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
         return query.proving.first_invalid_edge(chords, slack)
 
-    part = RunPart(SegmentKind.TRANSIT, path.waypoints, query.cell.speed_scale)
-    return time_run(path.joint_names, [part], query.cell.robot.limits, is_free).trajectory.duration
+    limits = SegmentLimits(speed_scale=query.cell.speed_scale, blend_tolerance=BLEND)
+    segment = PathSegment(SegmentKind.TRANSIT, path.waypoints, limits)
+    return time_run(path.joint_names, [segment], query.cell.robot.limits, is_free).trajectory.duration

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cell.tool import ToolState
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.cup_load import carried_load, path_load
-from pickcli.planning.pieces import SLOWER_THAN_ALLOWED, Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import broken_promise, mended
+from pickcli.planning.stages.grasp_motion import SLOWER_THAN_ALLOWED
+from pickcli.scene.scene import Scene
 from pickcli.timing.path_constraint import PathConstraint
-from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.trajectory_chords import trajectory_chords
 from pickcli.timing.wrench_limit import WrenchLimit
 
@@ -35,14 +38,21 @@ class Carried:
     load: Load
 
 
-def proven_run(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
-    """One run over the pieces whose timed motion is proven free."""
+def proven_run(planner: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> TimedRun | Reason:
+    """One run whose timed motion is proven free.
+
+    Args:
+        planner: What times and proves it.
+        scene: What stands around it.
+        segments: What it goes through, from rest to rest.
+    """
+    checkers = _checkers(planner, scene, segments)
     failed: Reason | None = None
     for are_blends_proven in (False, True):
-        run = _timed(planner, pieces, 1.0, are_blends_proven)
+        run = _timed(planner, segments, checkers if are_blends_proven else None)
         if isinstance(run, Reason):
             return run
-        failed = prove(run, pieces)
+        failed = prove(run, segments, checkers)
         if failed is None:
             return run
     assert failed is not None
@@ -50,25 +60,31 @@ def proven_run(planner: Planner, pieces: Sequence[Piece]) -> TimedRun | Reason:
 
 
 def carried_run(
-    planner: Planner, pieces: Sequence[Piece], grasp: Grasp, hold: Hold, speed_scale: float
+    planner: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
 ) -> Carried | Reason:
-    """The same with an item, nowhere faster than the cup holds under gravity and acceleration.
+    """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
     Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed anew, with
     the wrench among its limits.
 
-    hold: the item as it hangs in the cup. speed_scale: the item's, of all limits
+    Args:
+        planner: What times and proves it.
+        scene: What stands around it.
+        segments: What it goes through, from rest to rest.
+        grasp: Where the cup sits on the item.
+        hold: The item as it hangs in the cup.
     """
     most = planner.settings.load_ratio
     where = f"{grasp.kind} grasp on face {grasp.face}"
-    waypoints = np.vstack([piece.waypoints for piece in pieces])
+    waypoints = np.vstack([segment.waypoints for segment in segments])
     still = path_load(planner.arm, grasp.tool_state, waypoints, hold)
     if still.ratio > most:
         return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
     cup = WrenchLimit(planner.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
+    checkers = _checkers(planner, scene, segments)
     limit, are_blends_proven = None, False
     while True:
-        run = _timed(planner, pieces, speed_scale, are_blends_proven, limit)
+        run = _timed(planner, segments, checkers if are_blends_proven else None, limit)
         if isinstance(run, Reason):
             return run
         load = carried_load(planner.arm, grasp.tool_state, run.trajectory, hold)
@@ -77,7 +93,7 @@ def carried_run(
                 return Reason("does not hold", where, f"{load} as timed, {load.ratio:.2f} of the limit")
             limit = cup
             continue
-        failed = prove(run, pieces)
+        failed = prove(run, segments, checkers)
         if failed is None:
             return Carried(run, load)
         if are_blends_proven:
@@ -85,22 +101,29 @@ def carried_run(
         are_blends_proven = True
 
 
-def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
-    """Prove the timed motion itself free, quintic by quintic, by the checker of the piece it lies in.
+def _checkers(planner: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> list[SceneChecker]:
+    return [planner.checker_for(scene, segment.mode) for segment in segments]
 
-    What reaches into two pieces is proven by both. None when all is free.
+
+def prove(
+    run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
+) -> Reason | None:
+    """Prove the timed motion itself free, quintic by quintic, by the checker of the segment it lies in.
+
+    What reaches into two segments is proven by both. None when all is free.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times
-    for piece, t_start, t_end in zip(pieces, run.part_times[:-1], run.part_times[1:], strict=True):
+    spans = zip(run.part_times[:-1], run.part_times[1:], strict=True)
+    for segment, checker, (t_start, t_end) in zip(segments, checkers, spans, strict=True):
         first = max(0, int(np.searchsorted(times, t_start, side="right")) - 1)
         last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
         if last <= first:
             continue
-        i = piece.checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
+        i = checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
         if i >= 0:
-            reason = piece.checker.explain_edge(chords[first + i], chords[first + i + 1])
-            where = f"{piece.kind} at {times[first + i]:.3f} s"
+            reason = checker.explain_edge(chords[first + i], chords[first + i + 1])
+            where = f"{segment.kind} at {times[first + i]:.3f} s"
             what = "the timed motion is not proven free"
             return Reason(what, where, str(reason), reason.in_the_way)
     return None
@@ -108,53 +131,51 @@ def prove(run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
 
 def _timed(
     planner: Planner,
-    pieces: Sequence[Piece],
-    slower: float,
-    are_blends_proven: bool,
+    segments: Sequence[MotionSegment],
+    checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None = None,
 ) -> TimedRun | Reason:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
     fastest = planner.cell.robot.tool.contact_speed
-    run = _timed_once(planner, pieces, slower, are_blends_proven, limit)
+    run = _timed_once(planner, segments, checkers, limit)
     for _ in range(MENDS):
-        if isinstance(run, Reason) or (better := mended(planner.arm, fastest, run, pieces)) is None:
+        if isinstance(run, Reason) or (better := mended(planner.arm, fastest, run, segments)) is None:
             return run
-        pieces = better
-        run = _timed_once(planner, pieces, slower, are_blends_proven, limit)
-    return run if isinstance(run, Reason) else broken_promise(planner.arm, fastest, run, pieces) or run
+        segments = better
+        run = _timed_once(planner, segments, checkers, limit)
+    return run if isinstance(run, Reason) else broken_promise(planner.arm, fastest, run, segments) or run
 
 
 def _timed_once(
     planner: Planner,
-    pieces: Sequence[Piece],
-    slower: float,
-    are_blends_proven: bool,
+    segments: Sequence[MotionSegment],
+    checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None,
 ) -> TimedRun | Reason:
-    """One run, with corners as round as asked for, or only as round as is proven free.
+    """One run, with corners as round as asked for, or only as round as the checkers prove free.
 
     The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
     """
     most = planner.cell.max_tool_speed
     cap = None if most is None else SLOWER_THAN_ALLOWED * most
-    parts = [
-        RunPart(p.kind, p.waypoints, p.scale * slower, _lower(p.max_tool_speed, cap), p.blend) for p in pieces
+    capped = [
+        replace(s, limits=replace(s.limits, max_tool_speed=_lower(s.limits.max_tool_speed, cap)))
+        for s in segments
     ]
 
     def is_free(part: int, chords: Array, slack: Array) -> int:
-        return pieces[part].checker.first_invalid_edge(chords, slack)
+        assert checkers is not None
+        return checkers[part].first_invalid_edge(chords, slack)
 
     # A cell's own limit holds for both places of the cup, whichever it is in.
-    tool_states = [pieces[-1].tool_state] if most is None else planner.cell.robot.tool.states
+    states = [segments[-1].mode.tool_state] if most is None else planner.cell.robot.tool.states
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
-        return np.asarray(
-            np.max([_tip_travel(planner.arm, Q, dQ, tool_state) for tool_state in tool_states], axis=0)
-        )
+        return np.asarray(np.max([_tip_travel(planner.arm, Q, dQ, state) for state in states], axis=0))
 
-    blends = is_free if are_blends_proven else None
+    arm, blends = planner.arm, None if checkers is None else is_free
     try:
-        return time_run(planner.arm.names, parts, planner.arm.limits, blends, tool_speed, constraint=limit)
+        return time_run(arm.names, capped, arm.limits, blends, tool_speed, constraint=limit)
     except NoPlanError as error:
         return error.reasons[0]
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.pieces import Piece
 from pickcli.planning.recovery_rules import Rules
-from pickcli.planning.stitching import assemble_pieces
+from pickcli.planning.stitching import stitch_run
 
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
 JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
@@ -22,8 +22,7 @@ JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
 
 def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
     """A short straight edge in joint space that takes the nearest pair apart farthest."""
-    q, tool_state = rules.start.q, rules.start.tool_state
-    all_pairs = rules.planner.checker(rules.seen, tool_state, reserve=rules.reserve)
+    q, all_pairs = rules.start.q, rules.all_pairs
     before = all_pairs.clearance(q)
     ranked = []
     for step in _jogs(rules, all_pairs):
@@ -41,8 +40,8 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
         elif (closes := rules.closes(edge)) is not None:
             failures += closes
         else:
-            piece = Piece(SegmentKind.TRANSIT, edge, tool_state, checker, scale=rules.scale)
-            plan = assemble_pieces(rules.planner, rules.scene, [piece], label, seed)
+            segment = MotionSegment(SegmentKind.TRANSIT, edge, mode=rules.mode()).scaled(rules.scale)
+            plan = stitch_run(rules.planner, rules.scene, [segment], label, seed)
             if not isinstance(plan, Reason):
                 return plan
             failures += plan

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import time
 
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.transit import plan_coarse
-from pickcli.planning.stitching import assemble_move
+from pickcli.planning.stitching import stitch_run
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
@@ -23,13 +25,14 @@ def plan_move(
     Raises NoPlanError with the reasons.
     """
     began = time.perf_counter()
-    checker = planner.checker(scene, start.tool_state)
+    mode = Mode(start.tool_state)
+    checker = planner.checker_for(scene, mode)
     if not checker.is_valid(q_goal):
         raise NoPlanError(label, [checker.explain(q_goal).at("goal")])
     coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Failures):
         raise NoPlanError(label, coarse)
-    plan = assemble_move(planner, scene, start.tool_state, coarse, label, seed)
+    plan = stitch_run(planner, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Reason):
         raise NoPlanError(label, [plan])
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))

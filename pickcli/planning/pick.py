@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.into_bin import into_bin
-from pickcli.planning.into_tote import into_tote
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.pieces import PickMotion
 from pickcli.planning.planning_context import RESERVE, Planner
-from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.grasp_selection import feasible_grasps
-from pickcli.planning.stages.transit import Coarse, plan_coarse
-from pickcli.planning.stitching import assemble_pick
+from pickcli.planning.stages.placement import plan_placement
+from pickcli.planning.stages.transit import plan_coarse
+from pickcli.planning.stitching import PickMotion, stitch_pick
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_seed
 
@@ -39,9 +39,8 @@ class Start:
 class WayIn:
     """A grasp with the coarse motion to it."""
 
-    in_bin: InBin
-    transit: Coarse
-    transit_tool_state: ToolState
+    in_bin: GraspMotion
+    transit: MotionSegment
     total: float  # about the seconds to the end of the retreat, and what the grasp's score is worth
 
 
@@ -81,7 +80,7 @@ def plan_pick(
             failures += motion
             continue
         carried = time.perf_counter()
-        plan = assemble_pick(query, motion, label, seed)
+        plan = stitch_pick(query, motion, label, seed)
         if isinstance(plan, Reason):
             failures += plan
             continue
@@ -96,7 +95,7 @@ def plan_pick(
 
 
 def _ways_in(
-    query: BinQuery, feasible: Sequence[InBin], start: Start, seed: int
+    query: BinQuery, feasible: Sequence[GraspMotion], start: Start, seed: int
 ) -> Iterator[WayIn | Failures]:
     """Ways to the pre-approach configurations, the fastest whole way in first, and why others failed.
 
@@ -126,43 +125,44 @@ def _ways_in(
 
 
 def _way_in(
-    query: BinQuery, group: Sequence[InBin], tool_state: ToolState, start: Start, seed: int
+    query: BinQuery, group: Sequence[GraspMotion], tool_state: ToolState, start: Start, seed: int
 ) -> WayIn | Failures:
     """The fastest way into one of the grasps with one tool state."""
     planner = query.planner
     # While the cup turns on the way, the volume that it sweeps must be free.
-    shape = tool_state if tool_state == start.tool_state else MOVING
-    checker = planner.checker(query.scene, shape, reserve=RESERVE)
-    goals = np.stack([f.preapproach.waypoints[0] for f in group])
+    mode = Mode(tool_state if tool_state == start.tool_state else MOVING, reserve=RESERVE)
+    goals = np.stack([f.start for f in group])
     worth = planner.settings.load_worth
     extra = [_in_bin_duration(planner, f) + 0.2 * f.grasp.score + worth * f.grasp.load_ratio for f in group]
     name = derived_seed(seed, "transit", query.target.id, tool_state)
+    checker = planner.checker_for(query.scene, mode)
     coarse = plan_coarse(planner, checker, start.q, goals, extra, name, "transit")
     if isinstance(coarse, Failures):
         return coarse
-    return WayIn(group[coarse.goal], coarse, shape, coarse.duration + extra[coarse.goal])
+    transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
+    return WayIn(group[coarse.goal], transit, coarse.duration + extra[coarse.goal])
 
 
-def _in_bin_duration(planner: Planner, f: InBin) -> float:
+def _in_bin_duration(planner: Planner, f: GraspMotion) -> float:
     """Estimated seconds from the pre-approach to the end of the retreat."""
-    lines = (f.preapproach, f.approach, f.contact, f.freed, f.lift, *f.retreat)
-    return float(sum(estimated_duration(planner.space, line.waypoints) for line in lines))
+    segments = (*f.inward, *f.outward)
+    return float(sum(estimated_duration(planner.space, segment.waypoints) for segment in segments))
 
 
 def _carried_out(query: BinQuery, option: WayIn, into: str, seed: int) -> PickMotion | Failures:
     """The way from the end of the retreat to where the item is let go, for one way in."""
     planner, chosen, target = query.planner, option.in_bin, query.target
     cell_bin = None if into == TOTE else planner.cell.pod.bins[into]
-    landings = into_bin(query, chosen, cell_bin, seed) if cell_bin else into_tote(query, chosen, seed)
-    if isinstance(landings, Failures):
-        return landings
-    contacts = query.contacts.while_transferring()
-    carrying = planner.checker(query.scene, chosen.grasp.tool_state, chosen.held, contacts, RESERVE)
-    goals = np.stack([landing.start for landing in landings])
-    extra = [landing.cost for landing in landings]
+    placements = plan_placement(query, chosen, cell_bin, seed)
+    if isinstance(placements, Failures):
+        return placements
+    mode = Mode(chosen.grasp.tool_state, chosen.attached, query.contacts.while_transferring(), RESERVE)
+    goals = np.stack([placement.start for placement in placements])
+    extra = [placement.cost for placement in placements]
     name = derived_seed(seed, "transfer", target.id)
-    q = chosen.retreat[-1].waypoints[-1]
-    transfer = plan_coarse(planner, carrying, q, goals, extra, name, "transfer")
-    if isinstance(transfer, Failures):
-        return transfer
-    return PickMotion(chosen, option.transit, option.transit_tool_state, transfer, landings[transfer.goal])
+    checker = planner.checker_for(query.scene, mode)
+    coarse = plan_coarse(planner, checker, chosen.end, goals, extra, name, "transfer")
+    if isinstance(coarse, Failures):
+        return coarse
+    transfer = coarse.segment(SegmentKind.TRANSFER, replace(mode, reserve=0.0))
+    return PickMotion(option.transit, chosen, transfer, placements[coarse.goal])

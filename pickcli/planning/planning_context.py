@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.tool import ToolState
-from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
-from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
@@ -64,26 +62,16 @@ class Planner:
         """What collision checks share."""
         return CollisionModel(self.cell)
 
+    def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
+        """What proves motions of the robot in one mode in a scene; the last ones asked for are kept."""
+        return self._checkers(scene, mode)
+
     @cached_property
-    def _checkers(self) -> Callable[..., SceneChecker]:
-        """Checkers by identity of scene and held item, as the boxes of a scene are kept."""
-        return lru_cache(maxsize=N_CHECKERS)(partial(SceneChecker, self.model))
+    def _checkers(self) -> Callable[[Scene, Mode], SceneChecker]:
+        """Checkers by identity of the scene, as the boxes of a scene are kept."""
 
-    def checker(
-        self,
-        scene: Scene,
-        tool_state: ToolState,
-        held: AttachedItem | None = None,
-        contacts: AllowedContacts = NO_CONTACTS,
-        reserve: float = 0.0,
-    ) -> SceneChecker:
-        """A checker of the scene for one tool state, held item and set of allowed contacts.
+        def made(scene: Scene, mode: Mode) -> SceneChecker:
+            margin = self.cell.clearance + mode.reserve
+            return SceneChecker(self.model, scene, mode.tool_state, mode.attached, mode.contacts, margin)
 
-        Args:
-            scene: What stands around the robot.
-            tool_state: State of the tool.
-            held: What is in the cup.
-            contacts: Who may touch whom.
-            reserve: m on top of the cell's clearance.
-        """
-        return self._checkers(scene, tool_state, held, contacts, self.cell.clearance + reserve)
+        return lru_cache(maxsize=N_CHECKERS)(made)

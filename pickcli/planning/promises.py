@@ -13,12 +13,12 @@ import numpy as np
 
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import ToolState
+from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_vector
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.pieces import Piece
 from pickcli.timing.timed_run import TimedRun
 
 CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
@@ -31,38 +31,43 @@ RELEASE_SPEED = 0.095  # m/s from the command to let go on; 0.1 are promised
 SPEED_STEP = 1e-3  # s over which a speed is measured
 
 
-def mended(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]) -> list[Piece] | None:
-    """The pieces to be timed again, for the run breaks a promise; None where it keeps them all.
+def mended(
+    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
+) -> list[MotionSegment] | None:
+    """The segments to be timed again, for the run breaks a promise; None where it keeps them all.
 
     Args:
         arm: Kinematics of the tool.
         contact_speed: m/s, the fastest that the tool may meet an item.
-        run: The pieces as they are timed.
-        pieces: What the run was made of.
+        run: The segments as they are timed.
+        segments: What the run was made of.
 
     Returns:
-        The same pieces, with narrower blends on and beside a line that is not straight, and a lower speed
+        The same segments, with narrower blends on and beside a line that is not straight, and a lower speed
         where the contact is too fast.
     """
-    blends = [piece.blend for piece in pieces]
-    speeds = [piece.max_tool_speed for piece in pieces]
-    for k, _ in not_straight(arm, run, pieces):
-        for j in range(max(0, k - 1), min(len(pieces), k + 2)):
-            blends[j] = min(blends[j], NARROWER * min(pieces[k].blend, pieces[j].blend))
-    for k, speed in _too_fast(arm, contact_speed, run, pieces):
-        speeds[k] = SLOWER * (pieces[k].max_tool_speed or speed) * contact_speed / speed
-    if blends == [piece.blend for piece in pieces] and speeds == [piece.max_tool_speed for piece in pieces]:
+    limits = [segment.limits for segment in segments]
+    for k, _ in not_straight(arm, run, segments):
+        for j in range(max(0, k - 1), min(len(segments), k + 2)):
+            wide = min(segments[i].limits.blend_tolerance for i in (k, j))
+            limits[j] = replace(limits[j], blend_tolerance=min(limits[j].blend_tolerance, NARROWER * wide))
+    for k, speed in _too_fast(arm, contact_speed, run, segments):
+        slower = SLOWER * (segments[k].limits.max_tool_speed or speed) * contact_speed / speed
+        limits[k] = replace(limits[k], max_tool_speed=slower)
+    if limits == [segment.limits for segment in segments]:
         return None
-    return [replace(p, blend=b, max_tool_speed=v) for p, b, v in zip(pieces, blends, speeds, strict=True)]
+    return [replace(segment, limits=new) for segment, new in zip(segments, limits, strict=True)]
 
 
-def broken_promise(arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]) -> Reason | None:
+def broken_promise(
+    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
+) -> Reason | None:
     """The first promise that a run breaks, or None."""
-    for k, off in not_straight(arm, run, pieces):
-        return Reason("not straight", f"{pieces[k].kind}", off)
-    for k, speed in _too_fast(arm, contact_speed, run, pieces):
+    for k, off in not_straight(arm, run, segments):
+        return Reason("not straight", f"{segments[k].kind}", off)
+    for k, speed in _too_fast(arm, contact_speed, run, segments):
         return Reason(
-            "contact speed", f"{pieces[k].kind}", f"{speed:.4f} m/s, the tool takes {contact_speed}"
+            "contact speed", f"{segments[k].kind}", f"{speed:.4f} m/s, the tool takes {contact_speed}"
         )
     return None
 
@@ -83,15 +88,15 @@ def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None
     return None
 
 
-def not_straight(arm: Arm, run: TimedRun, pieces: Sequence[Piece]) -> Iterator[tuple[int, str]]:
-    """Index of every piece on which the tool leaves its line, and how far."""
+def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> Iterator[tuple[int, str]]:
+    """Index of every segment on which the tool leaves its line, and how far."""
     spans = list(zip(run.part_times[:-1], run.part_times[1:], strict=True))
-    lines = [k for k, (start, end) in enumerate(spans) if pieces[k].kind not in CURVED and end > start]
+    lines = [k for k, (start, end) in enumerate(spans) if segments[k].kind not in CURVED and end > start]
     if not lines:
         return
     times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
     # The cup turns on coarse motions only: all lines of a run have it in the same place.
-    tips = _tips(arm, run, np.concatenate(times), pieces[lines[0]].tool_state)
+    tips = _tips(arm, run, np.concatenate(times), segments[lines[0]].mode.tool_state)
     for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):
         distance, angle = off_line(mine)
         if distance > OFF_LINE or angle > OFF_ANGLE:
@@ -118,15 +123,15 @@ def _evenly_turned(T_a: Array, T_b: Array, s: Array) -> Array:
 
 
 def _too_fast(
-    arm: Arm, contact_speed: float, run: TimedRun, pieces: Sequence[Piece]
+    arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Iterator[tuple[int, float]]:
     """Index of every contact that is faster than allowed, and its greatest speed in m/s."""
-    for k, piece in enumerate(pieces):
-        if piece.kind is not SegmentKind.CONTACT:
+    for k, segment in enumerate(segments):
+        if segment.kind is not SegmentKind.CONTACT:
             continue
         start, end = run.part_times[k], run.part_times[k + 1]
         times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
-        p = _tips(arm, run, times, piece.tool_state)[:, :3, 3]
+        p = _tips(arm, run, times, segment.mode.tool_state)[:, :3, 3]
         speed = float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max(initial=0.0))
         if speed > contact_speed:
             yield k, speed

@@ -16,18 +16,18 @@ import numpy as np
 from pickcli.cartesian.key_waypoints import PREAPPROACH_DISTANCE
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.jog import plan_jog
 from pickcli.planning.pick import Start
-from pickcli.planning.pieces import COARSE_BLEND, Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
-from pickcli.planning.stitching import assemble_pieces
+from pickcli.planning.stitching import stitch_run
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
@@ -103,7 +103,7 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
         if isinstance(out, Reason):
             failures += out
             continue
-        pieces, q = out
+        segments, q = out
         if rules.level is not RecoveryLevel.SLOWLY:
             n_ways_home += 1
             way = _home(rules, q, derived_seed(seed, label))
@@ -112,30 +112,30 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
                 if n_ways_home == MOST_WAYS_HOME:
                     break
                 continue
-            pieces = [*pieces, way]
-        plan = assemble_pieces(planner, rules.scene, pieces, label, seed)
+            segments = [*segments, way]
+        plan = stitch_run(planner, rules.scene, segments, label, seed)
         if not isinstance(plan, Reason):
             return plan
         failures += plan
     return failures
 
 
-def _home(rules: Rules, q: Array, seed: int) -> Piece | Failures:
+def _home(rules: Rules, q: Array, seed: int) -> MotionSegment | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
-    planner, tool_state = rules.planner, rules.start.tool_state
-    checker = planner.checker(rules.scene, tool_state)
-    if not checker.is_valid(q):
-        checker = rules.checker()
+    planner, mode = rules.planner, Mode(rules.start.tool_state)
+    if not planner.checker_for(rules.scene, mode).is_valid(q):
+        mode = rules.mode()
+    checker = planner.checker_for(rules.scene, mode)
     goal = planner.cell.configurations[SAFE].q
     coarse = plan_coarse(planner, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse
     if (closes := rules.closes(coarse.waypoints)) is not None:
         return Failures.of(closes)
-    return Piece(SegmentKind.TRANSIT, coarse.waypoints, tool_state, checker, blend=COARSE_BLEND)
+    return coarse.segment(SegmentKind.TRANSIT, mode)
 
 
-def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[Piece], Array] | Reason]:
+def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Array] | Reason]:
     """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
     planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
     tip = planner.arm.tip(start.q, start.tool_state)
@@ -159,7 +159,7 @@ def _first_steps(rules: Rules, tip: Array) -> list[Array]:
 
 def _risen_and_out(
     rules: Rules, tip: Array, first: Array, rise: float, depth: float
-) -> tuple[list[Piece], Array] | Reason:
+) -> tuple[list[MotionSegment], Array] | Reason:
     """First away from what is near, then up, then out."""
     planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
     freed = shifted(tip, first)
@@ -169,7 +169,8 @@ def _risen_and_out(
         (SegmentKind.RETREAT, lifted, frozenset()),
         (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), frozenset()),
     ]
-    pieces, q, here = list[Piece](), start.q, tip
+    segments, q, here = list[MotionSegment](), start.q, tip
+    limits = SegmentLimits(rules.scale, planner.settings.lift_speed)
     for kind, there, allowed in stages:
         if np.allclose(there, here):
             continue
@@ -177,14 +178,8 @@ def _risen_and_out(
         line = follow_line(planner.arm, checker, here, there, start.tool_state, q, "way out")
         if isinstance(line, Reason):
             return line
-        if (closes := rules.closes(line.waypoints)) is not None:
+        if (closes := rules.closes(line)) is not None:
             return closes
-        speed = planner.settings.lift_speed
-        pieces.append(
-            Piece(
-                kind, line.waypoints, start.tool_state, checker, touching=allowed, max_tool_speed=speed,
-                scale=rules.scale,
-            )
-        )  # fmt: skip
-        q, here = np.asarray(line.waypoints[-1]), there
-    return pieces, q
+        segments.append(MotionSegment(kind, line, limits, mode=rules.mode(allowed)))
+        q, here = segments[-1].end, there
+    return segments, q

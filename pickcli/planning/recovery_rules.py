@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode
 from pickcli.collision.stage_contacts import while_coming_free
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
@@ -47,20 +48,25 @@ class Rules:
         """The scene in which what is near at the start must open: on a slow level items as they were seen."""
         return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
 
+    def mode(self, touching: frozenset[str] = frozenset()) -> Mode:
+        """Of the empty tool as it stands, where the cup may touch what is named."""
+        return Mode(self.start.tool_state, None, while_coming_free(touching, self.opening), self.reserve)
+
     def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
-        """Of the empty tool as it stands."""
-        return self.planner.checker(
-            self.scene,
-            self.start.tool_state,
-            contacts=while_coming_free(touching, self.opening),
-            reserve=self.reserve,
-        )
+        """What proves motions in that mode."""
+        return self.planner.checker_for(self.scene, self.mode(touching))
+
+    @property
+    def all_pairs(self) -> SceneChecker:
+        """What measures all that is near, be it allowed to be."""
+        mode = Mode(self.start.tool_state, reserve=self.reserve)
+        return self.planner.checker_for(self.seen, mode)
 
     def closes(self, waypoints: Array) -> Reason | None:
         """Why a polyline brings together what is near at the start; None where it does not."""
         if not self.opening:
             return None
-        all_pairs = self.planner.checker(self.seen, self.start.tool_state, reserve=self.reserve)
+        all_pairs = self.all_pairs
         s = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
         dense = [a + s * (b - a) for a, b in pairwise(waypoints)]
         Q = np.ascontiguousarray(np.vstack([*dense, waypoints[-1:]]))

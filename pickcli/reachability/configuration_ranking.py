@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cartesian.line_following import Line, follow_line
+from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell, NamedConfiguration
 from pickcli.cell.configuration_text import DECIMALS
 from pickcli.cell.tool import MOVING, ToolState
@@ -95,7 +95,7 @@ class ConfigurationRanking:
         goal = T_world_goal.copy()
         goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, self._poses.roll(T_world_tip))
         line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.tool_state, q, self.bin_name)
-        return isinstance(line, Line)
+        return not isinstance(line, Reason)
 
     def _margin(self, q: Array) -> float:
         limits = self.cell.robot.limits

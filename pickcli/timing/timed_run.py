@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.robot import Limits
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import PathSegment, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.blend_validation import IsFree, proven_blend
 from pickcli.timing.corner_blending import BlendedPath
@@ -26,26 +26,6 @@ from pickcli.timing.trajectory_chords import trajectory_chords
 STEP = 0.008  # s between trajectory points, before stretching
 MOST_STRETCH = 2.0  # of all of a motion for what a path constraint needs in one place
 CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
-EXACT = 1e-3  # joint units: tolerance at a boundary that asks for an exact pass
-
-
-@dataclass(frozen=True, eq=False)
-class RunPart:
-    """One segment's share of a run.
-
-    waypoints: (N, n), N >= 1; the first equals the last of the part before
-    speed_scale: of this part's velocity, acceleration and jerk limits
-    max_tool_speed: m/s of the tool's tip, or None
-    blend_tolerance: joint units, how far the motion may leave the waypoints' polyline; 0 stops at each corner
-    exact_end: the boundary to the next part is passed within ``EXACT`` instead of the blend tolerance
-    """
-
-    kind: SegmentKind
-    waypoints: Array
-    speed_scale: float = 1.0
-    max_tool_speed: float | None = None
-    blend_tolerance: float = 0.02
-    exact_end: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,25 +55,34 @@ class TimedRun:
 
 def time_run(
     joint_names: tuple[str, ...],
-    parts: Sequence[RunPart],
+    segments: Sequence[PathSegment],
     limits: Limits,
     is_free: IsFree | None = None,
     jacobian_speed: ToolSpeed | None = None,
     step: float = STEP,
     constraint: PathConstraint | None = None,
 ) -> TimedRun:
-    """One motion through all parts, at rest only at its ends (and at corners that no blend could pass).
+    """Time one motion through all segments, at rest only at its ends and at corners that no blend could pass.
 
-    is_free: (part, chords, slack) -> first chord not proven free, or -1; None trusts the blends' bound
-    jacobian_speed: tool travel per unit of path, needed where a part has ``max_tool_speed``
-    constraint: kept along the whole run, at every millisecond
-    Raises ValueError for parts that do not join, NoPlanError for a path that is not free or on which not
-    even rest keeps the constraint, LimitError if the result breaks a limit (a bug).
+    Args:
+        joint_names: Names of the n joints.
+        segments: What the motion goes through, each from where the one before ends.
+        limits: Of the joints.
+        is_free: (index of a segment, chords, slack) -> first chord not proven free, or -1; None trusts the
+            blends' bound.
+        jacobian_speed: Tool travel per unit of path, needed where a segment has ``max_tool_speed``.
+        step: s between points of the trajectory.
+        constraint: Kept along the whole run, at every millisecond.
+
+    Raises:
+        ValueError: Two segments do not join.
+        NoPlanError: The path is not free, or not even rest keeps the constraint.
+        LimitError: The result breaks a limit, which is a bug.
     """
-    waypoints, tolerances, edges = _stitched(parts)
+    waypoints, tolerances, edges = _stitched(segments)
     curve = proven_blend(waypoints, tolerances, edges, limits, is_free)
-    scales = np.array([part.speed_scale for part in parts])
-    caps = np.array([np.inf if part.max_tool_speed is None else part.max_tool_speed for part in parts])
+    scales = np.array([segment.limits.speed_scale for segment in segments])
+    caps = np.array([_cap(segment.limits) for segment in segments])
     bounds = path_bounds(curve, limits, curve.waypoint_s[edges], scales, caps, jacobian_speed, constraint)
     if constraint is not None:
         _check_rest(curve, constraint)
@@ -111,24 +100,27 @@ def time_run(
     return TimedRun(trajectory, times, piece_scales, curve, pace, stretch, report)
 
 
-def _stitched(parts: Sequence[RunPart]) -> tuple[Array, Array, Array]:
-    """Waypoints (N, n) of all parts, tolerance (N,) of each, and indices (P + 1,) of the boundaries."""
-    if not parts:
-        raise ValueError("a run needs at least one part")
-    rows, tolerances, edges = [parts[0].waypoints[:1]], [np.array([parts[0].blend_tolerance])], [0]
-    for index, part in enumerate(parts):
-        gap = float(np.abs(part.waypoints[0] - rows[-1][-1]).max())
+def _cap(limits: SegmentLimits) -> float:
+    return np.inf if limits.max_tool_speed is None else limits.max_tool_speed
+
+
+def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
+    """Waypoints (N, n) of all segments, tolerance (N,) of each, and indices (P + 1,) of the boundaries."""
+    if not segments:
+        raise ValueError("a run needs at least one segment")
+    blends = [segment.limits.blend_tolerance for segment in segments]
+    rows, tolerances, edges = [segments[0].waypoints[:1]], [np.array([blends[0]])], [0]
+    for index, (segment, blend) in enumerate(zip(segments, blends, strict=True)):
+        gap = float(np.abs(segment.waypoints[0] - rows[-1][-1]).max())
         if gap > NOWHERE:
-            raise ValueError(
-                f"part {index} ({part.kind}) starts {gap:.3g} from where the part before it ends"
-            )
-        rows.append(part.waypoints[1:])
-        tolerances.append(np.full(len(part.waypoints) - 1, part.blend_tolerance))
-        edges.append(edges[-1] + len(part.waypoints) - 1)
+            where = f"segment {index} ({segment.kind})"
+            raise ValueError(f"{where} starts {gap:.3g} from where the one before it ends")
+        rows.append(segment.waypoints[1:])
+        tolerances.append(np.full(len(segment.waypoints) - 1, blend))
+        edges.append(edges[-1] + len(segment.waypoints) - 1)
     tolerance = np.concatenate(tolerances)
-    for index, part in enumerate(parts[:-1]):
-        both = min(part.blend_tolerance, parts[index + 1].blend_tolerance)
-        tolerance[edges[index + 1]] = min(both, EXACT) if part.exact_end else both
+    for edge, before, after in zip(edges[1:-1], blends[:-1], blends[1:], strict=True):
+        tolerance[edge] = min(before, after)
     return np.concatenate(rows), tolerance, np.array(edges)
 
 

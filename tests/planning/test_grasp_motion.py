@@ -13,7 +13,7 @@ from pickcli.grasping.cup_press import outward_of
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.stages.grasp_motion import InBin
+from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
@@ -40,7 +40,7 @@ def query_of(planner: Planner, scene: Scene, name: str) -> BinQuery:
     return BinQuery(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), Neighbours.AVOID)
 
 
-def grasps_of(planner: Planner, scene: Scene, name: str) -> tuple[InBin, ...]:
+def grasps_of(planner: Planner, scene: Scene, name: str) -> tuple[GraspMotion, ...]:
     return feasible_grasps(query_of(planner, scene, name), 1, [])[0]
 
 
@@ -84,7 +84,7 @@ def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, 
     found = grasps_of(planner, scene_of(cell, standing, wall), "crayola_24_ct")
     assert found
     for f in found:
-        a, b = (planner.arm.tip(q, f.grasp.tool_state)[:3, 3] for q in f.approach.waypoints[[0, -1]])
+        a, b = (planner.arm.tip(q, f.grasp.tool_state)[:3, 3] for q in f.inward[1].waypoints[[0, -1]])
         assert np.linalg.norm(b - a) < planner.settings.approach_offset / 2
 
 

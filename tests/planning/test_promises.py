@@ -8,77 +8,86 @@ import numpy as np
 import pytest
 
 from pickcli.cartesian.line import shifted
-from pickcli.cartesian.line_following import Line, follow_line
+from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
 from pickcli.planning.certified_timing import proven_run
-from pickcli.planning.pieces import Piece
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
 from pickcli.scene.scene import PoseNoise, Scene
 from support.tool_states import STRAIGHT
 
 
-def corner(planner: Planner, cell: Cell, blend: float, kind: SegmentKind, speed: float) -> list[Piece]:
+@pytest.fixture(scope="module")
+def scene(cell: Cell) -> Scene:
+    return Scene(cell, cell.T_world_pod, (), PoseNoise())
+
+
+def corner(
+    planner: Planner, scene: Scene, blend: float, kind: SegmentKind, speed: float
+) -> list[MotionSegment]:
     """Out of a bin and up before it: two lines with a corner between them."""
-    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
-    checker = planner.checker(scene, STRAIGHT)
-    q: Array = cell.configurations["bin_E"].q
-    pieces = []
+    mode = Mode(STRAIGHT)
+    checker, limits = planner.checker_for(scene, mode), SegmentLimits(1.0, speed, blend)
+    q: Array = scene.cell.configurations["bin_E"].q
+    segments = []
     for name, along in ((kind, [-0.05, 0.0, 0.0]), (SegmentKind.RETREAT, [0.0, 0.0, 0.08])):
         T = planner.arm.tip(q, STRAIGHT)
         line = follow_line(planner.arm, checker, T, shifted(T, np.array(along)), STRAIGHT, q, "here")
-        assert isinstance(line, Line)
-        pieces.append(Piece(name, line.waypoints, STRAIGHT, checker, max_tool_speed=speed, blend=blend))
-        q = line.waypoints[-1]
-    return pieces
+        assert not isinstance(line, Reason)
+        segments.append(MotionSegment(name, line, limits, mode=mode))
+        q = line[-1]
+    return segments
 
 
 def test_lines_that_are_rounded_too_much_are_mended(
-    planner: Planner, cell: Cell, monkeypatch: pytest.MonkeyPatch
+    planner: Planner, cell: Cell, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pieces = corner(planner, cell, 0.05, SegmentKind.APPROACH, 0.3)
+    segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     fastest = cell.robot.tool.contact_speed
-    run = proven_run(planner, pieces)
+    run = proven_run(planner, scene, segments)
     assert not isinstance(run, Reason)
-    assert broken_promise(planner.arm, fastest, run, pieces) is None
+    assert broken_promise(planner.arm, fastest, run, segments) is None
     monkeypatch.setattr(certified_timing, "MENDS", 0)
-    unmended = proven_run(planner, pieces)
+    unmended = proven_run(planner, scene, segments)
     assert isinstance(unmended, Reason) and unmended.what == "not straight"
 
 
-def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planner, cell: Cell) -> None:
-    pieces = corner(planner, cell, 0.05, SegmentKind.APPROACH, 0.3)
-    run = certified_timing._timed_once(planner, pieces, 1.0, False, None)
+def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planner, scene: Scene) -> None:
+    segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
+    run = certified_timing._timed_once(planner, segments, None, None)
     assert not isinstance(run, Reason)
-    better = mended(planner.arm, 1.0, run, pieces)
+    better = mended(planner.arm, 1.0, run, segments)
     assert better is not None
-    assert all(new.blend < old.blend for new, old in zip(better, pieces, strict=True))
-    assert [new.waypoints is old.waypoints for new, old in zip(better, pieces, strict=True)] == [True, True]
+    assert len(better) == len(segments) == 2
+    for new, old in zip(better, segments, strict=True):
+        assert new.limits.blend_tolerance < old.limits.blend_tolerance
+        assert new.waypoints is old.waypoints
 
 
-def test_a_contact_that_is_too_fast_is_slowed_down(planner: Planner, cell: Cell) -> None:
-    pieces = corner(planner, cell, 1e-4, SegmentKind.CONTACT, 0.2)
+def test_a_contact_that_is_too_fast_is_slowed_down(planner: Planner, cell: Cell, scene: Scene) -> None:
+    segments = corner(planner, scene, 1e-4, SegmentKind.CONTACT, 0.2)
     fastest = cell.robot.tool.contact_speed
-    run = proven_run(planner, pieces)
+    run = proven_run(planner, scene, segments)
     assert not isinstance(run, Reason)
-    assert broken_promise(planner.arm, fastest, run, pieces) is None
+    assert broken_promise(planner.arm, fastest, run, segments) is None
     times = np.arange(0.0, run.part_times[1], 1e-3)
     p = planner.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
     speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / 1e-3
     assert 0.5 * fastest < speeds.max() <= fastest
 
 
-def test_coarse_motions_promise_no_line(planner: Planner, cell: Cell) -> None:
-    pieces = [
-        replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, cell, 0.05, SegmentKind.LIFT, 0.3)
+def test_coarse_motions_promise_no_line(planner: Planner, scene: Scene) -> None:
+    segments = [
+        replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, scene, 0.05, SegmentKind.LIFT, 0.3)
     ]
-    run = certified_timing._timed_once(planner, pieces, 1.0, False, None)
+    run = certified_timing._timed_once(planner, segments, None, None)
     assert not isinstance(run, Reason)
-    assert mended(planner.arm, 1e-3, run, pieces) is None
+    assert mended(planner.arm, 1e-3, run, segments) is None
 
 
 @pytest.mark.parametrize("bow", [0.0, 0.001, 0.003])

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning import grasps
 from pickcli.planning.pick import Start, plan_pick
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_plan import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.planning.stages import grasp_selection
 from pickcli.scene.scene import Scene
 from pickcli.verification.verify import verify
 
@@ -56,7 +57,7 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
         found = sample_grasps(*args)
         return replace(found, grasps=tuple(g for g in found.grasps if g.kind == "side"))
 
-    monkeypatch.setattr(grasps, "sample_grasps", from_the_side)
+    monkeypatch.setattr(grasp_selection, "sample_grasps", from_the_side)
     scene = scene_with(("kleenex_tissue_box", "bin_D", 0.2, 0.04))
     stuck = stopped_at_contact(planner, scene, home, "bin_D", "kleenex_tissue_box")
     tip = planner.arm.tip(stuck.q, stuck.tool_state)
@@ -134,7 +135,7 @@ def test_a_jog_is_short_and_takes_what_is_nearest_apart(
 ) -> None:
     scene, _, start = squeezed
     jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
-    nearest = planner.checker(scene, start.tool_state)
+    nearest = planner.checker_for(scene, Mode(start.tool_state))
     before, after = (nearest.clearance(q).distance for q in jog.trajectory.positions[[0, -1]])
     assert after > before
     tips = planner.arm.tips(jog.trajectory.positions, start.tool_state)[:, :3, 3]

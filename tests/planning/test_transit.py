@@ -8,6 +8,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import Start
@@ -33,7 +34,7 @@ def blocked(cell: Cell, planner: Planner) -> Scene:
 
 
 def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
-    checker = planner.checker(blocked, STRAIGHT)
+    checker = planner.checker_for(blocked, Mode(STRAIGHT))
     goals = np.stack([cell.configurations[name].q for name in GOALS])
     found = plan_coarse(planner, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
     assert isinstance(found, Failures)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.planning_context import Planner
@@ -224,4 +225,4 @@ def _planned(planner: Planner, start: str, goal: str) -> Coarse:
 
 
 def _checker(planner: Planner) -> SceneChecker:
-    return planner.checker(empty_scene(planner.cell), STRAIGHT)
+    return planner.checker_for(empty_scene(planner.cell), Mode(STRAIGHT))

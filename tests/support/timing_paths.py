@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
-from pickcli.motion.segment import SegmentKind
-from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.motion.segment import PathSegment, SegmentKind, SegmentLimits
+from pickcli.timing.timed_run import TimedRun, time_run
 
 VELOCITY = np.array([1.0, 2.2, 2.2, 2.9, 2.9, 3.4, 3.4, 6.8])
 ACCELERATION = np.array([2.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0, 10.0])
@@ -40,11 +40,17 @@ def dense_curve(seed: int, n_points: int, n: int = 8, size: float = 0.2) -> Arra
     return np.asarray(size * np.sin(rng.uniform(0.9, 4.5, n) * t + rng.uniform(0.0, 6.0, n)))
 
 
-def timed(waypoints: Array, tolerance: float = 0.02, **part: object) -> TimedRun:
-    """One part, timed."""
+def segment(
+    waypoints: Array, tolerance: float = 0.02, kind: SegmentKind = SegmentKind.TRANSIT, **limited: float
+) -> PathSegment:
+    """A segment along waypoints (N, n); limited: other fields of its limits."""
+    return PathSegment(kind, waypoints, SegmentLimits(blend_tolerance=tolerance, **limited))
+
+
+def timed(waypoints: Array, tolerance: float = 0.02, **limited: float) -> TimedRun:
+    """One segment, timed."""
     n = waypoints.shape[1]
-    one = RunPart(SegmentKind.TRANSIT, waypoints, blend_tolerance=tolerance, **part)  # type: ignore[arg-type]
-    return time_run(names(n), [one], limits(n))
+    return time_run(names(n), [segment(waypoints, tolerance, **limited)], limits(n))
 
 
 @st.composite

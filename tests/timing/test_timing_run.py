@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array
-from pickcli.motion.segment import SegmentKind
+from pickcli.motion.segment import PathSegment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.polyline_simplification import SAME
-from pickcli.timing.timed_run import EXACT, RunPart, TimedRun, time_run
+from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.toppra_closed_form import parametrize
 from support.timing_paths import (
     dense_curve,
@@ -21,6 +21,7 @@ from support.timing_paths import (
     names,
     polylines,
     random_walk,
+    segment,
     timed,
 )
 
@@ -106,9 +107,8 @@ def test_same_input_same_bytes() -> None:
     assert a.positions.tobytes() == b.positions.tobytes() and a.times.tobytes() == b.times.tobytes()
 
 
-def parts_of(waypoints: Array, at: int, **second: object) -> list[RunPart]:
-    first = RunPart(SegmentKind.TRANSIT, waypoints[: at + 1], blend_tolerance=0.05)
-    return [first, RunPart(SegmentKind.APPROACH, waypoints[at:], **second)]  # type: ignore[arg-type]
+def parts_of(waypoints: Array, at: int, **second: float) -> list[PathSegment]:
+    return [segment(waypoints[: at + 1], 0.05), segment(waypoints[at:], kind=SegmentKind.APPROACH, **second)]
 
 
 def test_run_moves_through_part_boundaries_without_stopping() -> None:
@@ -121,15 +121,14 @@ def test_run_moves_through_part_boundaries_without_stopping() -> None:
     assert np.allclose(run.trajectory.sample(run.part_times[1])[0], middle, atol=1e-5)
 
 
-def test_exact_boundary_is_passed_closely() -> None:
+def test_a_boundary_is_passed_as_closely_as_the_narrower_of_its_blends() -> None:
     waypoints = random_walk(2, 6)
-    loose, tight = (parts_of(waypoints, 3, blend_tolerance=0.05) for _ in range(2))
-    tight[0] = RunPart(SegmentKind.TRANSIT, tight[0].waypoints, blend_tolerance=0.05, exact_end=True)
     distances = []
-    for parts in (loose, tight):
+    for tolerance in (0.05, 0.001):
+        parts = [segment(waypoints[:4], 0.05), segment(waypoints[3:], tolerance)]
         run = time_run(names(), parts, limits())
         distances.append(np.linalg.norm(run.trajectory.sample(run.part_times[1])[0] - waypoints[3]))
-    assert distances[1] <= EXACT < distances[0]
+    assert distances[1] <= 0.001 < distances[0]
 
 
 def test_scale_of_a_part_holds_in_that_part_only() -> None:
@@ -166,8 +165,8 @@ def test_cap_without_a_tool_is_refused() -> None:
 
 def test_parts_that_do_not_join_are_refused() -> None:
     a, b = random_walk(0, 3), random_walk(1, 3) + 1.0
-    with pytest.raises(ValueError, match="part 1"):
-        time_run(names(), [RunPart(SegmentKind.TRANSIT, a), RunPart(SegmentKind.LIFT, b)], limits())
+    with pytest.raises(ValueError, match="segment 1"):
+        time_run(names(), [segment(a), segment(b, kind=SegmentKind.LIFT)], limits())
 
 
 def test_corner_that_cannot_be_blended_is_a_stop_within_the_run() -> None:
@@ -177,8 +176,7 @@ def test_corner_that_cannot_be_blended_is_a_stop_within_the_run() -> None:
         off = distance_to_polyline(chords, waypoints) > 1e-9
         return -1 if not off.any() else max(int(np.argmax(off)) - 1, 0)
 
-    part = RunPart(SegmentKind.TRANSIT, waypoints)
-    run = time_run(names(2), [part], limits(2), only_the_polyline)
+    run = time_run(names(2), [segment(waypoints)], limits(2), only_the_polyline)
     at_corner = int(np.linalg.norm(run.trajectory.positions - waypoints[1], axis=1).argmin())
     assert np.allclose(run.trajectory.positions[at_corner], waypoints[1], atol=1e-9)
     assert not run.trajectory.velocities[at_corner].any()
@@ -188,7 +186,7 @@ def test_corner_that_cannot_be_blended_is_a_stop_within_the_run() -> None:
 def test_a_start_measured_on_its_limit_is_no_violation() -> None:
     """Encoders are no doubles: what lies a tenth of a microradian beyond a limit can still move."""
     waypoints = np.array([[1.0 + 1e-7, 0.0], [0.5, 0.4], [0.2, 0.1]])
-    run = time_run(names(2), [RunPart(SegmentKind.TRANSIT, waypoints)], limits(2, reach=1.0))
+    run = time_run(names(2), [segment(waypoints)], limits(2, reach=1.0))
     assert np.array_equal(run.trajectory.positions[0], waypoints[0])
     with pytest.raises(NoPlanError, match="joint limit"):
-        time_run(names(2), [RunPart(SegmentKind.TRANSIT, waypoints + 1e-5)], limits(2, reach=1.0))
+        time_run(names(2), [segment(waypoints + 1e-5)], limits(2, reach=1.0))

@@ -21,15 +21,14 @@ from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.held_body import GRAVITY, HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
-from pickcli.motion.segment import SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.corner_blending import BlendedPath, blend
 from pickcli.timing.path_constraint import HalfPlanes, PathConstraint
 from pickcli.timing.path_limits import path_bounds
-from pickcli.timing.timed_run import RunPart, TimedRun, time_run
+from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 from pickcli.timing.wrench_limit import WrenchLimit
-from support.timing_paths import dense_curve, limits, names, random_walk
+from support.timing_paths import dense_curve, limits, names, random_walk, segment
 from support.tool_states import DOWN, STRAIGHT
 
 CUP = CupLimits(max_pull=42.0, max_shear=21.0, max_moment=0.6, max_twist=0.21)
@@ -198,7 +197,7 @@ def loaded(seed: int) -> tuple[Array, WrenchLimit]:
 def run_of(waypoints: Array, constraint: WrenchLimit | None) -> TimedRun:
     arm = the_arm()
     wide = replace(arm.limits, lower=np.full(arm.n, -50.0), upper=np.full(arm.n, 50.0))
-    return time_run(arm.names, [RunPart(SegmentKind.TRANSFER, waypoints)], wide, constraint=constraint)
+    return time_run(arm.names, [segment(waypoints)], wide, constraint=constraint)
 
 
 def ratios(trajectory: Trajectory, constraint: WrenchLimit) -> Array:
@@ -250,20 +249,20 @@ def test_load_that_the_cup_cannot_bear_at_rest_is_refused(share: float, reason: 
     """share: of the pull that the cup bears, taken by the weight alone."""
     waypoints = np.array([[0.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0]])
     heavy = on_gantry(held(share * CUP.max_pull / GRAVITY, p_tip_com=(0.0, 0.0, 0.1)), CUP)
-    part = RunPart(SegmentKind.TRANSFER, waypoints)
     with pytest.raises(NoPlanError, match=reason):
-        time_run(names(4), [part], gantry_limits(), constraint=heavy)
+        time_run(names(4), [segment(waypoints)], gantry_limits(), constraint=heavy)
 
 
 def test_library_is_imported_only_where_a_load_binds() -> None:
     program = (
         "import sys, numpy as np\n"
-        "from pickcli.timing.timed_run import RunPart, time_run\n"
+        "from pickcli.motion.segment import PathSegment\n"
+        "from pickcli.timing.timed_run import time_run\n"
         "from pickcli.timing.wrench_limit import WrenchLimit\n"
         "from pickcli.cell.robot import Limits\n"
         "one = np.ones(2)\n"
         "limits = Limits(-9 * one, 9 * one, one, one, 20 * one)\n"
-        "time_run(('a', 'b'), [RunPart('transfer', np.eye(2))], limits)\n"
+        "time_run(('a', 'b'), [PathSegment('transfer', np.eye(2))], limits)\n"
         "print('toppra' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

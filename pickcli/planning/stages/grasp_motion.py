@@ -6,45 +6,64 @@ linear segment; the first thing that fails discards the candidate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
-from pickcli.cartesian.line_following import Line, follow_line
-from pickcli.cell.tool import ToolState
+from pickcli.cartesian.line_following import follow_line
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.checker import SceneChecker
-from pickcli.collision.stage_contacts import CupPress
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
+from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.extraction import Ways
 from pickcli.planning.stages.tool_clearance import tool_ways_in, tool_ways_out
+from pickcli.scene.scene import Scene
+
+SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
+
+_Poses = TypeVar("_Poses")
 
 
 @dataclass(frozen=True, eq=False)
-class InBin:
-    """All lines of one grasp. Each starts where the one before ends; the configurations are exact."""
+class GraspMotion:
+    """All segments of one grasp inside its bin. Each starts where the one before ends.
+
+    Attributes:
+        grasp: Where the cup sits on the target.
+        attached: The target in the cup.
+        inward: Pre-approach, approach and contact, with the empty tool.
+        outward: First stretch of the lift, lift and retreat, with the target.
+    """
 
     grasp: Grasp
-    held: AttachedItem
-    preapproach: Line
-    approach: Line
-    contact: Line
-    freed: Line  # first stretch of the lift
-    lift: Line
-    retreat: tuple[Line, ...]
-    press: CupPress
+    attached: AttachedItem
+    inward: tuple[MotionSegment, ...]
+    outward: tuple[MotionSegment, ...]
+
+    @property
+    def start(self) -> Array:
+        """Configuration (n,) of the pre-approach."""
+        return self.inward[0].start
+
+    @property
+    def end(self) -> Array:
+        """Configuration (n,) at the end of the retreat."""
+        return self.outward[-1].end
 
 
-def plan_in_bin(
+def plan_grasp_motion(
     query: BinQuery, grasp: Grasp, rng: np.random.Generator, ways: Ways = Ways.FEW
-) -> InBin | Failures:
+) -> GraspMotion | Failures:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
 
     Args:
@@ -67,20 +86,20 @@ def plan_in_bin(
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
     lines = _Lines.of(query, grasp, contact, where)
-    failures = Failures()
+    failures, pressed = Failures(), lines.checker(lines.pressing)
     for q_contact in solutions[: planner.settings.solutions_per_grasp]:
-        if not lines.pressing.is_valid(q_contact):
-            failures += lines.pressing.explain(q_contact).at(f"{where}, contact")
+        if not pressed.is_valid(q_contact):
+            failures += pressed.explain(q_contact).at(f"{where}, contact")
             continue
-        way_in = lines.first_in(ways_in, q_contact)
-        if isinstance(way_in, Failures):
-            failures += way_in
+        inward = _first(ways_in, lines.inward, q_contact)
+        if isinstance(inward, Failures):
+            failures += inward
             continue
-        way_out = lines.first_out(ways_out, q_contact)
-        if isinstance(way_out, Failures):
-            failures += way_out
+        outward = _first(ways_out, lines.outward, q_contact)
+        if isinstance(outward, Failures):
+            failures += outward
             continue
-        return InBin(grasp, lines.held, *way_in, *way_out, press=lines.press)
+        return GraspMotion(grasp, lines.attached, inward, outward)
     return failures
 
 
@@ -94,109 +113,120 @@ def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+class _Line:
+    """A straight line of the tool that is to be followed: what for, in which mode, from where, how fast."""
+
+    kind: SegmentKind
+    mode: Mode
+    T_a: Array  # (4, 4) in the world
+    T_b: Array  # (4, 4)
+    speed: float  # m/s at the tip
+
+
+@dataclass(frozen=True, eq=False)
 class _Lines:
-    """What proves the lines of one grasp, stage by stage, and follows them.
+    """Follows the lines of one grasp, each in its mode.
 
     Attributes:
-        arm: Kinematics of the arm.
-        tool_state: State of the tool.
+        planner: What proves them.
+        scene: The scene as it is seen.
         contact: (4, 4) pose of the tool in the world when the cup is pressed on.
-        press: How it is.
-        held: The target in the cup.
         where: The grasp, as reasons call it.
+        attached: The target in the cup.
         approaching: Of the empty tool in the bin.
         pressing: Of the empty tool at the target.
         lifting: With the target, over the first stretch of the lift.
         carrying: With the target when it touches nothing any more.
     """
 
-    arm: Arm
-    tool_state: ToolState
+    planner: Planner
+    scene: Scene
     contact: Array
-    press: CupPress
-    held: AttachedItem
     where: str
-    approaching: SceneChecker
-    pressing: SceneChecker
-    lifting: SceneChecker
-    carrying: SceneChecker
+    attached: AttachedItem
+    approaching: Mode
+    pressing: Mode
+    lifting: Mode
+    carrying: Mode
 
     @classmethod
     def of(cls, query: BinQuery, grasp: Grasp, contact: Array, where: str) -> _Lines:
-        planner, scene, tool_state, contacts = query.planner, query.scene, grasp.tool_state, query.contacts
+        state, contacts, target = grasp.tool_state, query.contacts, query.target
         press = query.press(grasp)
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
-        held = AttachedItem(
-            query.target.item, inverse(contact) @ query.target.T_world_item, query.uncertainty
-        )
+        T_tip_item = inverse(contact) @ target.T_world_item
+        attached = AttachedItem(target.item, T_tip_item, query.uncertainty, target.id)
         return cls(
-            planner.arm, tool_state, contact, press, held, where,
-            planner.checker(scene, tool_state, contacts=contacts.while_approaching()),
-            planner.checker(scene, tool_state, contacts=contacts.while_pressing(press)),
-            planner.checker(scene, tool_state, held, contacts.while_lifting(press)),
-            planner.checker(scene, tool_state, held, contacts.while_carrying()),
+            query.planner, query.scene, contact, where, attached,
+            approaching=Mode(state, None, contacts.while_approaching()),
+            pressing=Mode(state, None, contacts.while_pressing(press)),
+            lifting=Mode(state, attached, contacts.while_lifting(press)),
+            carrying=Mode(state, attached, contacts.while_carrying()),
         )  # fmt: skip
 
-    def first_in(self, ways: Sequence[PickPoses], q_contact: Array) -> tuple[Line, Line, Line] | Failures:
-        """Pre-approach, approach and contact along the first way that the arm can follow."""
-        failures = Failures()
-        for poses in ways:
-            lines = self._in(poses, q_contact)
-            if not isinstance(lines, Reason):
-                return lines
-            failures += lines
-        return failures
+    def checker(self, mode: Mode) -> SceneChecker:
+        """What proves lines in one mode."""
+        return self.planner.checker_for(self.scene, mode)
 
-    def _in(self, poses: PickPoses, q_contact: Array) -> tuple[Line, Line, Line] | Reason:
+    def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
-        contact = self._line(self.pressing, poses.contact, poses.touch, q_contact, "contact")
-        if isinstance(contact, Reason):
-            return contact
-        approach = self._line(
-            self.approaching, poses.touch, poses.approach, contact.waypoints[-1], "approach"
+        settings, kind = self.planner.settings, SegmentKind
+        contact_speed = SLOWER_THAN_ALLOWED * self.planner.cell.robot.tool.contact_speed
+        approach, preapproach = settings.approach_speed, settings.preapproach_speed
+        lines = (
+            _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),
+            _Line(kind.APPROACH, self.approaching, poses.touch, poses.approach, approach),
+            _Line(kind.PREAPPROACH, self.approaching, poses.approach, poses.preapproach, preapproach),
         )
-        if isinstance(approach, Reason):
-            return approach
-        q = approach.waypoints[-1]
-        pre = self._line(self.approaching, poses.approach, poses.preapproach, q, "pre-approach")
-        if isinstance(pre, Reason):
-            return pre
-        return pre.backwards(), approach.backwards(), contact.backwards()
+        found = self._followed(lines, q_contact)
+        if isinstance(found, Reason):
+            return found
+        return tuple(segment.backwards(segment.kind) for segment in reversed(found))
 
-    def first_out(
-        self, ways: Sequence[LiftPoses], q_contact: Array
-    ) -> tuple[Line, Line, tuple[Line, ...]] | Failures:
-        """Lift and retreat with the item held, along the first way that the arm can follow."""
-        failures = Failures()
-        for poses in ways:
-            out = self._out(poses, q_contact)
-            if not isinstance(out, Reason):
-                return out
-            failures += out
-        return failures
-
-    def _out(self, poses: LiftPoses, q_contact: Array) -> tuple[Line, Line, tuple[Line, ...]] | Reason:
-        freed = self._line(self.lifting, self.contact, poses.freed, q_contact, "lift")
+    def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
+        """Lift and retreat with the target; free of all contact once the first stretch has ended."""
+        settings, kind = self.planner.settings, SegmentKind
+        freeing = _Line(kind.LIFT, self.lifting, self.contact, poses.freed, settings.lift_speed)
+        freed = self._followed((freeing,), q_contact)
         if isinstance(freed, Reason):
             return freed
-        q = freed.waypoints[-1]
-        if not self.carrying.is_valid(q):
-            return self.carrying.explain(q).at(f"{self.where}, lift")
-        lift = self._line(self.carrying, poses.freed, poses.lift, q, "lift")
-        if isinstance(lift, Reason):
-            return lift
-        q, here = lift.waypoints[-1], poses.lift
-        retreat = []
-        for there in poses.retreat:
-            push = self._line(self.carrying, here, there, q, "retreat")
-            if isinstance(push, Reason):
-                return push
-            retreat.append(push)
-            q, here = push.waypoints[-1], there
-        return freed, lift, tuple(retreat)
+        q, carrying = freed[-1].end, self.checker(self.carrying)
+        if not carrying.is_valid(q):
+            return carrying.explain(q).at(f"{self.where}, lift")
+        lift = _Line(kind.LIFT, self.carrying, poses.freed, poses.lift, settings.lift_speed)
+        pushes = (
+            _Line(kind.RETREAT, self.carrying, here, there, settings.retreat_speed)
+            for here, there in pairwise((poses.lift, *poses.retreat))
+        )
+        rest = self._followed((lift, *pushes), q)
+        return rest if isinstance(rest, Reason) else (*freed, *rest)
 
-    def _line(self, checker: SceneChecker, T_a: Array, T_b: Array, q_a: Array, name: str) -> Line | Reason:
-        return follow_line(self.arm, checker, T_a, T_b, self.tool_state, q_a, f"{self.where}, {name}")
+    def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Reason:
+        """The lines one after the other as segments, from a configuration (n,) at the start of the first."""
+        found: list[MotionSegment] = []
+        arm = self.planner.arm
+        for line in lines:
+            checker, where = self.checker(line.mode), f"{self.where}, {line.kind}"
+            waypoints = follow_line(arm, checker, line.T_a, line.T_b, line.mode.tool_state, q, where)
+            if isinstance(waypoints, Reason):
+                return waypoints
+            limits = SegmentLimits(max_tool_speed=line.speed)
+            found.append(MotionSegment(line.kind, waypoints, limits, mode=line.mode))
+            q = waypoints[-1]
+        return tuple(found)
+
+
+def _first(
+    options: Iterable[_Poses], follow: Callable[[_Poses, Array], tuple[MotionSegment, ...] | Reason], q: Array
+) -> tuple[MotionSegment, ...] | Failures:
+    """The segments of the first of several ways that the arm can follow from a configuration (n,)."""
+    failures = Failures()
+    for poses in options:
+        segments = follow(poses, q)
+        if not isinstance(segments, Reason):
+            return segments
+        failures += segments
+    return failures
 
 
 def _place(T: Array) -> str:

@@ -14,7 +14,7 @@ from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.stages.extraction import Ways
-from pickcli.planning.stages.grasp_motion import InBin, plan_in_bin
+from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
 from pickcli.planning.stages.tool_clearance import with_room
 from pickcli.seeds import derived_rng
 
@@ -23,7 +23,7 @@ SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where i
 
 def feasible_grasps(
     query: BinQuery, seed: int, exclude: Sequence[Grasp | GraspKind]
-) -> tuple[tuple[InBin, ...], Failures]:
+) -> tuple[tuple[GraspMotion, ...], Failures]:
     """At most ``wanted`` grasps, best first, and the reasons against the others.
 
     exclude: grasps that failed before, or kinds of them
@@ -54,11 +54,11 @@ def _candidates(
 
 def _tried(
     query: BinQuery, grasps: Sequence[Grasp], ways: Ways, rng: np.random.Generator
-) -> tuple[tuple[InBin, ...], Failures]:
-    feasible: list[InBin] = []
+) -> tuple[tuple[GraspMotion, ...], Failures]:
+    feasible: list[GraspMotion] = []
     roomy, failures = with_room(query, grasps, ways)
     for grasp in _steady_first(query, roomy if ways is Ways.FEW else _in_turns(roomy), feasible):
-        result = plan_in_bin(query, grasp, rng, ways)
+        result = plan_grasp_motion(query, grasp, rng, ways)
         if isinstance(result, Failures):
             failures += result
             continue
@@ -68,7 +68,9 @@ def _tried(
     return tuple(feasible), failures
 
 
-def _steady_first(query: BinQuery, grasps: Iterable[Grasp], feasible: Sequence[InBin]) -> Iterator[Grasp]:
+def _steady_first(
+    query: BinQuery, grasps: Iterable[Grasp], feasible: Sequence[GraspMotion]
+) -> Iterator[Grasp]:
     """Grasps in their order; those that tip the target only where no other was found feasible by then."""
     tipping = []
     for grasp in grasps:

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.planning_context import Planner
 from pickcli.roadmap.connection import QueryOptions
@@ -23,6 +25,7 @@ from pickcli.roadmap.query import query
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.trajectory_database import PayloadClass
 
+COARSE = SegmentLimits(blend_tolerance=0.05)
 PROMISING = 3  # goals that a search is worth: those with the least time if nothing were in the way
 
 
@@ -34,6 +37,10 @@ class Coarse:
     goal: int  # index into the goals that were given
     duration: float  # s, estimated
     source: str  # who found it: "straight edge", "database", "roadmap", "planner"
+
+    def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
+        """The motion as a segment that is proven in a mode."""
+        return MotionSegment(kind, self.waypoints, COARSE, mode=mode)
 
 
 def plan_coarse(

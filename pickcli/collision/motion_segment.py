@@ -1,0 +1,59 @@
+"""A segment of motion, from the stage that proves it to the plan: its path, its mode, how fast it may go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from pickcli.cell.tool import ToolState
+from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.motion.segment import PathSegment, Segment, SegmentKind
+
+
+@dataclass(frozen=True)
+class Mode:
+    """What a motion must be free for: all that decides which configurations are valid, but the scene.
+
+    Source: K. Hauser, J.-C. Latombe, "Multi-modal motion planning in non-expansive spaces" (IJRR 2010).
+
+    Attributes:
+        tool_state: State of the tool.
+        attached: What is in the cup, if anything.
+        contacts: Who may touch whom, and how deep.
+        reserve: m that is kept on top of the cell's clearance.
+    """
+
+    tool_state: ToolState
+    attached: AttachedItem | None = None
+    contacts: AllowedContacts = NO_CONTACTS
+    reserve: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSegment(PathSegment):
+    """A segment of a path that is proven free in a mode.
+
+    Attributes:
+        mode: What it is proven free for.
+    """
+
+    mode: Mode = field(kw_only=True)
+
+    def backwards(self, kind: SegmentKind) -> MotionSegment:
+        """The segment from its end to its start: what is free one way is free the other way.
+
+        Args:
+            kind: What it is for when it is gone through that way.
+        """
+        return replace(self, kind=kind, waypoints=self.waypoints[::-1].copy())
+
+    def timed(self, t_start: float, t_end: float) -> Segment:
+        """What the plan says of it.
+
+        Args:
+            t_start: s in the plan's trajectory.
+            t_end: s in the plan's trajectory.
+        """
+        attached, touching = self.mode.attached, tuple(sorted(self.mode.contacts.names))
+        held = attached.id if attached is not None else None
+        return Segment(self.kind, t_start, t_end, self.mode.tool_state, held, touching)

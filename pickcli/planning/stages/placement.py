@@ -1,0 +1,147 @@
+"""Letting an item go: over the tote, or on the floor of a bin.
+
+Over the tote it goes straight down between the walls, and the empty tool straight up again. Into a bin it
+goes by a pick from there, backwards: what leads to an item lying there and brings it out also brings it in
+and leads away from it, so the lines, their proofs and the reasons for failures are those of a pick.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cartesian.line_following import follow_line
+from pickcli.cell.station import Bin
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.stages.bin_placements import bin_spots
+from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
+from pickcli.planning.stages.tote_placements import Spot, spots
+from pickcli.scene.scene import Scene
+from pickcli.seeds import derived_rng
+
+WANTED_IN_TOTE, WANTED_IN_BIN = 4, 2  # motions among which the best whole one is chosen
+TOTE_COST = 2.0  # s that a metre of a spot's cost is worth
+BIN_COST = 0.1  # s that the next best place is worth
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceMotion:
+    """One way to let the item go. Each segment starts where the one before ends.
+
+    Attributes:
+        scene: The scene when the item has been let go.
+        inward: With the item, to the release.
+        away: With the empty tool, in that scene.
+        cost: s that a better place would be worth.
+    """
+
+    scene: Scene
+    inward: tuple[MotionSegment, ...]
+    away: tuple[MotionSegment, ...]
+    cost: float
+
+    @property
+    def start(self) -> Array:
+        """Configuration (n,) in which the transfer arrives."""
+        return self.inward[0].start
+
+
+def plan_placement(
+    query: BinQuery, chosen: GraspMotion, cell_bin: Bin | None, seed: int
+) -> tuple[PlaceMotion, ...] | Failures:
+    """Motions that let the item go, all proven, the best place first; or every reason.
+
+    Args:
+        query: The pick.
+        chosen: How the item is held.
+        cell_bin: Where it is brought, None for the tote.
+        seed: Of the inverse kinematics.
+    """
+    return _into_tote(query, chosen, seed) if cell_bin is None else _into_bin(query, chosen, cell_bin, seed)
+
+
+def _into_tote(query: BinQuery, chosen: GraspMotion, seed: int) -> tuple[PlaceMotion, ...] | Failures:
+    planner, state = query.planner, chosen.grasp.tool_state
+    places = spots(query.scene, chosen.attached, state)
+    if isinstance(places, Reason):
+        return Failures.of(places)
+    rng = derived_rng(seed, "drop", query.target.id)
+    named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
+    carrying = Mode(state, chosen.attached, query.contacts.while_transferring())
+    checker = planner.checker_for(query.scene, carrying)
+    found: list[PlaceMotion] = []
+    failures = Failures()
+    for spot in places:
+        seeds = np.vstack([chosen.end, *named, planner.arm.random_seeds(rng, 4)])
+        solutions = planner.arm.solve(spot.above, state, seeds)
+        for q in solutions[checker.are_valid(solutions)]:
+            motion = _dropped(query, spot, q, carrying)
+            if not isinstance(motion, Reason):
+                found.append(motion)
+                break
+            failures += motion
+        if len(found) >= WANTED_IN_TOTE:
+            break
+    none = Reason("no free place in the tote", "place", f"{len(places)} spots tried")
+    return tuple(found) or failures + none
+
+
+def _dropped(query: BinQuery, spot: Spot, q: Array, carrying: Mode) -> PlaceMotion | Reason:
+    """Down to one spot and up again, from a configuration (n,) above the tote."""
+    planner, state = query.planner, carrying.tool_state
+    checker = planner.checker_for(query.scene, carrying)
+    down = follow_line(planner.arm, checker, spot.above, spot.release, state, q, "place")
+    if isinstance(down, Reason):
+        return down
+    limits = SegmentLimits(max_tool_speed=planner.settings.place_speed)
+    place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
+    # The way up is the way down without the item: a part of the volume that was just proven free.
+    empty = Mode(state, None, query.contacts.after_dropping())
+    depart = replace(place.backwards(SegmentKind.DEPART), mode=empty)
+    return PlaceMotion(query.scene, (place,), (depart,), TOTE_COST * spot.cost)
+
+
+def _into_bin(
+    query: BinQuery, chosen: GraspMotion, cell_bin: Bin, seed: int
+) -> tuple[PlaceMotion, ...] | Failures:
+    planner, target = query.planner, query.target
+    places = bin_spots(planner, query.scene, target, query.T_bin_item[:3, :3], cell_bin)
+    if isinstance(places, Reason):
+        return Failures.of(places)
+    rng = derived_rng(seed, "set down", target.id, cell_bin.name)
+    found: list[PlaceMotion] = []
+    failures = Failures()
+    for k, placed in enumerate(places):
+        there = BinQuery(planner, query.scene.moved(placed), cell_bin, placed, query.neighbours, seed)
+        if there.contacts.beside:
+            failures += _too_close(there, f"place {k} in {cell_bin.name}")
+            continue
+        picked = plan_grasp_motion(there, chosen.grasp, rng)
+        if isinstance(picked, Failures):
+            failures += picked
+            continue
+        found.append(_set_down(there, picked, BIN_COST * k))
+        if len(found) >= WANTED_IN_BIN:
+            break
+    return tuple(found) or failures
+
+
+def _too_close(there: BinQuery, where: str) -> Failures:
+    """What else than the floor the item would touch where it is set down."""
+    items, names = frozenset(placed.id for placed in there.scene.items), sorted(there.contacts.beside)
+    return Failures(tuple(Reason("too close", where, name, name if name in items else "") for name in names))
+
+
+def _set_down(there: BinQuery, picked: GraspMotion, cost: float) -> PlaceMotion:
+    """The segments of a pick from there, each backwards."""
+    kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
+    inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
+    off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
+    # Away from the item the cup need not be as slow as it meets it.
+    off = replace(off, limits=SegmentLimits(max_tool_speed=there.planner.settings.approach_speed))
+    return PlaceMotion(there.scene, inward, (off, *rest), cost)
