@@ -1,4 +1,4 @@
-# Everything starts here: make run, make test, make check, make bench, make fuzz, make mutants.
+# Everything starts here: make run, make test, make check, make docs, make bench, make fuzz, make mutants.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -11,7 +11,7 @@ PEERS := .venv-peers
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check coverage fuzz mutants bench bench-peers install lock format clean
+.PHONY: run test check docs coverage fuzz mutants bench bench-peers install lock format clean
 
 install: $(VENV)/.installed
 
@@ -33,6 +33,10 @@ check: install
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# The pages, in build/docs/index.html. A warning is an error.
+docs: install
+	$(BIN)/sphinx-build --jobs auto --fail-on-warning --keep-going --quiet docs build/docs
 
 coverage: install
 	$(BIN)/python -m pytest -m "not slow" --cov=pickcli --cov-report=term-missing:skip-covered

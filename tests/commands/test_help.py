@@ -71,7 +71,7 @@ def test_shared_options_are_there(name: str) -> None:
 def test_the_docs_have_a_section_with_every_option(name: str) -> None:
     sections = re.split(r"^## ", DOCS.read_text(), flags=re.MULTILINE)
     section = next(section for section in sections if section.startswith(f"apc {name}\n"))
-    assert re.search(rf"^    apc {name} ", section, re.MULTILINE)
+    assert re.search(rf"^apc {name} ", section, re.MULTILINE)
     own = options(name) - {"--json", "--seed", "--overwrite", "--cell", "--output", "-o"}
     assert {option for option in own if option.startswith("--") and option not in section} == set()
 

@@ -1,0 +1,76 @@
+"""Sphinx extension: one page of Python reference for each package, from its docstrings."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+PACKAGE = Path(__file__).parents[1] / "pickcli"
+FOLDER = Path("reference") / "api"
+
+
+def modules_of(package: Path) -> list[str]:
+    """Dotted names of a package's public modules, the package itself first."""
+    name = f"{PACKAGE.name}.{package.name}"
+    return [name, *(f"{name}.{path.stem}" for path in sorted(package.glob("[a-z]*.py")))]
+
+
+def page(package: Path) -> str:
+    """The Markdown of a package's page."""
+    lines = [f"# {package.name}", ""]
+    for module in modules_of(package):
+        title = [] if module.endswith(f".{package.name}") and module.count(".") == 1 else [f"## {module}", ""]
+        lines += [*title, "```{eval-rst}", f".. automodule:: {module}", "```", ""]
+    return "\n".join(lines)
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write the pages of all packages, those of the last build that changed."""
+    folder = Path(app.srcdir) / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    packages = sorted(path.parent for path in PACKAGE.glob("*/__init__.py"))
+    wanted = {folder / f"{package.name}.md": page(package) for package in packages}
+    for old in set(folder.glob("*.md")) - set(wanted):
+        old.unlink()
+    for path, text in wanted.items():
+        if not path.is_file() or path.read_text() != text:
+            path.write_text(text)
+
+
+SECTIONS = re.compile(r"(Args|Attributes|Example|Examples|Note|Raises|Returns|Yields):$")
+
+
+def plain(line: str) -> str:
+    """A line in which absolute values, products and trailing underscores are not markup."""
+    parts = re.split(r"(``.*?``|:[\w:]+:`.*?`)", line)
+    parts[::2] = [re.sub(r"([|*_`])", r"\\\1", part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def prepare(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Turn a docstring into text that reStructuredText reads as it is meant.
+
+    Markup characters are escaped, indented paragraphs become literal, and hanging indents go.
+    """
+    out: list[str] = []
+    mode = "text"
+    for line in lines:
+        if line and not line.startswith(" "):
+            mode = "section" if SECTIONS.match(line) else "text"
+        elif line.startswith("    ") and mode == "text":
+            if out and not out[-1]:
+                out += ["::", ""]
+                mode = "literal"
+            else:
+                line = line.strip()
+        out.append(line if mode == "literal" else plain(line))
+    lines[:] = out
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the extension."""
+    app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", prepare, priority=400)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
