@@ -24,6 +24,7 @@ from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violatio
 from pickcli.simulation.suction import Release
 from pickcli.simulation.supervision import Supervisor
 from pickcli.simulation.trigger import TriggerDistance
+from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
 
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
@@ -32,6 +33,9 @@ FALL_TIME = 0.6  # s instead, when something broke away and still falls
 BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
 STANDING = 0.02  # rad/s or m/s of every joint, below which a stopping robot stands
 MOST_BRAKING = 1.0  # s in which the heaviest joint stands from full speed
+SEAL_TIME = 1.5  # s beyond the plan's own rest on an item: a line that leaked is evacuated to 0.95 by then
+SEALED = 0.9  # of the vacuum that the face is to keep, from which on the item is lifted
+AT_REST = 1e-6  # rad/s or m/s of every joint
 RETURN_TIME = 0.3  # s from standstill beside the path to standstill on it
 YIELD_TIME = 0.5  # s after a contact in which the robot may go back along its path to where nothing presses
 YIELD_PACE = 0.1  # of the plan's pace, backwards
@@ -66,6 +70,7 @@ def execute(
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop on its path.
 
+    On the item it rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned.
     It stops when the robot does not follow, feels a contact that no plan explains, when the vacuum does not
     stand where the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot
     stands. Pump and valve are switched off only where the vacuum itself has broken down: a sensor may be
@@ -136,6 +141,7 @@ class _Run:
         self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
         self.t_standing: float | None = None
         self._q_before = world.q
+        self.t_sealed = _end_of_sealing(plan)
 
     def play(self) -> Execution:
         self._send(stream(self.plan.trajectory, self.world.time_step, self.pace))
@@ -148,14 +154,39 @@ class _Run:
         return self._record()
 
     def _send(self, commands: Stream) -> None:
+        is_braking = self.stop is not None
         for q, t_plan in zip(commands.points, commands.plan_times.tolist(), strict=True):
-            self.trace.sent.append(q)
-            self.trace.plan_times.append(t_plan)
-            self._allow_contacts(t_plan)
-            self.world.command(q)
-            self._step()
-            if self.stop is None and (why := self._reason_to_stop(q, t_plan)):
-                self.stop, self.stopped_in = why, self._segment(t_plan)
+            if self._lifts_off(t_plan):
+                self._wait_for_vacuum()
+            if self.stop is None or is_braking:
+                self._set_point(q, t_plan)
+            if self.stop is not None and not is_braking:
+                return
+
+    def _set_point(self, q: Array, t_plan: float) -> None:
+        self.trace.sent.append(q)
+        self.trace.plan_times.append(t_plan)
+        self._allow_contacts(t_plan)
+        self.world.command(q)
+        self._step()
+        if self.stop is None and (why := self._reason_to_stop(q, t_plan)):
+            self.stop, self.stopped_in = why, self._segment(t_plan)
+
+    def _lifts_off(self, t_plan: float) -> bool:
+        """Whether the next set point is the first after the rest in which the cup seals."""
+        if self.stop is not None or self.t_sealed is None or not self.trace.sent:
+            return False
+        return self.trace.plan_times[-1] <= self.t_sealed < t_plan
+
+    def _wait_for_vacuum(self) -> None:
+        """Rest on the item until the gauge tells what its face is to keep; at most for a while."""
+        assert self.plan.grasp is not None
+        world, q, t_plan = self.world, self.trace.sent[-1], self.trace.plan_times[-1]
+        seal = world.scene.find(self.plan.grasp.item).item.seals.get(self.plan.grasp.face, 0.0)
+        t_end = world.t + SEAL_TIME
+        while world.t < t_end and world.suction.vacuum.cup < SEALED * seal * FULL_VACUUM:
+            self._set_point(q, t_plan)
+            if self.stop is not None:
                 return
 
     def _step(self) -> None:
@@ -295,6 +326,13 @@ class _Run:
         told = arm.tips(np.array(self.trace.told), state)
         measured = arm.tips(np.array(self.trace.measured), state)
         return float(np.linalg.norm((told - measured)[:, :3, 3], axis=1).max())
+
+
+def _end_of_sealing(plan: Plan) -> float | None:
+    """The time (s) at which a plan ends its rest on what it picks; None where it does not rest there."""
+    ends = [s.t_end for s in plan.segments if s.kind is SegmentKind.CONTACT and plan.grasp is not None]
+    is_at_rest = bool(ends) and float(np.abs(plan.trajectory.sample(ends[0], 1)).max()) < AT_REST
+    return ends[0] if is_at_rest else None
 
 
 def fall_of(world: World, release: Release) -> Fall:

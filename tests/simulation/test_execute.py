@@ -10,14 +10,16 @@ import pytest
 from bench.paces import LAGGING, paused, slowed
 from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
+from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.simulation.execute import StartError, execute
+from pickcli.simulation.execute import SEAL_TIME, SEALED, StartError, execute
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.stream import Pace, full_speed
-from pickcli.simulation.world import World
+from pickcli.simulation.vacuum import FULL_VACUUM
+from pickcli.simulation.world import ROBOT, World
 from support.pedestal import BuildWorld, cube, evacuate
-from support.rail_pick import GAP, rail_pick
+from support.rail_pick import GAP, T_LIFT, rail_pick
 from support.tool_states import STRAIGHT
 
 BuildReady = BuildWorld
@@ -75,6 +77,58 @@ def test_a_valve_that_opens_too_late_ends_without_the_item(cell: Cell, build_rea
     assert record.stop_cause is StopCause.NOT_SEALED
     assert record.stopped_in in (SegmentKind.RETREAT, SegmentKind.TRANSFER)
     assert record.releases == ()
+
+
+@pytest.mark.parametrize(("late", "seal"), [(0.26, 1.0), (0.28, 1.0), (0.1, 0.35)])
+def test_the_lift_waits_for_the_vacuum_that_the_face_is_to_keep(
+    cell: Cell, build_ready: BuildReady, late: float, seal: float
+) -> None:
+    plan = with_grasp(rail_pick(cell, valve_shift=late))
+    world = build_ready(replace(cube(), seals=dict.fromkeys(cube().seals, seal)))
+    at_lift: list[float] = []
+
+    def watch(world: World) -> None:
+        if world.q[0] < plan.trajectory.sample(T_LIFT)[0, 0] - 1e-3 and world.held:
+            at_lift.append(world.suction.vacuum.cup)
+
+    record = execute(plan, world, on_step=watch)
+    assert record.stop is None and record.has_item is True
+    assert at_lift[0] >= SEALED * seal * FULL_VACUUM
+    assert [fired.event for fired in record.events] == list(plan.events)
+    assert record.limit_violations == () and record.collisions == ()
+    usual = execute(with_grasp(rail_pick(cell)), build_ready())
+    waited = record.duration - usual.duration
+    assert 0.0 < waited < SEAL_TIME if seal == 1.0 else waited == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_lift_does_not_wait_for_ever(cell: Cell, build_ready: BuildReady) -> None:
+    plan = rail_pick(cell, valve_shift=0.4)
+    hasty, patient = execute(plan, build_ready()), execute(with_grasp(plan), build_ready())
+    assert hasty.stop_cause is patient.stop_cause is StopCause.NOT_SEALED
+    assert patient.stop is not None and hasty.stop is not None
+    waited = (patient.stop.t - patient.t_start) - (hasty.stop.t - hasty.t_start)
+    assert waited == pytest.approx(SEAL_TIME, abs=2e-3)
+
+
+def test_what_is_met_while_the_lift_waits_stops_the_motion(cell: Cell, build_ready: BuildReady) -> None:
+    world = build_ready()
+    t_lift = world.t + T_LIFT
+
+    def push(world: World) -> None:
+        if world.t > t_lift + 0.1:
+            tip = world.tip[:3, 3]
+            world.engine.push(ROBOT, np.array([0.0, 300.0, 0.0]), tip, world.robot.tool.cup_link)
+
+    record = execute(with_grasp(rail_pick(cell, valve_shift=0.4)), world, on_step=push)
+    assert record.stop_cause is StopCause.CONTACT and record.stopped_in is SegmentKind.CONTACT
+    assert record.stop is not None and record.stop.t < t_lift + 0.2
+
+
+def with_grasp(plan: Plan) -> Plan:
+    """A plan that says on which face the cup seals, as those of the planner do."""
+    figures = dict.fromkeys(("score", "moment", "pull", "shear", "twist", "load_ratio"), 0.1)
+    grasp = Grasp("cube", "frontal", "-z", STRAIGHT, np.eye(4), **figures)
+    return replace(plan, grasp=grasp)
 
 
 def test_an_item_that_breaks_away_stops_the_robot_within_its_limits(
