@@ -114,9 +114,7 @@ def _placements(
     if kind is None:
         return [], None  # faces away from every way in: not a failure, just another side
     if tool_state is None:
-        return [], Reason(
-            "no state of the tool", f"{item_id}, face {face}", f"points the cup for a {kind} grasp"
-        )
+        return [], Reason("no state of the tool for this grasp", f"{item_id}, face {face}", kind)
     hold = Hold.of(item, face, inverse(T_item_tip), tool)
     load = hold.at_rest(np.stack([R, DOWN]))  # as it lies, and hanging from the cup
     if load.ratio > most:

@@ -1,0 +1,86 @@
+"""Tools with one state and with three, and what of their states a cell file cannot mean."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ACROSS, FIXED, IN_LINE, MOVING, ToolState
+from support.cell_copies import CellCopy
+from support.other_tools import ONE_STATE, SLANT, THREE_STATES, with_tool
+from support.tool_states import DOWN, STRAIGHT
+
+Refused = Callable[[Callable[[], object]], str]
+
+SLANTED = ToolState("slanted")
+
+
+def test_a_tool_without_a_joint_has_one_state(cell: Cell, cell_copy: CellCopy) -> None:
+    rigid = with_tool(cell_copy, ONE_STATE).load()
+    tool = rigid.robot.tool
+    assert tool.states == (FIXED,) and tool.default_state == FIXED and tool.joint is None
+    assert tool.shapes == (FIXED, MOVING) and tool.range == (0.0, 0.0)
+    assert rigid.configurations
+    assert {named.tool_state for named in rigid.configurations.values()} == {FIXED}
+    assert_allclose(tool.T_flange_tip[FIXED], cell.robot.tool.T_flange_tip[STRAIGHT])
+    assert rigid.fingerprint != cell.fingerprint
+
+
+def test_a_third_state_stands_where_the_file_says(cell: Cell, cell_copy: CellCopy) -> None:
+    tool = with_tool(cell_copy, THREE_STATES).load().robot.tool
+    assert tool.states == (STRAIGHT, DOWN, SLANTED) and tool.default_state == STRAIGHT
+    assert tool.range == (0.0, np.pi / 2)
+    assert tool.position(SLANTED) == SLANT and tool.position(MOVING) == 0.0
+    assert_allclose(tool.lance_axis(SLANTED), (-np.sin(SLANT), 0.0, np.cos(SLANT)), atol=1e-9)
+    for state in (STRAIGHT, DOWN):
+        assert_allclose(tool.T_flange_tip[state], cell.robot.tool.T_flange_tip[state])
+
+
+def test_states_are_found_by_where_the_cup_points_and_not_by_their_names(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace("{straight: 0.0, down:", "{ahead: 0.0, below:")
+    cell_copy.yaml.replace('actions: ["straight", "down"]', 'actions: ["ahead", "below"]')
+    text = cell_copy.yaml.path.read_text().replace("pivot: straight", "pivot: ahead")
+    cell_copy.yaml.path.write_text(text.replace("pivot: down", "pivot: below"))
+    tool = cell_copy.load().robot.tool
+    assert tool.state_with_lance(IN_LINE) == ToolState("ahead")
+    assert tool.state_with_lance(ACROSS) == ToolState("below")
+    assert tool.state_with_lance(-IN_LINE) is None
+
+
+@pytest.mark.parametrize("state", [STRAIGHT, DOWN])
+def test_the_axes_of_the_lance_are_exact_quarter_turns_of_the_tool(cell: Cell, state: ToolState) -> None:
+    R = cell.robot.tool.R_tip_lance(state)
+    assert_allclose(R.T @ R, np.eye(3), atol=0.0)
+    assert np.linalg.det(R) == 1.0 and set(np.abs(R).ravel()) == {0.0, 1.0}
+    assert_allclose(cell.robot.tool.T_flange_tip[state][:3, :3] @ R[:, 0], (0.0, 0.0, 1.0), atol=1e-12)
+
+
+def test_a_configuration_without_a_state_is_for_the_first(cell_copy: CellCopy) -> None:
+    cell_copy.yaml.replace("name: home, kind: home, pivot: straight,", "name: home, kind: home,")
+    assert cell_copy.load().configurations["home"].tool_state == STRAIGHT
+
+
+MISTAKES = {
+    "no positions": (f"  pivot_positions: {{straight: 0.0, down: {np.pi / 2}}}\n", "",
+                     "tool.pivot_positions: expected a position by state, got nothing; add it"),
+    "no joint": ("  pivot_joint: cup_pivot\n", "",
+                 "tool.pivot_joint: expected the joint that has these positions, got nothing; add it"),
+    "the name that is taken": ("{straight: 0.0,", "{straight: 0.0, moving: 1.0,",
+                               "tool.pivot_positions.moving: moving means that the tool is between two"),
+    "an unknown state": ("{name: home, kind: home, pivot: straight", "{name: home, kind: home, pivot: strait",
+                         "configurations[0].pivot: no state of the tool is named 'strait'; did you mean"),
+    "not the last joint": ("pivot_joint: cup_pivot", "pivot_joint: joint_t",
+                           "tool.pivot_joint: expected the last joint of the chain, 'cup_pivot', got"),
+    "no state at all": (f"{{straight: 0.0, down: {np.pi / 2}}}", "{}", "tool.pivot_positions: expected"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", MISTAKES)
+def test_what_states_cannot_mean_is_told(cell_copy: CellCopy, refused: Refused, what: str) -> None:
+    old, new, problem = MISTAKES[what]
+    cell_copy.yaml.replace(old, new)
+    assert problem in refused(cell_copy.load)
