@@ -17,8 +17,9 @@ The number is the exit code of the command that meets it. Anything outside the t
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 
@@ -34,17 +35,73 @@ class InputError(ApcError):
     exit_code = 3
 
 
+MAX_NAME = 60  # characters of an unknown name that are compared and repeated
+MAX_PATH = 300  # characters of a name that may be a path
+MAX_KNOWN = 16  # names that are listed where none is like the one given
+MAX_MEANT = 3  # names that are suggested
+
+
 class UnknownNameError(InputError):
     """A name nobody knows. ``known`` lists what could have been meant; a ``hint`` says it better."""
 
     def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "") -> None:
-        import difflib
-
-        close = difflib.get_close_matches(name, known, n=1)
-        listed = ", ".join(sorted(known)[:12]) + (", ..." if len(known) > 12 else "")
-        hint = hint or (f"did you mean {close[0]!r}?" if close else f"known: {listed or 'none'}")
-        super().__init__(f"{where + ': ' if where else ''}unknown {kind} {name!r}; {hint}")
+        hint = hint or suggestion(name, known)
+        super().__init__(
+            f"{where + ': ' if where else ''}unknown {kind} {shortened(name, MAX_PATH)!r}; {hint}"
+        )
         self.kind, self.name, self.known = kind, name, tuple(known)
+
+
+def shortened(name: str, most: int = MAX_NAME) -> str:
+    """The name as it is repeated in a message: what is longer than ``most`` characters is cut."""
+    return name if len(name) <= most else name[:most] + "..."
+
+
+def suggestion(name: str, known: Collection[str]) -> str:
+    """What to write instead of an unknown name.
+
+    Args:
+        name: As it was given.
+        known: What could have been meant.
+
+    Returns:
+        "did you mean 'bin_C'?" with the names that differ in case and separators alone, else those that
+        contain the name as words (`A` for `bin_A`), else those spelt most alike. Without any, or with too
+        many that are equally alike, the known names.
+    """
+    if meant := _meant(name[:MAX_NAME], sorted(known)):
+        return f"did you mean {' or '.join(map(repr, meant))}?"
+    listed = ", ".join(sorted(known)[:MAX_KNOWN]) + (", ..." if len(known) > MAX_KNOWN else "")
+    return f"known: {listed or 'none'}"
+
+
+def _meant(name: str, known: Sequence[str]) -> Sequence[str]:
+    """The known names that are meant most likely, at most MAX_MEANT."""
+    import difflib
+
+    words = _words(name)
+    if not words:
+        return ()
+    if same := [other for other in known if "".join(_words(other)) == "".join(words)]:
+        return same[:1]
+    holding = [other for other in known if _holds(_words(other), words)]
+    if 0 < len(holding) <= MAX_MEANT:
+        return holding
+    closest = difflib.get_close_matches(name, known, n=MAX_MEANT + 1)
+    ratios = [difflib.SequenceMatcher(None, other, name).ratio() for other in closest]
+    alike = [other for other, ratio in zip(closest, ratios, strict=True) if ratio == ratios[0]]
+    return alike if len(alike) <= MAX_MEANT else ()
+
+
+def _words(name: str) -> list[str]:
+    """The words of a name, in lower case."""
+    return re.findall(r"[^\W_]+", name.lower())
+
+
+def _holds(words: Sequence[str], part: Sequence[str]) -> bool:
+    """Whether some words hold others, side by side and in their order."""
+    n = len(part)
+    return any(list(words[i : i + n]) == list(part) for i in range(len(words) - n + 1))
 
 
 class ArtifactError(ApcError):
@@ -62,7 +119,16 @@ class DamagedError(ArtifactError):
 
 
 class RejectedError(ArtifactError):
-    """The independent verifier does not accept the plan."""
+    """The independent verifier does not accept the plan.
+
+    Attributes:
+        reasons: Every fault that it found.
+    """
+
+    def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it anew") -> None:
+        told = "".join(f"\n  {reason}" for reason in reasons)
+        super().__init__(f"{what}: rejected, {advice}{':' if told else ''}{told}")
+        self.what, self.reasons = what, tuple(reasons)
 
 
 def printable(text: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, Reason, RejectedError, UnknownNameError, suggestion
 
 reasons = st.builds(
     Reason, st.sampled_from(["collision", "too close"]), st.text("ab", max_size=2), st.just(""),
@@ -41,3 +42,48 @@ def test_who_stood_in_the_way_most_often_is_named_first(failures: Failures) -> N
     assert counts == sorted(counts, reverse=True)
     assert sum(counts) == sum(bool(reason.in_the_way) for reason in failures)
     assert NoPlanError("a pick", failures).in_the_way == failures.in_the_way
+
+
+BINS = [f"bin_{letter}" for letter in "ABCDEFGHIJKL"]
+ITEMS = ["oral_b_toothbrush_green", "oral_b_toothbrush_red", "crayola_24_ct", "kleenex_tissue_box"]
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "told"),
+    [
+        ("bin_c", BINS, "did you mean 'bin_C'?"),
+        ("A", BINS, "did you mean 'bin_A'?"),
+        ("BinL", BINS, "did you mean 'bin_L'?"),
+        ("toothbrush", ITEMS, "did you mean 'oral_b_toothbrush_green' or 'oral_b_toothbrush_red'?"),
+        ("Kleenex Tissue-Box", ITEMS, "did you mean 'kleenex_tissue_box'?"),
+        ("crayola_25_ct", ITEMS, "did you mean 'crayola_24_ct'?"),
+        ("bin_Z", BINS, f"known: {', '.join(BINS)}"),
+        ("bin", BINS, f"known: {', '.join(BINS)}"),
+        ("", ["b", "a"], "known: a, b"),
+        ("x", [], "known: none"),
+        ("y", [f"n{i:02}" for i in range(40)], f"known: {', '.join(f'n{i:02}' for i in range(16))}, ..."),
+    ],
+)
+def test_a_suggestion_is_what_was_meant_or_what_there_is(name: str, known: list[str], told: str) -> None:
+    assert suggestion(name, known) == told
+
+
+@given(st.text(max_size=500), st.lists(st.text(max_size=30), max_size=20, unique=True))
+def test_a_suggestion_names_known_names_alone(name: str, known: list[str]) -> None:
+    told = suggestion(name, known)
+    assert told.startswith(("did you mean ", "known: "))
+    if told.startswith("did you mean "):
+        assert any(repr(other) in told for other in known)
+
+
+def test_a_name_of_any_length_is_told_short() -> None:
+    error = UnknownNameError("item", "x" * 100_000, BINS, "here")
+    assert str(error).startswith("here: unknown item 'xxx") and len(str(error)) < 600
+
+
+def test_a_rejection_has_one_fault_per_line() -> None:
+    reasons = (Reason("velocity limit", "a", "2 times"), Reason("collision"))
+    error = RejectedError("plan.json: pick", reasons, "plan it anew")
+    assert str(error) == "plan.json: pick: rejected, plan it anew:\n  a: velocity limit: 2 times\n  collision"
+    assert error.reasons == reasons
+    assert str(RejectedError("p")) == "p: rejected, plan it anew"

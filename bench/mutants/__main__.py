@@ -36,8 +36,8 @@ PACKAGES = (
     ),
     Package(
         "orders",
-        ("trial/strict_json", "trial/order_file"),
-        ("tests/trial/test_strict_json.py", "tests/trial/test_order_file.py"),
+        ("files/json_syntax", "trial/order_file"),
+        ("tests/files/test_json_syntax.py", "tests/trial/test_order_file.py"),
     ),
     Package(
         "cell files",

@@ -13,6 +13,9 @@ from pathlib import Path
 from pickcli.errors import InputError
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
+STORE_END = (
+    b"APCSPARE"  # the last bytes of a stored file: its spare copy may be used where its first are damaged
+)
 PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  # PNG, GIF, JPEG
 
 
@@ -57,8 +60,11 @@ _BY_MARK = (  # where no format is stated
 
 
 def kind_of(content: bytes) -> FileKind | None:
-    """The kind that a file, or its beginning, says to be. None where it says nothing."""
-    if content.startswith(HDF5_MAGIC):
+    """The kind that a file, or its beginning, says to be. None where it says nothing.
+
+    A roadmap or database says so with its first bytes and again with its last.
+    """
+    if content.startswith(HDF5_MAGIC) or content.endswith(STORE_END):
         return STORE
     if content.startswith(PICTURE_MAGICS):
         return PICTURE

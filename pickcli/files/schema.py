@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, TypeVar, get_args
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from pickcli.errors import suggestion
 from pickcli.files.yaml_reader import MOST_TOLD, Key, Source
 
 Model = TypeVar("Model", bound="FileModel")
@@ -41,12 +42,21 @@ def validate(source: Source, model: type[Model]) -> Model:
         # By way of JSON: there a list may become a tuple while everything else stays strict.
         return model.model_validate_json(json.dumps(source.data))
     except ValidationError as error:
-        details = error.errors(include_url=False)
+        details = _causes(error.errors(include_url=False))
         for detail in details[:MOST_TOLD]:
             note(source, model, detail)
         source.n_untold += len(details[MOST_TOLD:])
         source.check()
         raise
+
+
+def _causes(details: Sequence[Any]) -> list[Any]:
+    """Pydantic's errors without those that follow from others.
+
+    A list whose entries are wrong is also too short for pydantic, which counts the right ones.
+    """
+    inner = {detail["loc"][:i] for detail in details for i in range(len(detail["loc"]))}
+    return [detail for detail in details if detail["type"] != "too_short" or detail["loc"] not in inner]
 
 
 def note(source: Source, model: type[BaseModel], detail: Any) -> None:
@@ -62,16 +72,36 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
         return f"expected {_meaning(model, key)}, got nothing; add it"
     if kind == "extra_forbidden":
         known = sorted(_fields(model, key[:-1]))
-        close = difflib.get_close_matches(str(key[-1]), known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-        return f"unknown key; {hint}"
+        return f"unknown key; {suggestion(str(key[-1]), known)}"
     if kind == "value_error":
         return str(detail["ctx"]["error"])
-    expected = detail["msg"].removeprefix("Input should ").removeprefix("be ").removeprefix("have ")
     meaning = _meaning(model, key)
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
-    told = meaning if meaning.startswith(expected) else f"{meaning}: {expected}"
-    return f"expected {told}, got {_short(given)}; {advice}"
+    got = f"{len(given)}" if kind in _BOUNDS else _short(given)
+    return f"expected {_wanted(meaning, key, detail)}, got {got}; {advice}"
+
+
+def _wanted(meaning: str, key: Key, detail: Any) -> str:
+    """What a field means and what it may be, each once."""
+    kind = detail["type"]
+    if kind in _BOUNDS:
+        word, bound = _BOUNDS[kind]
+        expected = f"{word} {detail['ctx'][bound]} entries"
+    else:
+        expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
+        expected = expected.removeprefix("be ").removeprefix("have ")
+    if meaning == NO_MEANING or (kind in _TYPES and key and isinstance(key[-1], int)):
+        return f"{NO_MEANING} {expected}" if expected.startswith(("less", "greater")) else expected
+    is_said = kind in _TYPES and meaning.startswith(expected.split(" {")[0].split(" [")[0])
+    return meaning if is_said or meaning.startswith(expected) else f"{meaning}: {expected}"
+
+
+# What is said of JSON in the words of Python otherwise.
+_TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list_type": "a list [...]",
+          "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
+_BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
+NO_MEANING = "a value"
+MAX_SHOWN = 40  # characters of a value that is wrong
 
 
 def _is_far_off(detail: Any) -> bool:
@@ -97,8 +127,13 @@ _UNITS = {
 
 
 def _short(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 40 else text[:37] + "..."
+    """The beginning of a value as JSON, however large it is."""
+    text = ""
+    for part in json.JSONEncoder().iterencode(value[:MAX_SHOWN] if isinstance(value, str) else value):
+        text += part
+        if len(text) > MAX_SHOWN:
+            return text[: MAX_SHOWN - 3] + "..."
+    return text
 
 
 def _meaning(model: type[BaseModel], key: Key) -> str:
@@ -109,7 +144,7 @@ def _meaning(model: type[BaseModel], key: Key) -> str:
     if not siblings and len(key) > 1:
         return _meaning(model, key[:-1])
     field = siblings.get(str(key[-1])) if key else None
-    return field.description if field is not None and field.description else "a value"
+    return field.description if field is not None and field.description else NO_MEANING
 
 
 def _fields(model: type[BaseModel], key: Key) -> dict[str, Any]:

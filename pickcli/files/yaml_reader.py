@@ -11,17 +11,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import yaml
 
-from pickcli.errors import InputError
+from pickcli.errors import InputError, shortened
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import FileKind
+from pickcli.files.json_syntax import refuse_bad_syntax
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32
+BYTE_ORDER_MARK = "\ufeff"
 MOST_TOLD = 20  # mistakes in one message
 
 Key: TypeAlias = tuple[str | int, ...]  # where a value stands: names of mappings, indices of lists
@@ -30,6 +33,8 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # only its parser is us
 _INT = re.compile(r"[-+]?(0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|(0|[1-9][0-9]*)(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _TRAPS = (
+    (re.compile(r"None"), "null or text", "write null, or quote it"),
+    (re.compile(r"True|False"), "a switch or text", "write true or false in small letters, or quote it"),
     (re.compile(r"yes|no|on|off", re.IGNORECASE), "a switch or a word", "write true or false, or quote it"),
     (re.compile(r"[-+]?[0-9]+(:[0-9]+)+"), "a number or text", "quote it, or write one number"),
     (re.compile(r"[-+]?0[0-9]+(\.[0-9]*)?"), "a number", "write it without leading zeros"),
@@ -89,20 +94,32 @@ def name_of(key: Key) -> str:
 
 
 def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
-    """Values and marks of a YAML file. Raises InputError with every mistake found and its place.
+    """Values and marks of a YAML file, or of a JSON file, which is YAML too.
 
-    wanted: the kind that the file should be of; None for any
+    Args:
+        path: The file; what is named `.json` must be JSON and nothing else.
+        wanted: The kind that the file should be of; None for any.
+
+    Raises:
+        InputError: With every mistake found and its place.
     """
+    return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path)
+
+
+def parse_yaml(text: str, path: Path) -> Source:
+    """``read_yaml`` of a text that is, or would be, the content of that file."""
     source = Source(path)
-    text = _SURROGATES.sub(_character, read_text(path, MAX_BYTES, wanted=wanted))
-    events = _Events(source, text)
+    text = text.removeprefix(BYTE_ORDER_MARK)
+    if path.suffix.lower() == ".json":
+        refuse_bad_syntax(text, str(path))
+        text = _without_tabs_around(text)
+    events = _Events(source, _SURROGATES.sub(_character, text))
     try:
         source.data = events.document()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        kind = "JSON" if path.suffix == ".json" else "YAML"
-        what = f"not {kind}: {error.problem or error.context}; is a bracket open, or the file cut off?"
+        what = f"not YAML: {error.problem or error.context}; is a bracket open, or the file cut off?"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {error}") from None
@@ -112,6 +129,12 @@ def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
 
 # JSON writes what lies beyond 16 bits as two escapes, which YAML does not know.
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+
+
+def _without_tabs_around(json: str) -> str:
+    """JSON without tabs before and after its value, where YAML has none."""
+    body = json.strip()
+    return json[: json.index(body)].replace("\t", " ") + body
 
 
 def _character(match: re.Match[str]) -> str:
@@ -185,12 +208,20 @@ class _Events:
         if _INT.fullmatch(text) and len(text) < 20:
             return int(text)
         if _FLOAT.fullmatch(text):
-            return float(text)
+            return self.number(event, key)
         for pattern, expected, advice in _TRAPS:
             if pattern.fullmatch(text):
-                self.note(event, f"{name_of(key)}: expected {expected}, got {text}; {advice}")
+                self.note(event, f"{name_of(key)}: expected {expected}, got {shortened(text)}; {advice}")
                 return None
         return text
+
+    def number(self, event: Any, key: Key) -> float:
+        """A number that is no short integer; one that is too large is a mistake."""
+        value = float(event.value)
+        if not isfinite(value):
+            got = f"{shortened(event.value)} ({len(event.value)} characters)"
+            self.note(event, f"{name_of(key)}: expected a number, got {got}, which is too large; correct it")
+        return value
 
     def note(self, event: Any, text: str) -> None:
         """Collect a mistake and go on."""

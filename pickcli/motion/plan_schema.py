@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from reprlib import Repr
@@ -13,7 +11,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pickcli.cell.tool import ToolState
-from pickcli.errors import DamagedError, InputError
+from pickcli.errors import InputError, shortened
+from pickcli.files.json_syntax import parse_json
+from pickcli.files.schema import explain
+from pickcli.files.yaml_reader import name_of
 from pickcli.geometry import is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel
@@ -24,7 +25,6 @@ FORMAT = "apc plan"
 VERSION = 2
 MAX_POINTS = 100_000
 MAX_JOINTS = 32
-MAX_DIGITS = 20  # of an integer
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
 MAX_PROBLEMS = 20  # named in one message
 
@@ -123,16 +123,18 @@ class _Plan(_Model):
     segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
     events: Annotated[list[_Event], Field(max_length=1000)]
     trajectory: _Trajectory
-    certificate: _Certificate | None
+    certificate: _Certificate | None = Field(
+        description="the verifier's certificate, or null for a plan that was not verified"
+    )
     statistics: Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)]
 
 
 def parse_plan(text: str, where: str) -> tuple[Plan, str]:
     """The plan in a file's text, and the seal of its certificate ("" without). ``where`` names the file.
 
-    Raises InputError with all problems (field, expected, got), DamagedError where the JSON itself breaks.
+    Raises InputError with the place where the JSON breaks, or with all problems (field, expected, got).
     """
-    data = _load(text, where)
+    data = parse_json(text, where)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f'{where}: format: expected "{FORMAT}"; this is not a plan file')
     if type(data.get("version")) is not int or data["version"] != VERSION:
@@ -140,7 +142,7 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
     try:
         model = _Plan.model_validate(data)
     except ValidationError as error:
-        found = error.errors(include_url=False, include_context=False)
+        found = error.errors(include_url=False)
         raise _refusal(where, len(found), map(_problem, found)) from None
     problems = list(_problems(model))
     if problems:
@@ -148,39 +150,10 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
     return _build(model), model.certificate.seal if model.certificate is not None else ""
 
 
-def _load(text: str, where: str) -> Any:
-    """JSON without the traps: duplicate keys, NaN, endless nesting."""
-
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        out = dict(pairs)
-        if len(out) != len(pairs):
-            twice = Counter(key for key, _ in pairs).most_common(1)[0][0]
-            raise InputError(f"{where}: {twice[:60]}: the key stands twice in one object; keep one")
-        return out
-
-    def constant(name: str) -> Any:
-        raise InputError(f"{where}: holds {name}; every number must be finite")
-
-    def integer(digits: str) -> int:
-        if len(digits) > MAX_DIGITS:
-            raise InputError(f"{where}: {digits[:12]}... has {len(digits)} digits; no number of a plan has")
-        return int(digits)
-
-    try:
-        return json.loads(text, object_pairs_hook=unique, parse_constant=constant, parse_int=integer)
-    except json.JSONDecodeError as error:
-        raise DamagedError(
-            f"{where}:{error.lineno}:{error.colno}: not JSON ({error.msg}): cut off or damaged; plan it anew"
-        ) from None
-    except RecursionError:
-        raise InputError(f"{where}: nested too deeply; this is not a plan file") from None
-
-
 def _problem(error: Any) -> str:
-    """One pydantic error as ``field: what (got ...)``."""
-    field = ".".join(str(part)[:60] for part in error["loc"])
-    got = _SHORT.repr(error.get("input"))
-    return f"{field}: {error['msg']}" + (f", got {got}" if len(got) < 60 else "")
+    """One pydantic error as ``field: expected, got; what to do``."""
+    key = tuple(part if isinstance(part, int) else shortened(part) for part in error["loc"])
+    return f"{name_of(key)}: {explain(_Plan, error['loc'], error)}"
 
 
 def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:
@@ -196,7 +169,7 @@ def _problems(model: _Plan) -> Iterator[str]:
     for i, event in enumerate(model.events):
         if event.anchor.segment >= len(model.segments):
             yield (
-                f"events.{i}.anchor.segment: expected an index below {len(model.segments)}, "
+                f"events[{i}].anchor.segment: expected an index below {len(model.segments)}, "
                 f"got {event.anchor.segment}"
             )
     if model.grasp is not None and not is_pose(np.array(model.grasp.T_item_tip)):
@@ -211,29 +184,29 @@ def _trajectory_problems(trajectory: _Trajectory) -> Iterator[str]:
     for i, point in enumerate(points):
         for name in ("positions", "velocities", "accelerations"):
             if len(getattr(point, name)) != n:
-                yield f"trajectory.points.{i}.{name}: expected {n} numbers, got {len(getattr(point, name))}"
+                yield f"trajectory.points[{i}].{name}: expected {n} numbers, got {len(getattr(point, name))}"
         if i > 0 and not point.time_from_start > points[i - 1].time_from_start:
             yield (
-                f"trajectory.points.{i}.time_from_start: expected over {points[i - 1].time_from_start} "
+                f"trajectory.points[{i}].time_from_start: expected over {points[i - 1].time_from_start} "
                 f"(times must increase strictly), got {point.time_from_start}"
             )
     if points[0].time_from_start != 0.0:
-        yield f"trajectory.points.0.time_from_start: expected 0, got {points[0].time_from_start}"
+        yield f"trajectory.points[0].time_from_start: expected 0, got {points[0].time_from_start}"
     for i in (0, len(points) - 1):
         if any(v != 0.0 for v in points[i].velocities):
-            yield f"trajectory.points.{i}.velocities: expected 0: a motion starts and ends at rest"
+            yield f"trajectory.points[{i}].velocities: expected 0: a motion starts and ends at rest"
 
 
 def _segment_problems(model: _Plan) -> Iterator[str]:
     t = 0.0
     for i, segment in enumerate(model.segments):
         if abs(segment.t_start - t) > TIME_TOLERANCE:
-            yield f"segments.{i}.t_start: expected {t} (where the one before ends), got {segment.t_start}"
+            yield f"segments[{i}].t_start: expected {t} (where the one before ends), got {segment.t_start}"
         if not segment.t_end > segment.t_start:
-            yield f"segments.{i}.t_end: expected over {segment.t_start}, got {segment.t_end}"
+            yield f"segments[{i}].t_end: expected over {segment.t_start}, got {segment.t_end}"
         t = segment.t_end
     if abs(t - (end := model.trajectory.points[-1].time_from_start)) > TIME_TOLERANCE:
-        yield f"segments.{len(model.segments) - 1}.t_end: expected {end} (the trajectory's end), got {t}"
+        yield f"segments[{len(model.segments) - 1}].t_end: expected {end} (the trajectory's end), got {t}"
 
 
 def _build(model: _Plan) -> Plan:

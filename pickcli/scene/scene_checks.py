@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-
 import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import inverse, pose
 from pickcli.scene.scene import TOTE, Scene
@@ -30,9 +29,8 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
         seen[item.id] = item
         _check_item(source, ("items", i, "name"), item, cell)
         if item.location not in locations:
-            source.add(
-                ("items", i, "location"), f"unknown place {item.location!r}; known: {', '.join(locations)}"
-            )
+            hint = "" if source.is_full else f"; {suggestion(item.location, locations)}"
+            source.add(("items", i, "location"), f"unknown place {shortened(item.location)!r}{hint}")
     if model.held is not None:
         _check_item(source, ("held", "name"), model.held, cell)
         same = seen.get(model.held.id)
@@ -49,9 +47,8 @@ def _check_item(
     """The cell knows the item."""
     if (item.name, item.year) not in cell.items:
         known = [name for name, year in cell.items if year == item.year]
-        close = [] if source.is_full else get_close_matches(item.name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else "add it to data/items or correct the name"
-        source.add(key, f"unknown item {item.name!r} of {item.year}; {hint}")
+        hint = "" if source.is_full else f"; {suggestion(item.name, known)}"
+        source.add(key, f"unknown item {shortened(item.name)!r} of {item.year}{hint}")
 
 
 def check_places(source: Source, scene: Scene) -> None:

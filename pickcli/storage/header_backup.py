@@ -15,9 +15,11 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pickcli.files.file_kind import STORE_END
+
 Place = tuple[int, int]  # first byte, number of bytes
 
-_MAGIC = b"APCSPARE"
+_MAGIC = STORE_END
 _TAIL = struct.Struct("<32sQ8s")
 _PLACE = struct.Struct("<QQ")
 _MAX_COPY = 2**26  # bytes, uncompressed

@@ -14,14 +14,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
 
 from pickcli.errors import DamagedError, InputError
 from pickcli.files.bounded_reading import refuse_special_file
-from pickcli.files.file_kind import PICTURE_MAGICS, STORE, refuse_other_kind
+from pickcli.files.file_kind import PICTURE_MAGICS, STORE, STORE_END, kind_of, refuse_other_kind
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
 
 MAX_FILE = 512 * 2**20  # bytes
@@ -85,23 +85,40 @@ def read_attributes(file: Any) -> dict[str, str]:
 
 
 def check_readable(path: Path) -> None:
-    """Raise InputError for what is not there, no file, larger than any of ours, or closed to us."""
+    """Raise InputError if a file is missing, not a regular one, too large, not readable or of another kind.
+
+    Another kind is also what says with neither its first nor its last bytes that it is a stored file: an
+    empty file, or random bytes. What says so and holds something else is damaged instead.
+    """
     try:
         refuse_special_file(path, "build it first, or name another")
         with open(path, "rb") as file:
             if os.fstat(file.fileno()).st_size > MAX_FILE:
                 raise InputError(f"{path}: larger than {MAX_FILE >> 20} MB, so no file of ours; name another")
             head = file.read(HEAD)
+            end = _last_bytes(file)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
         if head.startswith(PICTURE_MAGICS):
             refuse_other_kind(path, head, STORE)
         if text is not None:
             refuse_other_kind(path, text, STORE)
-            raise InputError(f"{path}: is a text file, no roadmap or trajectory database; name another")
+            raise InputError(f"{path}: is a text file, not a roadmap or trajectory database; name another")
+        if kind_of(head + end) is not STORE:
+            what = "neither begins nor ends like a roadmap or trajectory database" if head else "is empty"
+            raise InputError(f"{path}: {what}; name another file, or build it")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; build it first, or name another") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def _last_bytes(file: BinaryIO) -> bytes:
+    """As many of a file's last bytes as mark a stored one; leaves the file where it was."""
+    at = file.tell()
+    file.seek(max(0, file.seek(0, os.SEEK_END) - len(STORE_END)))
+    end = file.read()
+    file.seek(at)
+    return end
 
 
 def _is_text(head: bytes) -> bool:

@@ -7,27 +7,24 @@ The format is described in docs/formats/order.md.
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from reprlib import Repr
-from typing import Any
+from typing import Annotated
+
+from annotated_types import Len
+from pydantic import Field
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.data_path import data_path
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import UnknownNameError, shortened, suggestion
 from pickcli.files.file_kind import ORDER
-from pickcli.trial.strict_json import Document, Place, parse_json, read_json
-
-_SHORT = Repr()  # of values of any size
-_SHORT.maxstring = _SHORT.maxother = 40
+from pickcli.files.schema import FileModel, validate
+from pickcli.files.yaml_reader import Key, Source, parse_yaml, read_yaml
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
-_KEYS = ("bin_contents", "tote_contents", "work_order")
-_MOST_PROBLEMS = 8  # how many are named in one message
 MAX_CONTENTS = 100  # items in one bin or in the tote
 MAX_TARGETS = 500
 
@@ -72,7 +69,7 @@ def read_order(path: Path, cell: Cell) -> Order:
     Raises:
         InputError: Naming every problem; UnknownNameError for a name that stands for none.
     """
-    return _order(read_json(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins))
+    return _order(read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins))
 
 
 def order_names() -> list[str]:
@@ -101,153 +98,105 @@ def order_file(name_or_path: Path) -> Path:
     return data_path() / "tasks" / f"{name_or_path}.json"
 
 
-def parse_order(data: bytes, where: str, items: Collection[str], bins: tuple[str, ...] = BINS) -> Order:
-    """Parse the bytes of an order; ``items`` and ``bins`` are the known names. Raises InputError."""
-    return _order(parse_json(data, where), items, bins)
+def parse_order(text: str, path: Path, items: Collection[str], bins: tuple[str, ...] = BINS) -> Order:
+    """``read_order`` of a text that is the content of that file; items and bins are the known names."""
+    return _order(parse_yaml(text, path), items, bins)
 
 
-def _order(document: Document, items: Collection[str], bins: tuple[str, ...]) -> Order:
-    reader = _Reader(document, items, bins)
-    order = reader.order()
-    if reader.problems:
-        shown = list(reader.problems)
-        if reader.n_untold:
-            shown.append(f"{document.where}: and {reader.n_untold} more")
-        raise InputError("\n".join(shown))
-    return order
+class _TargetModel(FileModel):
+    bin: str = Field(description="the name of a bin")
+    item: str = Field(description="the name of an item")
 
 
-class _Reader:
-    """Goes through a document once and collects everything that is wrong with it."""
-
-    def __init__(self, document: Document, items: Collection[str], bins: tuple[str, ...]) -> None:
-        self.document, self.items, self.bins = document, items, bins
-        self.problems: list[str] = []
-        self.n_untold = 0
-
-    def order(self) -> Order:
-        """The order; to be used only when there are no problems."""
-        root = self._object((), _KEYS, required=("bin_contents",))
-        contents = self._object(("bin_contents",), self.bins, required=self.bins) if root else {}
-        bin_contents = {b: self._names("bin_contents", b) for b in self.bins if b in contents}
-        tote = self._names("tote_contents") if "tote_contents" in root else ()
-        work_order = self._work_order(bin_contents) if "work_order" in root else ()
-        year = 2016 if "tote_contents" in root else 2015
-        if root and len(root) == 1 and "bin_contents" in root:
-            self._problem((), lambda: "neither 'work_order' nor 'tote_contents'; an order has at least one")
-        without_work_order = OrderKind.STOW if tote else OrderKind.OUTPUT
-        kind = OrderKind.PICK if "work_order" in root else without_work_order
-        return Order(kind, year, bin_contents, tote, work_order)
-
-    def _work_order(self, bin_contents: dict[str, tuple[str, ...]]) -> tuple[Target, ...]:
-        targets: list[Target] = []
-        copies = {name: Counter(contents) for name, contents in bin_contents.items()}
-        ordered: Counter[Target] = Counter()
-        for i in range(len(self._list(("work_order",), MAX_TARGETS))):
-            place = ("work_order", i)
-            entry = self._object(place, ("bin", "item"), required=("bin", "item"))
-            known = [self._name((*place, key), key, names) for key, names in self._target_names(entry)]
-            if len(known) == 2 and known[0] and known[1]:
-                targets.append(Target(known[0], known[1]))
-                ordered[targets[-1]] += 1
-                self._check_target(targets[-1], ordered[targets[-1]], copies, (*place, "item"))
-        if not targets and not self.problems:
-            self._problem(("work_order",), lambda: "the work order is empty; name a target")
-        return tuple(targets)
-
-    def _target_names(self, entry: dict[str, Any]) -> list[tuple[str, Collection[str]]]:
-        known = (("bin", self.bins), ("item", self.items))
-        return [(key, names) for key, names in known if key in entry]
-
-    def _check_target(
-        self, target: Target, n_ordered: int, copies: dict[str, Counter[str]], place: Place
-    ) -> None:  # fmt: skip
-        """A target must lie in its bin, in as many copies as are ordered by now."""
-        n_there = copies[target.bin][target.item] if target.bin in copies else 0
-        if n_there == 0:
-            holders = [b for b, names in copies.items() if target.item in names]
-            hint = f"it is in {' and '.join(holders)}" if holders else "it is in no bin"
-            what = f"{target.item!r} is ordered from {target.bin} but is not there ({hint})"
-            self._problem(place, lambda: f"{what}; correct the bin or the contents")
-        elif n_ordered > n_there:
-            what = f"{target.item!r} is ordered {n_ordered} times from {target.bin}, which holds {n_there}"
-            self._problem(place, lambda: f"{what}; delete one target or add a copy")
-
-    def _names(self, *place: str | int) -> tuple[str, ...]:
-        n = len(self._list(place, MAX_CONTENTS))
-        found = [self._name((*place, i), "item", self.items) for i in range(n)]
-        return tuple(name for name in found if name)
-
-    def _name(self, place: Place, kind: str, known: Collection[str]) -> str:
-        """The known name at a place, "" after noting a problem."""
-        value = self._value(place)
-        if not isinstance(value, str):
-            self._expected(place, f"the name of a known {kind}", value)
-        elif value not in known:
-            self._problem(place, lambda: f"unknown {kind} {value[:60]!r}; {_suggestion(value, known)}")
-        else:
-            return value
-        return ""
-
-    def _object(self, place: Place, known: tuple[str, ...], required: tuple[str, ...]) -> dict[str, Any]:
-        value = self._value(place)
-        if not isinstance(value, dict):
-            self._expected(place, "an object {...}", value)
-            return {}
-        unknown = [key for key in value if key not in known]
-        for key in unknown:
-            self._unknown_key(place, key, [k for k in known if k not in value] or known)
-        for key in required:
-            # A misspelt key has already been named, with its correction.
-            if key not in value and not any(_closest(u, [key]) for u in unknown[:_MOST_PROBLEMS]):
-                advice = f'add it ("{key}": [] if empty)' if place == ("bin_contents",) else "add it"
-                what = f"the key {key!r} is missing; {advice}"
-                self._problem(place, lambda what=what: what)  # type: ignore[misc]
-        return value
-
-    def _unknown_key(self, place: Place, key: str, known: Collection[str]) -> None:
-        self._problem(
-            (*place, key), lambda: f"unknown key {key[:60]!r}; {_suggestion(key, known)}", is_key=True
-        )
-
-    def _list(self, place: Place, most: int) -> list[Any]:
-        value = self._value(place)
-        if isinstance(value, list):
-            if len(value) > most:
-                self._problem(
-                    place, lambda: f"{len(value)} entries, at most {most} are taken; leave some out"
-                )
-            return value[:most]
-        self._expected(place, "a list [...]", value)
-        return []
-
-    def _value(self, place: Place) -> Any:
-        value = self.document.value
-        for key in place:
-            if isinstance(value, dict) and key not in value:
-                return None
-            value = value[key]
-        return value
-
-    def _expected(self, place: Place, what: str, got: object) -> None:
-        name = str(place[-1]) if place and isinstance(place[-1], str) else "here"
-        self._problem(place, lambda: f"{name}: expected {what}, got {_SHORT.repr(got)}")
-
-    def _problem(self, place: Place, what: Callable[[], str], is_key: bool = False) -> None:
-        """Note a mistake; beyond the first few only their number, for places and hints take time."""
-        if len(self.problems) >= _MOST_PROBLEMS:
-            self.n_untold += 1
-            return
-        at = self.document.at_key if is_key else self.document.at
-        self.problems.append(f"{at(*place)}: {what()}")
+_Contents = Annotated[tuple[str, ...], Len(0, MAX_CONTENTS)]
 
 
-def _closest(name: str, known: Collection[str]) -> str | None:
-    close = difflib.get_close_matches(name[:60], sorted(known), n=1)
-    return close[0] if close else None
+class _OrderModel(FileModel):
+    bin_contents: dict[str, _Contents] = Field(description="an object with a list of items for every bin")
+    tote_contents: _Contents = Field(default=(), description="a list of items")
+    work_order: Annotated[tuple[_TargetModel, ...], Len(0, MAX_TARGETS)] = Field(
+        default=(), description="a list of targets, each with its bin and item"
+    )
 
 
-def _suggestion(name: str, known: Collection[str]) -> str:
-    if close := _closest(name, known):
-        return f"did you mean {close!r}?"
-    return f"known: {', '.join(sorted(known)[:12])}{', ...' if len(known) > 12 else ''}"
+def _order(source: Source, items: Collection[str], bins: tuple[str, ...]) -> Order:
+    """The order that a file's values stand for, its names checked. Raises InputError with every mistake."""
+    model = validate(source, _OrderModel)
+    _check_bins(source, model, bins)
+    _check_items(source, model, items)
+    _check_work_order(source, model, items, bins)
+    has_targets, has_tote = (key in model.model_fields_set for key in ("work_order", "tote_contents"))
+    if not has_targets and not has_tote:
+        source.add((), "neither 'work_order' nor 'tote_contents'; an order has at least one")
+    source.check()
+    without_targets = OrderKind.STOW if model.tote_contents else OrderKind.OUTPUT
+    return Order(
+        kind=OrderKind.PICK if has_targets else without_targets,
+        year=2016 if has_tote else 2015,
+        bin_contents={name: model.bin_contents[name] for name in bins},
+        tote_contents=model.tote_contents,
+        work_order=tuple(Target(target.bin, target.item) for target in model.work_order),
+    )
+
+
+def _check_bins(source: Source, model: _OrderModel, bins: tuple[str, ...]) -> None:
+    """Every bin of the cell stands in the contents, and nothing else."""
+    missing = [name for name in bins if name not in model.bin_contents]
+    meant = ""
+    for name in model.bin_contents:
+        if name not in bins:
+            hint = "" if source.is_full else f"; {suggestion(name, missing or bins)}"
+            source.add(("bin_contents", name), f"unknown bin{hint}")
+            meant += hint
+    for name in missing:
+        if repr(name) not in meant:  # else the key that is misspelt was told
+            source.add(("bin_contents",), f'the bin {name!r} is missing; add it ("{name}": [] if empty)')
+
+
+def _check_items(source: Source, model: _OrderModel, items: Collection[str]) -> None:
+    """Everything that lies anywhere is an item that is known."""
+    lists: dict[Key, tuple[str, ...]] = {("tote_contents",): model.tote_contents}
+    lists |= {("bin_contents", name): names for name, names in model.bin_contents.items()}
+    for place, names in lists.items():
+        for i, name in enumerate(names):
+            _check_name(source, (*place, i), "item", name, items)
+
+
+def _check_name(source: Source, key: Key, kind: str, name: str, known: Collection[str]) -> bool:
+    """Whether a name is known. Notes a mistake if not; beyond those that are told without a hint."""
+    if name not in known:
+        hint = "" if source.is_full else f"; {suggestion(name, known)}"
+        source.add(key, f"unknown {kind} {shortened(name)!r}{hint}")
+    return name in known
+
+
+def _check_work_order(
+    source: Source, model: _OrderModel, items: Collection[str], bins: tuple[str, ...]
+) -> None:  # fmt: skip
+    """Every target lies in its bin, in as many copies as are ordered."""
+    if "work_order" in model.model_fields_set and not model.work_order:
+        source.add(("work_order",), "the work order is empty; name a target")
+    copies = {name: Counter(names) for name, names in model.bin_contents.items()}
+    ordered: Counter[Target] = Counter()
+    for i, entry in enumerate(model.work_order):
+        key: Key = ("work_order", i)
+        known = _check_name(source, (*key, "bin"), "bin", entry.bin, bins)
+        if _check_name(source, (*key, "item"), "item", entry.item, items) and known:
+            target = Target(entry.bin, entry.item)
+            ordered[target] += 1
+            if fault := _fault(target, ordered[target], copies):
+                source.add((*key, "item"), fault)
+
+
+def _fault(target: Target, n_ordered: int, copies: Mapping[str, Counter[str]]) -> str:
+    """Why a target that is ordered for the n-th time cannot be had, "" if it can."""
+    n_there = copies[target.bin][target.item] if target.bin in copies else 0
+    if n_there == 0:
+        holders = [name for name, names in copies.items() if target.item in names]
+        hint = f"it is in {' and '.join(holders)}" if holders else "it is in no bin"
+        what = f"{target.item!r} is ordered from {target.bin} but is not there ({hint})"
+        return f"{what}; correct the bin or the contents"
+    if n_ordered > n_there:
+        what = f"{target.item!r} is ordered {n_ordered} times from {target.bin}, which holds {n_there}"
+        return f"{what}; delete one target or add a copy"
+    return ""

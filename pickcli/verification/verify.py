@@ -117,7 +117,7 @@ def certify(plan: Plan, scene: Scene) -> Plan:
     """The plan with its certificate. Raises RejectedError with all reasons, or StaleError."""
     verdict = verify(plan, scene)
     if verdict.certificate is None:
-        raise RejectedError(f"{plan.query}: rejected: " + "; ".join(map(str, verdict.reasons)))
+        raise RejectedError(plan.query, verdict.reasons)
     return replace(plan, certificate=verdict.certificate)
 
 

@@ -79,4 +79,4 @@ def test_one_mistake_is_one_line(cell_copy: CellCopy, refused: Refused) -> None:
 def test_a_file_that_is_no_cell_at_all_is_told_as_such(cell_copy: CellCopy, refused: Refused) -> None:
     for text in ("[1, 2]\n", "7\n", "name\n"):
         cell_copy.yaml.path.write_text(text)
-        assert "cell.yaml:1:1: expected a value: " in refused(cell_copy.load)
+        assert "cell.yaml:1:1: expected an object {...}, got " in refused(cell_copy.load)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from time import process_time
@@ -152,27 +153,28 @@ def point(i: int, key: str, value: Any) -> Any:
         (lambda d: d.__setitem__("version", 1), "version"),
         (lambda d: d.__setitem__("version", True), "version"),
         (lambda d: d.__setitem__("version", 2.0), "version"),
-        (lambda d: d.__setitem__("seed", 10**4000), "4001 digits"),
+        (lambda d: d.__setitem__("seed", 10**4000), "whole number of 4001 digits"),
         (lambda d: d.__setitem__("seed", -1e300), "seed"),
         (point(1, "velocities", [0.0, 1e300]), "less than or equal to 1000000"),
         (point(4, "time_from_start", 301.0), "less than or equal to 300"),
-        (lambda d: d.pop("events"), "events"),
+        (lambda d: d.pop("events"), "events: expected"),
+        (lambda d: d.pop("certificate"), "or null for a plan that was not verified, got nothing; add it"),
         (lambda d: d.__setitem__("note", "hello"), "note"),
         (lambda d: d.__setitem__("speed_scale", 0.0), "speed_scale"),
         (lambda d: d.__setitem__("speed_scale", "1.0"), "speed_scale"),
-        (point(1, "positions", [0.0]), "trajectory.points.1.positions"),
+        (point(1, "positions", [0.0]), "trajectory.points[1].positions"),
         (point(1, "positions", [0.0, 1e999]), "finite"),
-        (point(2, "time_from_start", 0.0), "trajectory.points.2.time_from_start"),
-        (point(0, "time_from_start", 1e-9), "trajectory.points.0.time_from_start"),
-        (point(0, "velocities", [0.0, 1e-3]), "trajectory.points.0.velocities"),
-        (point(4, "velocities", [0.1, 0.0]), "trajectory.points.4.velocities"),
+        (point(2, "time_from_start", 0.0), "trajectory.points[2].time_from_start"),
+        (point(0, "time_from_start", 1e-9), "trajectory.points[0].time_from_start"),
+        (point(0, "velocities", [0.0, 1e-3]), "trajectory.points[0].velocities"),
+        (point(4, "velocities", [0.1, 0.0]), "trajectory.points[4].velocities"),
         (lambda d: d["trajectory"].__setitem__("joint_names", ["s", "s"]), "trajectory.joint_names"),
         (lambda d: d["trajectory"].__setitem__("points", d["trajectory"]["points"][:1]), "trajectory.points"),
-        (lambda d: d["segments"][0].__setitem__("kind", "wander"), "segments.0.kind"),
-        (lambda d: d["segments"][1].__setitem__("pivot", ""), "segments.1.pivot"),
-        (lambda d: d["segments"][1].__setitem__("t_start", 0.0), "segments.1.t_start"),
-        (lambda d: d["segments"].pop(), "segments.0.t_end"),
-        (lambda d: d["events"][0]["anchor"].__setitem__("segment", 2), "events.0.anchor.segment"),
+        (lambda d: d["segments"][0].__setitem__("kind", "wander"), "segments[0].kind"),
+        (lambda d: d["segments"][1].__setitem__("pivot", ""), "segments[1].pivot"),
+        (lambda d: d["segments"][1].__setitem__("t_start", 0.0), "segments[1].t_start"),
+        (lambda d: d["segments"].pop(), "segments[0].t_end"),
+        (lambda d: d["events"][0]["anchor"].__setitem__("segment", 2), "events[0].anchor.segment"),
         (lambda d: d["grasp"]["T_item_tip"][0].__setitem__(0, 3.0), "grasp.T_item_tip"),
     ],
 )
@@ -180,7 +182,7 @@ def test_a_broken_field_is_named(plan: Plan, tmp_path: Path, change: Any, field:
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     edit(path, change)
-    with pytest.raises(InputError, match=field) as caught:
+    with pytest.raises(InputError, match=re.escape(field)) as caught:
         read_plan(path)
     assert str(path) in str(caught.value)
 
@@ -189,17 +191,17 @@ def test_several_problems_are_reported_at_once(plan: Plan, tmp_path: Path) -> No
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     edit(path, lambda d: (d.__setitem__("seed", -1), d["segments"][0].__setitem__("kind", "wander")))
-    with pytest.raises(InputError, match=r"(?s)seed.*segments\.0\.kind"):
+    with pytest.raises(InputError, match=r"(?s)seed.*segments\[0\]\.kind"):
         read_plan(path)
 
 
-def test_every_cut_of_the_file_is_damage(plan: Plan, tmp_path: Path) -> None:
+def test_every_cut_of_the_file_is_told_with_its_place(plan: Plan, tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
     write_plan(plan, path)
     whole = path.read_bytes().rstrip()
     for n in range(0, len(whole), 97):
         path.write_bytes(whole[:n])
-        with pytest.raises(DamagedError, match="cut off or damaged"):
+        with pytest.raises(InputError, match=r"plan\.json:\d+:\d+: not JSON: "):
             read_plan(path)
 
 
@@ -234,7 +236,7 @@ def test_an_integer_of_any_length_is_refused(plan: Plan, tmp_path: Path) -> None
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     path.write_text(path.read_text().replace('"seed": 7', '"seed": ' + "9" * 5000))
-    with pytest.raises(InputError, match=r"999999999999\.\.\. has 5000 digits"):
+    with pytest.raises(InputError, match=r"9{60}\.\.\. is a whole number of 5000 digits, at most 20"):
         read_plan(path)
 
 
@@ -254,7 +256,7 @@ def test_times_that_are_equal_are_refused(plan: Plan, tmp_path: Path) -> None:
     write_plan(replace(plan, certificate=None), path)
     time = json.loads(path.read_text())["trajectory"]["points"][1]["time_from_start"]
     edit(path, point(2, "time_from_start", time))
-    with pytest.raises(InputError, match=r"trajectory\.points\.2\.time_from_start: expected over"):
+    with pytest.raises(InputError, match=r"trajectory\.points\[2\]\.time_from_start: expected over"):
         read_plan(path)
 
 
@@ -262,7 +264,7 @@ def test_a_segment_without_length_is_refused(plan: Plan, tmp_path: Path) -> None
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     edit(path, lambda d: d["segments"].insert(0, d["segments"][0] | {"t_end": 0.0}))
-    with pytest.raises(InputError, match=r"segments\.0\.t_end: expected over 0"):
+    with pytest.raises(InputError, match=r"segments\[0\]\.t_end: expected over 0"):
         read_plan(path)
 
 
@@ -336,7 +338,7 @@ def test_a_plan_of_over_a_hundred_thousand_points_is_refused(plan: Plan) -> None
     data = plan_to_dict(replace(plan, certificate=None))
     data["trajectory"]["points"] = ["POINT"]
     points = ",".join([json.dumps(point | {"time_from_start": 0.0})] * 100_001)
-    with pytest.raises(InputError, match=r"trajectory\.points: .* at most 100000 items"):
+    with pytest.raises(InputError, match=r"trajectory\.points: .* at most 100000 entries, got 100001"):
         parse_plan(json.dumps(data).replace('"POINT"', points), "p")
 
 
@@ -344,10 +346,10 @@ def test_an_integer_has_at_most_twenty_digits(plan: Plan, tmp_path: Path) -> Non
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     edit(path, _at(10**19, "seed"))
-    with pytest.raises(InputError, match="seed: Input should be less than"):
+    with pytest.raises(InputError, match="seed: expected a value less than"):
         read_plan(path)
     edit(path, _at(10**20, "seed"))
-    with pytest.raises(InputError, match="has 21 digits"):
+    with pytest.raises(InputError, match="of 21 digits"):
         read_plan(path)
 
 
@@ -366,10 +368,10 @@ def test_a_file_has_at_most_24_megabytes(plan: Plan, tmp_path: Path) -> None:
     ("text", "problem"),
     [
         ("[" * 200_000, "nested too deeply"),
-        ('{"seed": -Infinity}', "holds -Infinity; every number must be finite"),
+        ('{"seed": -Infinity}', "1:10: -Infinity is not JSON; write a finite number"),
         ('{"a": 1, "b": 2, "a": 3}', ": a: the key stands twice"),
         ('{"version": 2}', 'format: expected "apc plan"'),
-        ('{"format": "apc plan", "version": 2}', "query: Field required"),
+        ('{"format": "apc plan", "version": 2}', "query: expected"),
     ],
 )
 def test_what_is_no_plan_is_told_as_such(text: str, problem: str) -> None:
@@ -378,16 +380,16 @@ def test_what_is_no_plan_is_told_as_such(text: str, problem: str) -> None:
     assert problem in str(caught.value) and str(caught.value).startswith("p.json:")
 
 
-def test_short_values_are_told_and_long_ones_are_not(plan: Plan, tmp_path: Path) -> None:
+def test_wrong_values_are_told_up_to_a_length(plan: Plan, tmp_path: Path) -> None:
     path = tmp_path / "plan.json"
     write_plan(replace(plan, certificate=None), path)
     edit(path, _at("fast", "speed_scale"))
-    with pytest.raises(InputError, match=r"speed_scale: .*, got 'fast'"):
+    with pytest.raises(InputError, match=r'speed_scale: .*, got "fast"; correct it'):
         read_plan(path)
     edit(path, _at("x" * 10_000, "speed_scale"))
     with pytest.raises(InputError) as caught:
         read_plan(path)
-    assert "got" not in str(caught.value) and "xx" not in str(caught.value)
+    assert len(str(caught.value)) < 200
 
 
 def test_a_plan_is_one_line_per_point_segment_and_event(plan: Plan, tmp_path: Path) -> None:

@@ -134,11 +134,11 @@ MISTAKES = {
     ),
     "not a number": (
         put_at("items", 0, "position", value=[float("nan"), 0, 0]),
-        "items[0].position[0]: expected",
+        "NaN is not JSON; write a finite number",
     ),
     "infinite": (
         put_at("items", 0, "position", value=[0, float("inf"), 0]),
-        "items[0].position[1]: expected",
+        "Infinity is not JSON; write a finite number",
     ),
     "two numbers": (
         put_at("items", 0, "position", value=[0, 1]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from pickcli.errors import DamagedError, InputError
+from pickcli.files.file_kind import HDF5_MAGIC, STORE_END
 from pickcli.roadmap.store import (
     FORMATS,
     describe,
@@ -52,6 +54,7 @@ def _file(path: Path) -> Any:
 
 def test_a_file_of_half_a_gigabyte_is_opened_and_no_larger_one(path: Path) -> None:
     with open(path, "wb") as file:
+        file.write(HDF5_MAGIC)
         file.truncate(512 * 2**20)
     check_readable(path)
     with open(path, "ab") as file:
@@ -61,14 +64,20 @@ def test_a_file_of_half_a_gigabyte_is_opened_and_no_larger_one(path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("content", "is_text"),
-    [(b"{", True), (b'{"a": 1,\n "b": 2}', True), (b"x" * 200, True), (b"", False), (b"\x89HDF", False),
-     ("größe".encode(), False), (b"ab\x00", False)],
+    ("content", "error", "told"),
+    [(b"{", InputError, "is a text file"), (b'{"a": 1,\n "b": 2}', InputError, "is a text file"),
+     (b"x" * 200, InputError, "is a text file"), (b"", InputError, "is empty"),
+     (HDF5_MAGIC[:4], InputError, "neither begins nor ends"),
+     ("größe".encode(), InputError, "neither begins nor ends"),
+     (random.Random(1).randbytes(5000), InputError, "neither begins nor ends"),
+     (HDF5_MAGIC, DamagedError, "damaged"), (HDF5_MAGIC + bytes(100), DamagedError, "damaged"),
+     (b"\x89hdf" + bytes(100) + STORE_END, DamagedError, "damaged")],
 )  # fmt: skip
-def test_texts_are_told_from_damaged_files(path: Path, content: bytes, is_text: bool) -> None:
+def test_only_what_begins_or_ends_like_a_stored_file_can_be_damaged(
+    path: Path, content: bytes, error: type[Exception], told: str
+) -> None:
     path.write_bytes(content)
-    expected = "is a text file" if is_text else "damaged"
-    with pytest.raises(InputError if is_text else DamagedError, match=expected), opened(path):
+    with pytest.raises(error, match=told), opened(path):
         pass
 
 

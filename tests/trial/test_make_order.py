@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,7 +69,7 @@ def test_make_order_names_one_target_per_bin_that_lies_in_it(year: int, seed: in
 @given(seed=SEEDS)
 def test_make_order_writes_the_official_format(task: OrderKind, year: int, seed: int) -> None:
     order = make_order(task, year, seed)
-    assert parse_order(order_text(order).encode(), "fresh", ITEMS) == order
+    assert parse_order(order_text(order), Path("fresh.json"), ITEMS) == order
 
 
 @pytest.mark.parametrize(("task", "year"), KINDS)

@@ -27,12 +27,13 @@ from pickcli.trial.order_file import (
 from pickcli.trial.output_file import order_text
 from support.order_builders import ITEMS, pick_data
 
+FILE = Path("o.json")
 INVALID = sorted((Path(__file__).parent / "invalid_orders").glob("*.json"))
 
 
 def parse(data: Any) -> Order:
     """Parse JSON data as an order."""
-    return parse_order(json.dumps(data).encode(), "o.json", ITEMS)
+    return parse_order(json.dumps(data), FILE, ITEMS)
 
 
 def refusal(data: Any) -> str:
@@ -58,7 +59,7 @@ def orders(draw: st.DrawFn) -> Order:
 
 @given(orders())
 def test_round_trip(order: Order) -> None:
-    assert parse_order(order_text(order).encode(), "o.json", ITEMS) == order
+    assert parse_order(order_text(order), FILE, ITEMS) == order
 
 
 @settings(max_examples=300)
@@ -72,11 +73,11 @@ def test_mutated_bytes_are_an_order_or_an_input_error(order: Order, data: st.Dat
             st.binary(max_size=3) | st.sampled_from([b"null", b"[]", b'""', b"{}", b"7"])
         )
     try:
-        mutated = parse_order(bytes(text), "o.json", ITEMS)
+        mutated = parse_order(text.decode("utf-8", "replace"), FILE, ITEMS)
     except InputError as error:
         assert "o.json" in str(error)
     else:
-        assert parse_order(order_text(mutated).encode(), "o.json", ITEMS) == mutated
+        assert parse_order(order_text(mutated), FILE, ITEMS) == mutated
 
 
 @settings(max_examples=100)
@@ -94,7 +95,7 @@ def test_any_json_is_an_order_or_an_input_error(data: Any) -> None:
 @pytest.mark.parametrize("path", INVALID, ids=lambda p: p.stem)
 def test_real_files_with_errors_are_refused(path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        parse_order(path.read_bytes(), path.name, ITEMS)
+        parse_order(path.read_text(), Path(path.name), ITEMS)
     message = str(caught.value)
     line, column = (int(part) for part in message.split(":")[1:3])
     text = path.read_text().splitlines()
@@ -111,7 +112,7 @@ def test_there_are_real_files_with_errors() -> None:
 def test_a_misspelt_key_is_suggested_once() -> None:
     data = pick_data()
     data["word_order"] = data.pop("work_order")
-    assert "unknown key 'word_order'; did you mean 'work_order'?" in refusal(data)
+    assert "word_order: unknown key; did you mean 'work_order'?" in refusal(data)
 
 
 def test_a_misspelt_bin_or_item_is_suggested() -> None:
@@ -121,23 +122,67 @@ def test_a_misspelt_bin_or_item_is_suggested() -> None:
     data = pick_data()
     data["bin_contents"]["bin_M"] = data["bin_contents"].pop("bin_L")
     message = refusal(data)
-    assert "unknown key 'bin_M'" in message and "bin_L" in message
+    assert "bin_contents.bin_M: unknown bin; did you mean 'bin_L'?" in message
     data = pick_data()
     data["work_order"][0]["bin"] = "binA"
     assert "did you mean 'bin_A'?" in refusal(data)
 
 
-@pytest.mark.parametrize("key", ["bin_contents", "bin_C"])
-def test_a_missing_key_is_named(key: str) -> None:
+def test_a_missing_key_is_named() -> None:
     data = pick_data()
-    (data if key in data else data["bin_contents"]).pop(key)
-    assert f"the key {key!r} is missing; add it" in refusal(data)
+    del data["bin_contents"]["bin_C"]
+    assert "bin_contents: the bin 'bin_C' is missing; add it (\"bin_C\": [] if empty)" in refusal(data)
+    del data["bin_contents"]
+    assert "bin_contents: expected an object with a list of items for every bin, got nothing" in refusal(data)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("bin_c", "bin_C"),
+        ("A", "bin_A"),
+        ("l", "bin_L"),
+        ("Bin K", "bin_K"),
+        ("bin-f", "bin_F"),
+        ("binA", "bin_A"),
+    ],
+)
+def test_a_bin_in_other_letters_is_understood(name: str, meant: str) -> None:
+    data = pick_data()
+    data["work_order"][0]["bin"] = name
+    assert f"work_order[0].bin: unknown bin {name!r}; did you mean {meant!r}?" in refusal(data)
+    data = pick_data()
+    data["bin_contents"][name] = data["bin_contents"].pop(meant)
+    assert f"bin_contents.{name}: unknown bin; did you mean {meant!r}?" in refusal(data)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("Crayola 24 ct", "crayola_24_ct"), ("duct_tape", "scotch_duct_tape"), ("bottle", "dasani_water_bottle"),
+     ("dove_beuaty_bar", "dove_beauty_bar")],
+)  # fmt: skip
+def test_an_item_in_other_words_is_understood(name: str, meant: str) -> None:
+    assert f"unknown item {name!r}; did you mean {meant!r}?" in refusal(pick_data(bin_B=[name]))
+
+
+def test_what_is_python_is_told_how_json_writes_it() -> None:
+    for wrong, right in (("None", "null"), ("True", "true"), ("False", "false")):
+        with pytest.raises(InputError, match=f"not JSON: {wrong} is Python; JSON writes {right}"):
+            parse_order(f'{{"bin_contents": {wrong}}}', FILE, ITEMS)
+
+
+def test_a_number_of_any_length_is_told_in_plain_words() -> None:
+    with pytest.raises(InputError) as caught:
+        parse_order('{"tote_contents": [%s]}' % ("9" * 5000), FILE, ITEMS)
+    assert "tote_contents[0]: expected a number, got 999" in str(caught.value)
+    assert "(5000 characters), which is too large; correct it" in str(caught.value)
+    assert "sys" not in str(caught.value) and len(str(caught.value)) < 250
 
 
 def test_a_target_lacks_its_item() -> None:
     data = pick_data()
     del data["work_order"][0]["item"]
-    assert "the key 'item' is missing" in refusal(data)
+    assert "work_order[0].item: expected the name of an item, got nothing; add it" in refusal(data)
 
 
 def test_an_item_that_is_elsewhere_is_said_to_be_there() -> None:
@@ -159,7 +204,7 @@ def test_two_targets_need_two_copies() -> None:
 def test_all_problems_are_named_at_their_own_places() -> None:
     text = json.dumps(pick_data(bin_B=["x"], bin_C=["y"]), indent=1)
     with pytest.raises(InputError) as caught:
-        parse_order(text.encode(), "o.json", ITEMS)
+        parse_order(text, FILE, ITEMS)
     found = {name: text.splitlines()[int(line.split(":")[1]) - 1] for line in str(caught.value).splitlines()
              for name in "xy" if f"item '{name}'" in line}  # fmt: skip
     assert found["x"].strip().startswith('"x"')
@@ -168,7 +213,7 @@ def test_all_problems_are_named_at_their_own_places() -> None:
 
 def test_a_long_list_of_problems_is_cut() -> None:
     message = refusal(pick_data(**{name: ["x"] * 50 for name in BINS}))
-    assert len(message.splitlines()) < 12
+    assert len(message.splitlines()) == 21
     assert "more" in message.splitlines()[-1]
 
 
@@ -194,18 +239,22 @@ def test_control_characters_cannot_reach_the_terminal() -> None:
 def test_orders_have_bounds() -> None:
     """Thousands of copies, targets or mistakes cost neither minutes nor memory."""
     copies = {bin_name: [ITEMS[0]] * (101 if bin_name == "bin_A" else 0) for bin_name in BINS}
-    assert ": 101 entries, at most 100" in refusal({"bin_contents": copies, "tote_contents": [ITEMS[0]]})
+    assert "bin_A: expected at most 100 entries, got 101" in refusal(
+        {"bin_contents": copies, "tote_contents": [ITEMS[0]]}
+    )
     target = {"bin": "bin_A", "item": ITEMS[0]}
     few = copies | {"bin_A": [ITEMS[0]] * 100}
     asked = refusal({"bin_contents": few, "tote_contents": [], "work_order": [target] * 7000})
-    assert "7000 entries, at most 500" in asked
+    assert "at most 500 entries, got 7000" in asked
     began = process_time()
-    unknown = {
-        "bin_contents": {f"b{i}": [] for i in range(30_000)},
-        "tote_contents": [f"i{i}" for i in range(30_000)],
-    }
-    lines = refusal(unknown).splitlines()
-    assert len(lines) == 9 and "and " in lines[-1]
+    bins = copies | {"bin_A": []} | {f"b{i}": [] for i in range(30_000)}
+    for data in (
+        {"bin_contents": bins, "tote_contents": []},
+        {"bin_contents": {}, "tote_contents": [f"i{i}" for i in range(100)], "work_order": [target] * 500},
+        {"bin_contents": {name: ["x" * 90] * 90 for name in BINS}, "tote_contents": []},
+    ):
+        lines = refusal(data).splitlines()
+        assert len(lines) == 21 and "and " in lines[-1]
     assert process_time() - began < 5.0
 
 
@@ -228,11 +277,11 @@ def test_an_order_is_read_for_the_bins_and_items_of_a_cell() -> None:
     assert all(t.item in order.bin_contents[t.bin] for t in order.work_order)
 
 
-@pytest.mark.parametrize("n_wrong", [1, 7, 8, 9, 20])
-def test_eight_problems_are_told_and_the_others_counted(n_wrong: int) -> None:
+@pytest.mark.parametrize("n_wrong", [1, 19, 20, 21, 90])
+def test_twenty_problems_are_told_and_the_others_counted(n_wrong: int) -> None:
     lines = refusal(pick_data(bin_B=[f"no_such_item_{i}" for i in range(n_wrong)])).splitlines()
-    assert len(lines) == min(n_wrong, 8) + (n_wrong > 8)
-    assert n_wrong <= 8 or lines[-1] == f"o.json: and {n_wrong - 8} more"
+    assert len(lines) == min(n_wrong, 20) + (n_wrong > 20)
+    assert n_wrong <= 20 or lines[-1] == f"o.json: and {n_wrong - 20} more"
 
 
 @pytest.mark.parametrize(
@@ -241,14 +290,14 @@ def test_eight_problems_are_told_and_the_others_counted(n_wrong: int) -> None:
         ([], "the work order is empty; name a target"),
         ([{"bin": "bin_Z", "item": "crayola_24_ct"}], "unknown bin 'bin_Z'"),
         ([{"bin": "bin_A", "item": "no_such_thing"}], "unknown item 'no_such_thing'"),
-        ([{"bin": "bin_A"}], "the key 'item' is missing; add it"),
-        ([{"item": "crayola_24_ct"}], "the key 'bin' is missing; add it"),
-        ([{"bin": 3, "item": "crayola_24_ct"}], "bin: expected the name of a known bin, got 3"),
-        ([5], "here: expected an object {...}, got 5"),
-        ({}, "work_order: expected a list [...], got {}"),
+        ([{"bin": "bin_A"}], "[0].item: expected the name of an item, got nothing; add it"),
+        ([{"item": "crayola_24_ct"}], "[0].bin: expected the name of a bin, got nothing; add it"),
+        ([{"bin": 3, "item": "crayola_24_ct"}], "bin: expected the name of a bin: text in quotes, got 3"),
+        ([5], "work_order[0]: expected an object {...}, got 5; correct it"),
+        ({}, "work_order: expected a list of targets, each with its bin and item, got {}"),
         ([{"bin": "bin_B", "item": "jane_eyre_dvd"}], "is not there (it is in bin_A)"),
         ([{"bin": "bin_A", "item": "dove_beauty_bar"}], "is not there (it is in no bin)"),
-        ([{"bin": "bin_A", "item": "crayola_24_ct", "count": 2}], "unknown key 'count'"),
+        ([{"bin": "bin_A", "item": "crayola_24_ct", "count": 2}], "count: unknown key; known: bin, item"),
     ],
 )  # fmt: skip
 def test_one_mistake_in_a_work_order_is_one_problem(work_order: Any, problem: str) -> None:
@@ -261,19 +310,19 @@ def test_a_target_from_a_bin_that_is_missing_is_not_there() -> None:
     data = pick_data(bin_A=["jane_eyre_dvd"])
     del data["bin_contents"]["bin_A"]
     message = refusal(data)
-    assert "the key 'bin_A' is missing; add it (\"bin_A\": [] if empty)" in message
+    assert "the bin 'bin_A' is missing; add it (\"bin_A\": [] if empty)" in message
     assert "is ordered from bin_A but is not there (it is in no bin)" in message
 
 
 @pytest.mark.parametrize(
     ("data", "problems"),
     [
-        (7, ["here: expected an object {...}, got 7"]),
-        ({"tote_contents": []}, ["the key 'bin_contents' is missing; add it", "expected an object"]),
-        (pick_data() | {"bin_contents": []}, ["bin_contents: expected an object {...}, got []", "in no bin"]),
-        (pick_data() | {"tote_contents": "soap"}, ["tote_contents: expected a list [...], got 'soap'"]),
-        (pick_data(bin_B=[None]), ["here: expected the name of a known item, got None"]),
-        (pick_data() | {"work_orders": []}, ["unknown key 'work_orders'; did you mean 'work_order'?"]),
+        (7, ["o.json:1:1: expected an object {...}, got 7"]),
+        ({"tote_contents": []}, ["bin_contents: expected an object with"]),
+        (pick_data() | {"bin_contents": []}, ["bin_contents: expected an object with a list of items"]),
+        (pick_data() | {"tote_contents": "soap"}, ['tote_contents: expected a list of items, got "soap"']),
+        (pick_data(bin_B=[None]), ["bin_contents.bin_B[0]: expected text in quotes, got null"]),
+        (pick_data() | {"work_orders": []}, ["work_orders: unknown key; did you mean 'work_order'?"]),
     ],
 )  # fmt: skip
 def test_what_an_order_is_not_is_said_once(data: Any, problems: list[str]) -> None:
@@ -286,7 +335,7 @@ def test_what_an_order_is_not_is_said_once(data: Any, problems: list[str]) -> No
 def test_only_keys_that_do_not_stand_yet_are_suggested() -> None:
     data = pick_data()
     data["bin_contents"]["bin_AB"] = data["bin_contents"].pop("bin_B")
-    assert "unknown key 'bin_AB'; did you mean 'bin_B'?" in refusal(data)
+    assert "bin_AB: unknown bin; did you mean 'bin_B'?" in refusal(data)
 
 
 def test_bin_contents_alone_are_no_order() -> None:

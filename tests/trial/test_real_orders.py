@@ -27,7 +27,7 @@ def test_there_are_five_pick_orders_of_2016() -> None:
 def test_real_orders_are_read_and_survive_writing(path: Path) -> None:
     order = read_order(path, CELL)
     names = {name for name, _ in CELL.items}
-    assert parse_order(order_text(order).encode(), "copy", names) == order
+    assert parse_order(order_text(order), Path("copy.json"), names) == order
     n_items = sum(len(names) for names in order.bin_contents.values())
     if order.kind is OrderKind.PICK:
         assert len(order.work_order) == len({t.bin for t in order.work_order}) == 12

@@ -1,0 +1,97 @@
+"""JSON as a text: what is wrong with its syntax, where, and what to do about it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from typing import Any, NoReturn
+
+from pickcli.errors import InputError, shortened
+
+MAX_DIGITS = 20  # of a whole number
+_CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?\b(?:NaN|Infinity)\b)')
+_PYTHON = {"None": "null", "True": "true", "False": "false"}
+
+
+def parse_json(text: str, where: str) -> Any:
+    """The values of a JSON text, without the traps: double keys, NaN, endless nesting and digits.
+
+    Args:
+        text: The text.
+        where: Name of the file, for messages.
+
+    Raises:
+        InputError: With line and column where the syntax is wrong.
+    """
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        out = dict(pairs)
+        if len(out) != len(pairs):
+            twice = Counter(key for key, _ in pairs).most_common(1)[0][0]
+            raise InputError(f"{where}: {shortened(twice)}: the key stands twice in one object; keep one")
+        return out
+
+    def integer(digits: str) -> int:
+        if len(digits) > MAX_DIGITS:
+            told = f"{shortened(digits)} is a whole number of {len(digits)} digits"
+            raise InputError(f"{where}: {told}, at most {MAX_DIGITS} are read; correct it")
+        return int(digits)
+
+    return _loads(text, where, object_pairs_hook=unique, parse_int=integer)
+
+
+def refuse_bad_syntax(text: str, where: str) -> None:
+    """Raise InputError, with place and advice, for a text that is not JSON; values are not looked at."""
+    _loads(text, where, parse_int=str, parse_float=str)
+
+
+def _loads(text: str, where: str, **hooks: Any) -> Any:
+    """What the standard library reads, its errors with their place and advice."""
+
+    def constant(name: str) -> NoReturn:
+        found = next(match for match in _CONSTANT.finditer(text) if match[1] == name)
+        raise InputError(f"{_place(text, found.start(), where)}: {name} is not JSON; write a finite number")
+
+    try:
+        return json.loads(text, parse_constant=constant, **hooks)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{_place(text, error.pos, where)}: not JSON: {_advice(text, error)}") from None
+    except RecursionError:
+        raise InputError(f"{where}: nested too deeply; is it the right file?") from None
+
+
+def _place(text: str, at: int, where: str) -> str:
+    """``file:line:column`` of a character, both counted from 1 as an editor does."""
+    return f"{where}:{text.count(chr(10), 0, at) + 1}:{at - text.rfind(chr(10), 0, at)}"
+
+
+def _advice(text: str, error: json.JSONDecodeError) -> str:
+    """What is wrong at the place of a syntax error, and what to do about it."""
+    rest, before = text[error.pos :], text[: error.pos].rstrip()
+    if not text.strip():
+        return "the file is empty"
+    if not rest.strip() or error.msg.startswith("Unterminated string"):
+        return "the text ends too early; the file is cut off, or a quote or bracket is not closed"
+    if rest.startswith(("//", "/*", "#")):
+        return "JSON has no comments; delete them"
+    if word := re.match(r"[A-Za-z_]\w*", rest):
+        return _advice_about(word.group())
+    if rest.startswith("'"):
+        return "single quotes are not JSON; use double quotes"
+    if rest[0] in ",]}" and (before.endswith(",") or "trailing comma" in error.msg):
+        return "a comma with nothing after it; delete the comma"
+    if rest[0] in "{[" and before.endswith(","):
+        return f"{rest[0]!r} where a key was expected; the object before it lacks its closing '}}'"
+    if "delimiter" in error.msg:
+        return f"expected a {error.msg.split()[1]} before {rest[:12]!r}; check commas and brackets before it"
+    return f"{error.msg.lower()}, got {rest[:12]!r}; check commas and brackets before it"
+
+
+def _advice_about(word: str) -> str:
+    """What to do about a word that stands without quotes."""
+    if word in _PYTHON:
+        return f"{word} is Python; JSON writes {_PYTHON[word]}"
+    if word.lower() in _PYTHON.values():
+        return f"JSON writes {word.lower()} in small letters, got {word}"
+    return f'{shortened(word)} must stand in double quotes: "{shortened(word)}"'
