@@ -41,6 +41,27 @@ class Bin:
         width, height = self.y_range[1] - self.y_range[0], self.ceiling_back - self.floor_back
         return self.depth * width * height
 
+    @property
+    def clear_size(self) -> Array:
+        """(3,) depth, width and greatest height of the clear inside, m."""
+        return np.array([self.depth, self.y_range[1] - self.y_range[0], self.ceiling_front - self.floor_back])
+
+    def too_small_for(self, extents: Array) -> str:
+        """Why something does not fit inside, whichever way it is turned.
+
+        Args:
+            extents: (3,) m, its size along its own axes.
+
+        Returns:
+            Both sizes in mm where its narrowest side is wider than the narrowest of the bin, or it is longer
+            than the bin's diagonal. "" where it may fit; it may still find no room.
+        """
+        size = self.clear_size
+        if extents.min() <= size.min() and extents.max() <= np.linalg.norm(size):
+            return ""
+        own, clear = (" x ".join(f"{1e3 * side:.0f}" for side in sides) for sides in (extents, size))
+        return f"{own} mm, the bin {clear} mm inside"
+
     def floor_at(self, x: Array | float) -> Array:
         """Height of the floor in m in the bin frame, x m behind the front face (under the lip: as behind)."""
         ends, heights = (self.slope_from, self.floor_flat_from), (self.floor_front, self.floor_back)

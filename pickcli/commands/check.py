@@ -10,6 +10,7 @@ import click
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, json_option
+from pickcli.commands.path_type import PATH
 from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError
 
@@ -22,7 +23,7 @@ MOST_LINES = 20  # damaged blocks that are listed for people
 
 
 @click.command("check")
-@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("path", metavar="FILE", type=PATH)
 @click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
 @cell_option
 @jobs_option

@@ -10,7 +10,7 @@ from pickcli.commands.options import cell_option, json_option, seed_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
-from pickcli.errors import InputError
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _pairs(text: str) -> list[tuple[str, str]]:
     pairs = [tuple(part.split(":")) for part in text.split(",")]
     wrong = next((":".join(pair) for pair in pairs if len(pair) != 2 or "" in pair), None)
     if wrong is not None:
-        raise InputError(f"--pairs: {wrong!r} is no pair; write A:B,C:D with names of configurations")
+        raise InputError(f"--pairs: {wrong!r} is not a pair; write A:B,C:D with names of configurations")
     return [(pair[0], pair[1]) for pair in pairs]
 
 
@@ -95,7 +95,7 @@ def _contestants(text: str, iterations: int) -> list[BenchmarkEntry]:
     names = list(dict.fromkeys(text.split(",")))
     wrong = next((name for name in names if name not in known), None)
     if wrong is not None:
-        raise InputError(f"--planners: {wrong!r} is none; known: {', '.join(known)}")
+        raise UnknownNameError("planner", wrong, known, "--planners")
     return [
         MinimumTimeEntry(TrajectorySettings())
         if name == SEARCH

@@ -14,6 +14,7 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
+from pickcli.commands.path_type import PATH
 from pickcli.commands.planner import (
     CONFIGURATION,
     artifact_options,
@@ -37,9 +38,9 @@ if TYPE_CHECKING:
 
 
 @click.command("execute")
-@click.argument("plan_path", metavar="PLAN.json", type=click.Path(path_type=Path))
+@click.argument("plan_path", metavar="PLAN.json", type=PATH)
 @scene_options
-@click.option("--planned-in", type=click.Path(path_type=Path), metavar="FILE",
+@click.option("--planned-in", type=PATH, metavar="FILE",
               help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
               help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 @click.option("--unverified", is_flag=True,
               help="An experiment: run the plan as it is, unchecked, in any scene.")  # fmt: skip
 @reality_option
-@click.option("--video", type=click.Path(path_type=Path), metavar="FILE.gif", help="Film it.")
+@click.option("--video", type=PATH, metavar="FILE.gif", help="Film it.")
 @overwrite_option
 @artifact_options
 @seed_option
@@ -123,7 +124,7 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
             f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
             "it was made in with --planned-in"
         )
-    plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified")
+    plan = certified(plan, believed, "plan it anew, or watch it fail with --unverified", path)
     if carried is None:
         click.echo(f"note: {path} carries no certificate; verified now and accepted", err=True)
     return plan

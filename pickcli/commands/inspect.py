@@ -9,21 +9,22 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
+from pickcli.commands.path_type import PATH
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
-HEAD = 4096  # bytes in which a JSON file of ours names its format
+HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
 
 
 @click.command("inspect")
-@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("path", metavar="FILE", type=PATH)
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
                    "[default: the one under data/cells]")  # fmt: skip
-@click.option("--plot", type=click.Path(path_type=Path), metavar="FILE",
+@click.option("--plot", type=PATH, metavar="FILE",
               help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
 @overwrite_option
 @json_option
@@ -86,6 +87,8 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
         refuse_special_file(path)
         with path.open("rb") as file:
             head = file.read(HEAD)
+            file.seek(max(file.tell(), path.stat().st_size - HEAD))
+            head += file.read()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     kind = kind_of(head) or (CELL if path.suffix == ".yaml" else None)

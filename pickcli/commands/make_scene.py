@@ -16,6 +16,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
+from pickcli.commands.path_type import PATH, refuse_suffix
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 @click.command("make-scene")
 @order_argument
 @output_option("scene")
-@click.option("--picture", type=click.Path(path_type=Path), help="Also write a PNG of the pod's front.")
+@click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the pod's front.")
 @pod_shift_option(NONE)
 @cell_option
 @seed_option
@@ -62,6 +63,7 @@ def command(
     refuse_output(output, overwrite, *inputs)
     if picture is not None:
         refuse_output(picture, overwrite, *inputs)
+        refuse_suffix(picture, (".png",), "a picture")
         refuse_same(output, picture)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import click
 
+from pickcli.commands.path_type import PATH
 from pickcli.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -52,7 +53,7 @@ def seed_option(function: F) -> F:
 def reality_option(function: F) -> F:
     """--reality FILE."""
     return click.option(
-        "--reality", "reality_path", type=click.Path(path_type=Path), metavar="FILE",
+        "--reality", "reality_path", type=PATH, metavar="FILE",
         help="Levels at which the simulated world differs from its model.  [default: docs/reality.md]",
     )(function)  # fmt: skip
 
@@ -68,7 +69,7 @@ def output_option(what: str) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         function = overwrite_option(function)
         return click.option(
-            "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", required=True,
+            "-o", "--output", type=PATH, metavar="FILE", required=True,
             help=f"Where to write the {what}.",
         )(function)  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,6 +19,9 @@ from pickcli.commands.planner import (
     verify_option,
 )
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+
+if TYPE_CHECKING:
+    from pickcli.scene.scene import Scene
 
 
 @click.command("plan-pick")
@@ -63,6 +67,7 @@ def command(
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
     refuse_held(scene, scene_path)
+    _refuse_impossible(scene, bin_name, item, into)
     q, tool_state = parse_configuration(scene.cell, start)
     planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
@@ -70,3 +75,25 @@ def command(
     with learning(planner, roadmap, trajectories, learn) as session:
         plan = plan_pick(session.planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
         deliver(plan, scene, output, not no_verify, as_json, overwrite)
+
+
+def _refuse_impossible(scene: Scene, bin_name: str, item: str, into: str) -> None:
+    """Raise InputError, before any work, for what the scene alone says cannot be.
+
+    Names that are unknown, the bin that the item is in as the place to bring it to, or one too small for it.
+    """
+    from pickcli.errors import InputError, UnknownNameError
+    from pickcli.scene.scene import TOTE
+
+    bins = scene.cell.pod.bins
+    if bin_name not in bins:
+        raise UnknownNameError("bin", bin_name, list(bins), "--bin")
+    if into not in (TOTE, *bins):
+        raise UnknownNameError("place", into, [TOTE, *bins], "--into")
+    placed = scene.find(item, bin_name)
+    if into == bin_name:
+        raise InputError(f"--into: the item is taken from {into}; name the tote or another bin")
+    if into != TOTE and (sizes := bins[into].too_small_for(placed.item.shape.extents)):
+        raise InputError(
+            f"--into: {placed.id} fits in no way into {into}: it has {sizes}; name another place"
+        )

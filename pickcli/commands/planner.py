@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from pickcli.commands.building import build_report
+from pickcli.commands.path_type import PATH
 from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.errors import InputError, RejectedError, UnknownNameError
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.cell.robot import Robot
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+FULL_TURN = 6.3  # rad: a larger position was meant in degrees
+FAR = 20.0  # m, beyond any rail: a larger position was meant in mm
 CONFIGURATION = "NAME|q"
 CONFIGURATION_HELP = (
     "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
@@ -33,7 +38,7 @@ def artifact_options(function: F) -> F:
     """--roadmap and --trajectories; by default the cell's folder in the user's cache, if built."""
     for name, what in (("trajectories", "trajectory database"), ("roadmap", "roadmap")):
         function = click.option(
-            f"--{name}", type=click.Path(path_type=Path), metavar="FILE",
+            f"--{name}", type=PATH, metavar="FILE",
             help=f"The {what} to use instead of the cell's own in the cache.",
         )(function)  # fmt: skip
     return function
@@ -99,15 +104,26 @@ def _build_missing(cell: Cell) -> None:
         raise
 
 
-def certified(plan: Plan, scene: Scene, advice: str) -> Plan:
-    """The plan with the verifier's certificate. Raises RejectedError with every reason and the advice."""
+def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -> Plan:
+    """The plan with the verifier's certificate.
+
+    Args:
+        plan: The plan.
+        scene: What it is to be carried out in.
+        advice: What to do where it is rejected.
+        path: Its file; None for a plan that was made just now.
+
+    Raises:
+        RejectedError: With every reason and the advice.
+    """
     from pickcli.verification.verify import certify
 
     began = time.perf_counter()
     try:
         plan = certify(plan, scene)
     except RejectedError as error:
-        raise RejectedError(f"{error}; {advice}") from None
+        what = plan.query if path is None else f"{path}: {plan.query}"
+        raise RejectedError(what, error.reasons, advice) from None
     plan.statistics.update(verification_ms=1e3 * (time.perf_counter() - began))
     return plan
 
@@ -164,10 +180,35 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]
         raise InputError(
             f"configuration {text!r}: expected {len(names)} numbers ({' '.join(names)}), got {len(q)}"
         )
-    limits = cell.robot.limits
-    for name, value, low, high in zip(names, q, limits.lower, limits.upper, strict=True):
-        if not low <= value <= high:  # nan is in no range
-            raise InputError(
-                f"configuration {text!r}: {name} is {value:g}, expected {low:g} to {high:g}; correct it"
-            )
+    if faults := _beyond_limits(cell.robot, q):
+        raise InputError(f"configuration {text!r}: {'; '.join(faults)}; {_unit_advice(cell.robot, q)}")
     return q, None
+
+
+def _beyond_limits(robot: Robot, q: Array) -> list[str]:
+    """What is wrong with the joints of a configuration (n,) that are beyond their limits, with units."""
+    told = []
+    for i, (name, unit) in enumerate(zip(robot.joint_names, _units(robot), strict=True)):
+        low, high = robot.limits.lower[i], robot.limits.upper[i]
+        if not low <= q[i] <= high:  # nan is in no range
+            told.append(f"{name} is {q[i]:g} {unit}, its limits are {low:g} to {high:g} {unit}")
+    return told
+
+
+def _units(robot: Robot) -> list[str]:
+    """The units of a configuration's numbers: "m" or "rad"."""
+    from pickcli.cell.robot import JointType
+
+    slides = {joint.name for joint in robot.joints if joint.type is JointType.PRISMATIC}
+    return ["m" if name in slides else "rad" for name in robot.joint_names]
+
+
+def _unit_advice(robot: Robot, q: Array) -> str:
+    """What to do about a configuration (n,) beyond its limits: far off, it was meant in other units."""
+    import numpy as np
+
+    units = np.array(_units(robot))
+    angle, length = (float(np.abs(q[units == unit]).max(initial=0.0)) for unit in ("rad", "m"))
+    if FULL_TURN < angle < inf:
+        return "angles are in rad, not degrees"
+    return "lengths are in m, not mm" if FAR < length < inf else "correct it"

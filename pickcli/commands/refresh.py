@@ -10,6 +10,7 @@ import click
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, json_option
+from pickcli.commands.path_type import PATH
 from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command("refresh")
-@click.argument("path", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("path", metavar="FILE", type=PATH)
 @cell_option
 @jobs_option
 @json_option

@@ -20,6 +20,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
+from pickcli.commands.path_type import PATH
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
@@ -71,7 +72,7 @@ def standing(
 @click.command("run-trial")
 @order_argument
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="DIR",
+    "-o", "--output", type=PATH, metavar="DIR",
     help="Folder to write.  [default: runs/ORDER-SEED]",
 )  # fmt: skip
 @click.option("--overwrite", is_flag=True,

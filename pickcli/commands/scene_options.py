@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.path_type import PATH
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def scene_options(function: F) -> F:
         help="The scene's cell.  [default: the one under data/cells that it names]",
     )(function)  # fmt: skip
     return click.option(
-        "--scene", "scene_path", type=click.Path(path_type=Path), metavar="FILE", required=True,
+        "--scene", "scene_path", type=PATH, metavar="FILE", required=True,
         help="Scene file (see apc make-scene).",
     )(function)  # fmt: skip
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
+from pickcli.commands.path_type import PATH
 from pickcli.commands.planner import named_state
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -32,7 +33,7 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
               help="Tool poses in the bin that each is judged by.")  # fmt: skip
 @click.option("--candidates", type=click.IntRange(1, 10000), default=40, show_default=True,
               help="Configurations that are judged, the most manipulable.")  # fmt: skip
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
+@click.option("-o", "--output", type=PATH, metavar="FILE",
               help="Also write the best as an entry of a cell file (YAML).")  # fmt: skip
 @overwrite_option
 @seed_option

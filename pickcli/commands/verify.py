@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import json_option
+from pickcli.commands.path_type import PATH
 from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, scene_options
 
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
 
 
 @click.command("verify")
-@click.argument("plan_path", metavar="PLAN", type=click.Path(path_type=Path))
+@click.argument("plan_path", metavar="PLAN", type=PATH)
 @scene_options
-@click.option("--stopped", "stopped_path", type=click.Path(path_type=Path), metavar="PLAN",
+@click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
               help="Of a way back after a stop, the plan that stopped.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
@@ -55,8 +56,7 @@ def command(
     elif verdict.certificate is not None:
         click.echo(_text(verdict))
     if verdict.certificate is None:
-        listed = "".join(f"\n  {reason}" for reason in verdict.reasons)
-        raise RejectedError(f"{plan_path}: rejected, plan it anew:{listed}")
+        raise RejectedError(str(plan_path), verdict.reasons)
 
 
 def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:

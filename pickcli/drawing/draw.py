@@ -19,7 +19,7 @@ SUFFIXES = (".png", ".html")
 def refuse_suffix(output: Path) -> None:
     """Raise InputError, before any work, for a kind of picture that cannot be drawn."""
     if output.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{output}: a picture is {' or '.join(SUFFIXES)}; name one of these")
+        raise InputError(f"{output}: a picture is written as {' or '.join(SUFFIXES)}; name such a file")
 
 
 def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:

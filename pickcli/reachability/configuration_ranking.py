@@ -47,7 +47,7 @@ class ConfigurationRanking:
 
     def __post_init__(self) -> None:
         if self.bin_name not in self.cell.pod.bins:
-            raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins), str(self.cell.path))
+            raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins))
 
     def suggest(self, n: int, report: Report | None = None) -> list[RankedConfiguration]:
         """The best n that differ, the farthest reaching first, then by manipulability. Repeatable by seed.

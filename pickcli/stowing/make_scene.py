@@ -97,7 +97,7 @@ def _layouts(
 
 
 def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year: int, where: str) -> None:
-    """Raise InputError for bins that their items would not fit into if all were liquid, before any search.
+    """Raise InputError, before any search, for items too large for their bin or, all melted, too many.
 
     Args:
         bin_contents: Item names by bin.
@@ -114,8 +114,12 @@ def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year:
 
 
 def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
-    """Why a bin can never hold so much, "" where it may."""
-    room = 1e3 * cell.pod.bins[bin_name].volume
+    """Why a bin can never hold these items, "" where it may."""
+    bin_ = cell.pod.bins[bin_name]
+    for item in items:
+        if sizes := bin_.too_small_for(item.shape.extents):
+            return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of this bin"
+    room = 1e3 * bin_.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
     if volume <= room:
         return ""

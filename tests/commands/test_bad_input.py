@@ -47,7 +47,7 @@ def _order(order: dict[str, Any], bin_name: str, item: str) -> None:
         (lambda o: o["bin_contents"]["bin_A"].append("dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (lambda o: _order(o, "bin_Z", ITEM), "unknown bin 'bin_Z'"),
         (lambda o: o["bin_contents"].pop("bin_B"), "'bin_B' is missing; add it"),
-        (lambda o: o.pop("bin_contents"), "'bin_contents' is missing"),
+        (lambda o: o.pop("bin_contents"), "bin_contents: expected an object"),
         (lambda o: o.update(work_orders=[]), "did you mean"),
         (lambda o: _order(o, "bin_A", ITEM), "it is in bin_C"),
         (lambda o: _order(o, "bin_C", ITEM), "ordered 2 times"),
@@ -76,35 +76,34 @@ def test_files_that_are_none(kind: str, made: Made, tmp_path: Path, out: Path) -
     bad = tmp_path / "bad"
     NOTHING[kind](bad)
     move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
-    damaged = 4 if bad.is_file() else 3
-    for argv, code in (
-        (("make-scene", bad, "-o", out), 3),
-        (("make-scene", made.order, "--cell", bad, "-o", out), 3),
-        (("run-trial", bad, "-o", out), 3),
-        (("plan-pick", "--scene", bad, "--bin", "bin_C", "--item", ITEM, "-o", out), 3),
-        (("verify", made.plan, "--scene", bad), 3),
-        (("verify", bad, "--scene", made.scene), 4 if kind == "empty" else 3),
-        (("execute", made.plan, "--scene", bad), 3),
-        (("execute", bad, "--scene", made.scene), 4 if kind == "empty" else 3),
-        (("inspect", bad), 3),
-        ((*move, "--roadmap", bad), damaged),
-        ((*move, "--trajectories", bad), damaged),
-        (("run-trial", made.order, "--roadmap", bad, "-o", out), damaged),
+    for argv in (
+        ("make-scene", bad, "-o", out),
+        ("make-scene", made.order, "--cell", bad, "-o", out),
+        ("run-trial", bad, "-o", out),
+        ("plan-pick", "--scene", bad, "--bin", "bin_C", "--item", ITEM, "-o", out),
+        ("verify", made.plan, "--scene", bad),
+        ("verify", bad, "--scene", made.scene),
+        ("execute", made.plan, "--scene", bad),
+        ("execute", bad, "--scene", made.scene),
+        ("inspect", bad),
+        (*move, "--roadmap", bad),
+        (*move, "--trajectories", bad),
+        ("run-trial", made.order, "--roadmap", bad, "-o", out),
     ):
-        refused(apc(*argv), code, bad)
+        refused(apc(*argv), 3, bad)
         assert not out.exists()
 
 
 def test_files_that_are_cut_off(made: Made, tmp_path: Path, out: Path) -> None:
     cut = tmp_path / "cut.json"
     cut.write_bytes(made.plan.read_bytes()[:3000])
-    refused(apc("verify", cut, "--scene", made.scene), 4, f"{cut}:", "cut off", "plan it anew")
-    refused(apc("inspect", cut), 4, f"{cut}:")
+    refused(apc("verify", cut, "--scene", made.scene), 3, f"{cut}:", "cut off")
+    refused(apc("inspect", cut), 3, f"{cut}:", "cut off")
     cut.write_bytes(made.scene.read_bytes()[:300])
     refused(pick(cut, out), 3, f"{cut}:", "cut off")
     refused(apc("inspect", cut), 3, f"{cut}:")
     cut.write_bytes(made.order.read_bytes()[:100])
-    refused(apc("make-scene", cut, "-o", out), 3, f"{cut}:", "truncated")
+    refused(apc("make-scene", cut, "-o", out), 3, f"{cut}:", "cut off")
     assert not out.exists()
 
 

@@ -5,12 +5,17 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.commands.plan_pick import _refuse_impossible
+from pickcli.errors import InputError
+from pickcli.scene.scene_file import read_scene
 from support.command_line import ITEM, Made, apc, misused, pick, refused
 
 # Queries -----------------------------------------------------------------------------------------------
@@ -19,7 +24,16 @@ from support.command_line import ITEM, Made, apc, misused, pick, refused
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--bin", "bin_Z", "--item", ITEM), "unknown bin 'bin_Z'"),
+        (("--bin", "bin_Z", "--item", ITEM), "--bin: unknown bin 'bin_Z'; known: bin_A, bin_B"),
+        (("--bin", "bin_c", "--item", ITEM), "--bin: unknown bin 'bin_c'; did you mean 'bin_C'?"),
+        (("--bin", "C", "--item", ITEM), "--bin: unknown bin 'C'; did you mean 'bin_C'?"),
+        (("--bin", "bin_C", "--item", "Dove"), f"did you mean '{ITEM}'"),
+        (("--bin", "bin_C", "--item", ITEM, "--into", "Tote"), "unknown place 'Tote'; did you mean 'tote'?"),
+        (("--bin", "bin_C", "--item", ITEM, "--into", "d"), "unknown place 'd'; did you mean 'bin_D'?"),
+        (
+            ("--bin", "bin_C", "--item", ITEM, "--into", "bin_C"),
+            "is taken from bin_C; name the tote",
+        ),
         (("--bin", "bin_C", "--item", "dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (("--bin", "bin_A", "--item", ITEM), "it is in bin_C"),
         (("--bin", "bin_A", "--item", "crayola"), "known: none"),
@@ -34,10 +48,13 @@ def test_unknown_names(options: tuple[str, ...], told: str, made: Made, out: Pat
     ("q", "told"),
     [
         ("0.2,0,0", "expected 8 numbers (rail joint_s"),
-        ("9,0,0,0,0,0,0,0", "rail is 9, expected 0.05 to"),
+        ("9,0,0,0,0,0,0,0", "rail is 9 m, its limits are 0.05 to 1.15 m; correct it"),
         ("0.2,nan,0,0,0,0,0,0", "joint_s is nan"),
         ("0.2,0,0,0,0,0,0,inf", "joint_t is inf"),
         ("0.2,0,0,0,0,0,0,x", "'x'"),
+        ("0.2,0,0,0,0,0,0,90", "joint_t is 90 rad, its limits are -3.1415 to 3.1415 rad; angles are in rad"),
+        ("200,0,0,0,0,0,0,9", "rail is 200 m, its limits are 0.05 to 1.15 m; joint_t is 9 rad"),
+        ("200,0,0,0,0,0,0,0", "lengths are in m, not mm"),
         ("hom", "did you mean 'home'"),
         ("", "unknown configuration"),
     ],
@@ -57,6 +74,15 @@ def test_what_nothing_reaches_has_no_plan(made: Made, tmp_path: Path, out: Path)
     scene = made.changed("scene", tmp_path, put_far)
     refused(pick(scene, out), 5, f"no plan for pick {ITEM} from bin_C", "no inverse-kinematics solution")
     assert not out.exists()
+
+
+def test_a_bin_that_is_too_small_is_refused_at_once(made: Made, out: Path) -> None:
+    scene = read_scene(made.scene)
+    placed = scene.find(ITEM)
+    large = replace(placed, item=replace(placed.item, shape=Shape(ShapeKind.BOX, (0.3, 0.3, 0.3))))
+    with pytest.raises(InputError, match=r"fits in no way into bin_A: it has 300 x 300 x 300 mm, the bin"):
+        _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "bin_A")
+    _refuse_impossible(replace(scene, items=(large,)), "bin_C", ITEM, "tote")
 
 
 def test_a_goal_in_collision_has_no_plan(made: Made, out: Path) -> None:
@@ -90,7 +116,9 @@ def test_an_edited_plan_is_rejected_without_its_certificate_too(made: Made, tmp_
     plan = made.changed("plan", tmp_path, lambda p: (_bend(p), p.update(certificate=None)))
     before = plan.read_bytes()
     refused(apc("verify", plan, "--scene", made.scene, "--write"), 4, plan, "rejected", "velocity limit")
-    refused(apc("execute", plan, "--scene", made.scene), 4, "rejected", "velocity limit")
+    answer = apc("execute", plan, "--scene", made.scene)
+    refused(answer, 4, f"{plan}: pick {ITEM} from bin_C: rejected, plan it anew", "\n  velocity limit")
+    assert max(len(line) for line in answer.err.splitlines()[1:]) < 120
     assert plan.read_bytes() == before
 
 
@@ -144,6 +172,22 @@ def test_overwrite_replaces(made: Made, out: Path) -> None:
     move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "cam_A", "-o", out)
     assert apc(*move, "--overwrite").code == 0
     assert json.loads(out.read_text())["format"] == "apc plan"
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize(("path", "told"), [("", "the path is empty"), ("-", "nor written to stdout")])
+def test_outputs_that_are_no_paths(
+    name: str, path: str, told: str, made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    misused(apc(*_writers(made)[name], path), told, "name a file")
+    assert not list(tmp_path.iterdir())
+
+
+def test_pictures_are_written_in_the_format_of_their_name(made: Made, tmp_path: Path, out: Path) -> None:
+    picture = tmp_path / "p.txt"
+    refused(apc("make-scene", made.order, "-o", out, "--picture", picture), 3, picture, "is written as .png")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("seed", ["-1", "x", "1.5", str(2**31)])

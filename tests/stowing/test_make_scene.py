@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commands.pod_shift import RANDOM, pod_pose
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
@@ -19,7 +21,7 @@ from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
 from pickcli.simulation.places import bounds
 from pickcli.simulation.settle import settle
 from pickcli.simulation.world import World
-from pickcli.stowing.make_scene import make_scene
+from pickcli.stowing.make_scene import make_scene, refuse_too_much
 from pickcli.trial.make_order import make_order
 from pickcli.trial.order_file import OrderKind, read_order
 
@@ -108,6 +110,16 @@ def test_a_whole_pod_stands_inside_and_mostly_on_the_floor(order_name: str) -> N
 def test_more_than_a_bin_has_room_for_is_refused_at_once() -> None:
     with pytest.raises(InputError, match=r"bin_A: its 40 items take \d+ litres, the bin has \d+"):
         made({"bin_A": ["kleenex_tissue_box"] * 40})
+
+
+@pytest.mark.parametrize("size", [(0.3, 0.3, 0.3), (0.01, 0.01, 0.6)])
+def test_what_is_larger_than_its_bin_is_refused_at_once(size: tuple[float, float, float]) -> None:
+    shape = Shape(ShapeKind.BOX, size)
+    large = replace(CELL.item("kleenex_tissue_box"), shape=shape, year=2016)
+    cell = replace(CELL, items={**CELL.items, ("kleenex_tissue_box", 2016): large})
+    with pytest.raises(InputError, match=r"order: bin_D: kleenex_tissue_box fits in no way: .* mm inside"):
+        refuse_too_much({"bin_D": ["kleenex_tissue_box"]}, cell, 2016, "order")
+    refuse_too_much({name: ["kleenex_paper_towels"] for name in CELL.pod.bins}, CELL, 2016, "order")
 
 
 def fullest_bin(seed: int) -> dict[str, tuple[str, ...]]:
