@@ -36,8 +36,8 @@ PACKAGES = (
     ),
     Package(
         "orders",
-        ("files/json_syntax", "trial/order_file"),
-        ("tests/files/test_json_syntax.py", "tests/trial/test_order_file.py"),
+        ("files/json_reader", "trial/order_file"),
+        ("tests/files/test_json_reader.py", "tests/trial/test_order_file.py"),
     ),
     Package(
         "cell files",

@@ -78,19 +78,20 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     meaning = _meaning(model, key)
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
     got = f"{len(given)}" if kind in _BOUNDS else _short(given)
-    return f"expected {_wanted(meaning, key, detail)}, got {got}; {advice}"
+    return f"expected {_wanted(model, key, detail)}, got {got}; {advice}"
 
 
-def _wanted(meaning: str, key: Key, detail: Any) -> str:
+def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
     """What a field means and what it may be, each once."""
-    kind = detail["type"]
+    kind, meaning = detail["type"], _meaning(model, key)
     if kind in _BOUNDS:
         word, bound = _BOUNDS[kind]
         expected = f"{word} {detail['ctx'][bound]} entries"
     else:
         expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
         expected = expected.removeprefix("be ").removeprefix("have ")
-    if meaning == NO_MEANING or (kind in _TYPES and key and isinstance(key[-1], int)):
+    is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # of a list or mapping
+    if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS)):
         return f"{NO_MEANING} {expected}" if expected.startswith(("less", "greater")) else expected
     is_said = kind in _TYPES and meaning.startswith(expected.split(" {")[0].split(" [")[0])
     return meaning if is_said or meaning.startswith(expected) else f"{meaning}: {expected}"

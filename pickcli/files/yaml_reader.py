@@ -20,7 +20,7 @@ import yaml
 from pickcli.errors import InputError, shortened
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import FileKind
-from pickcli.files.json_syntax import refuse_bad_syntax
+from pickcli.files.json_reader import refuse_bad_syntax
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 32

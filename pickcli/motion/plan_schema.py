@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, shortened
-from pickcli.files.json_syntax import parse_json
+from pickcli.files.json_reader import parse_json
 from pickcli.files.schema import explain
 from pickcli.files.yaml_reader import name_of
 from pickcli.geometry import is_pose

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.files.json_syntax import parse_json, refuse_bad_syntax
+from pickcli.files.json_reader import parse_json, refuse_bad_syntax
 from pickcli.files.yaml_reader import parse_yaml
 
 JSON_VALUES = st.recursive(
