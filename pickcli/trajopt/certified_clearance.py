@@ -1,4 +1,4 @@
-"""Proof of a timed motion, and of how far it keeps from everything."""
+"""Proof that a timed motion is free, and certification of the clearance that it keeps."""
 
 from __future__ import annotations
 
@@ -15,12 +15,30 @@ _HALVINGS = 7  # to a millimetre
 
 
 def is_proven(trajectory: Trajectory, proof: TrajectoryValidator) -> bool:
-    """Whether the quintics of a trajectory are proven free and inside the position limits."""
+    """Whether a trajectory is proven free and inside the position limits at every instant.
+
+    Args:
+        trajectory: The timed motion; the proof is of its quintics, not of its points.
+        proof: Validator for the checker and joint space in question.
+
+    Returns:
+        True if every instant is proven.
+    """
     return proof.proves(lambda step: trajectory_chords(refined(trajectory, step)))
 
 
 def refined(trajectory: Trajectory, step: float) -> Trajectory:
-    """The same motion with points ``step`` s apart at most; exact for quintics, but for rounding."""
+    """Resample a trajectory so that its points are at most ``step`` s apart.
+
+    The motion stays the same: exact for quintics, but for rounding.
+
+    Args:
+        trajectory: The trajectory to divide.
+        step: Longest time between two points, s.
+
+    Returns:
+        The trajectory with more points.
+    """
     counts = np.ceil(np.diff(trajectory.times) / step - 1e-9).astype(int)
     starts = trajectory.times[:-1]
     pieces = [
@@ -33,12 +51,33 @@ def refined(trajectory: Trajectory, step: float) -> Trajectory:
 def keeps_clearance(
     trajectory: Trajectory, space: JointSpace, checker: SceneChecker, clearance: float
 ) -> bool:
-    """Whether a motion is proven to keep that many m from everything."""
+    """Whether a trajectory is proven to keep a clearance from everything.
+
+    Args:
+        trajectory: The timed motion.
+        space: Position limits of the joints.
+        checker: Collision checker of the scene; its own margin is not used.
+        clearance: Least distance that is to be proven, m.
+
+    Returns:
+        True if the clearance is proven at every instant.
+    """
     return is_proven(trajectory, TrajectoryValidator(checker.at_margin(clearance), space))
 
 
 def proven_clearance(trajectory: Trajectory, space: JointSpace, checker: SceneChecker) -> float:
-    """m that a motion, proven with the checker, is proven to keep from everything, to a millimetre."""
+    """Clearance that a trajectory is proven to keep from everything, to a millimetre.
+
+    Found by bisection between the checker's margin and 0.128 m.
+
+    Args:
+        trajectory: A timed motion that is proven with the checker's own margin.
+        space: Position limits of the joints.
+        checker: Collision checker of the scene.
+
+    Returns:
+        Proven clearance, m; larger clearances than 0.128 m are reported as that.
+    """
     low, high = checker.margin, _WIDEST
     for _ in range(_HALVINGS):
         middle = (low + high) / 2

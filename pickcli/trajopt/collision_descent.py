@@ -1,7 +1,8 @@
-"""A free motion of a given duration, from one that is not free: out of what it hits, a bend at a time.
+"""Collision descent: a free motion of a given duration from one that collides, by random perturbations.
 
-The duration stands and depth is what falls. Where one joint needs all of the time, the other joints are bent
-around it, and nothing is lost: most lines that are blocked can be avoided like this in the time of the line.
+The duration stays fixed while the depth in collision decreases. Where one joint needs all of the time, the
+other joints are bent around it without any loss: most straight lines that are blocked can be avoided like
+this in the time of the line.
 """
 
 from __future__ import annotations
@@ -38,9 +39,23 @@ def descend_collisions(
     seed: int,
     iterations: int,
 ) -> ParabolicTrajectory | None:
-    """A proven motion between two configurations (n,) in ``duration`` s (whole ticks), or None.
+    """Search a proven motion of a given duration between two configurations.
 
-    margin: m of clearance that a configuration should have. Repeatable by seed.
+    Perturbations of random stretches are kept if they do not increase the depth in collision; once the mean
+    depth is small, a proof is tried. Repeatable by seed.
+
+    Args:
+        proof: Validator that has to accept the result.
+        clearances: Distances of configurations from the nearest solid.
+        margin: Clearance that a configuration should have, m.
+        pace: Velocity, acceleration and jerk limits.
+        ends: Start and goal configuration, (n,) each.
+        duration: Duration of the motion in s, a whole number of ticks.
+        seed: Seed of all random choices.
+        iterations: Number of perturbations, at most.
+
+    Returns:
+        The motion, or None if none was found.
     """
     leg = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), pace, duration)
     if leg is None:
@@ -79,7 +94,18 @@ def depths_of(
     margin: float,
     proof: TrajectoryValidator,
 ) -> Array:
-    """(K,) at times (K,) since the first leg began: m lacking to the margin, and beyond the limits."""
+    """Depth of a motion in collision and beyond the position limits, at given times.
+
+    Args:
+        legs: K or more parabolic segments, one after the other.
+        times: (K,) s since the first segment began.
+        clearances: Distances of configurations from the nearest solid.
+        margin: Clearance that a configuration should have, m.
+        proof: Its joint space has the position limits.
+
+    Returns:
+        (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
+    """
     ends = np.cumsum([leg.duration for leg in legs])
     of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)  # a time at the end is the last's
     Q = np.concatenate(

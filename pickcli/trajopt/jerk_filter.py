@@ -1,8 +1,8 @@
-"""From legs, whose accelerations jump, to a trajectory that keeps its jerk limits.
+"""Moving-average filter from parabolic segments, whose accelerations jump, to a trajectory with limited jerk.
 
 The average of a motion over w seconds has velocities and accelerations no larger than the motion itself,
-changes its acceleration at a bounded rate, and takes w s longer. For a trapezoid of speed with
-w = acceleration / jerk it is the fastest motion under a jerk limit, the one of seven phases.
+changes its acceleration at a bounded rate, and takes w s longer. For a trapezoid of speed with w =
+acceleration / jerk it is the fastest motion under a jerk limit, the one of seven phases.
 """
 
 from __future__ import annotations
@@ -22,11 +22,24 @@ _SAME = 1e-7  # relative to what a jerk limit changes in a tick: accelerations o
 def filter_jerk(
     names: tuple[str, ...], motion: ParabolicTrajectory, goal: Array, pace: ParabolicLimits, limits: Limits
 ) -> Trajectory:
-    """The motion averaged over its window, with points wherever the jerk of a joint changes.
+    """Average a motion over its jerk window.
 
-    goal: (n,) where it ends, to the last bit; the motion ends there but for rounding
-    Between two points it is a cubic, which the quintic of a Trajectory reproduces. Raises LimitError if the
-    result breaks a limit (a bug).
+    The result has points wherever the jerk of a joint changes. Between two points it is a cubic, which the
+    quintic of a Trajectory reproduces.
+
+    Args:
+        names: Joint names, in the order of the columns.
+        motion: The parabolic trajectory to be filtered.
+        goal: (n,) configuration in which the result ends to the last bit; the motion ends there but for
+            rounding.
+        pace: The limits that the motion was made for.
+        limits: The limits that the result is checked against.
+
+    Returns:
+        The filtered trajectory, from rest to rest.
+
+    Raises:
+        LimitError: If the result breaks a limit, which is a bug.
     """
     n = round(jerk_window(motion.legs, pace) / TICK)
     q, v, a = _on_ticks(motion, n)

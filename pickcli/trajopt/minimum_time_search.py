@@ -1,4 +1,4 @@
-"""The search for the quickest free motion between two configurations."""
+"""Anytime search for the fastest free motion between two configurations."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _FAR = 0.05  # m, nothing farther is looked at
 
 
 class HasDuration(Protocol):
-    """Something that takes time."""
+    """Something that takes time: what a search is asked to find the shortest of."""
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Duration, s."""
 
 
 T = TypeVar("T", bound=HasDuration)
@@ -49,7 +49,15 @@ T = TypeVar("T", bound=HasDuration)
 
 @dataclass(frozen=True, eq=False)
 class MinimumTimeSearch:
-    """One search: between two free configurations (n,), for one checker."""
+    """One search between two free configurations, for one collision checker.
+
+    Attributes:
+        proof: Validator that every motion has to pass.
+        checker: Collision checker of the same scene, for planning and clearances.
+        pace: Velocity, acceleration and jerk limits.
+        ends: Start and goal configuration, (n,) each.
+        settings: Effort of the search.
+    """
 
     proof: TrajectoryValidator
     checker: SceneChecker
@@ -65,11 +73,18 @@ class MinimumTimeSearch:
         quicker_than: float = np.inf,
         at_most: float = np.inf,
     ) -> T | None:
-        """The quickest of the motions that pass a last test, or None. Repeatable by seed.
+        """Find the fastest motion that passes a final test. Repeatable by seed.
 
-        finished: the motion in earnest, or None if it fails; it takes a pause more than the legs, at least
-        good: s, a motion that takes no more ends the search
-        quicker_than: s, motions that take as long are not wanted; at_most: s, nor are legs that take longer
+        Args:
+            seed: Seed of all random choices.
+            finished: Turns a candidate into its final form, or returns None if it fails the final test. The
+                final form takes at least a pause longer than the candidate.
+            good: s; a motion that takes no longer ends the search.
+            quicker_than: s; candidates whose final form takes at least as long are skipped.
+            at_most: s; candidates that take longer are skipped.
+
+        Returns:
+            The final form of the fastest motion found, or None.
         """
         best: T | None = None
 
@@ -86,10 +101,16 @@ class MinimumTimeSearch:
         return best
 
     def motions(self, seed: int, is_wanted: Callable[[float], bool]) -> Iterator[ParabolicTrajectory]:
-        """Proven motions, the most promising first: another is only worth asking for if one is slow, or fails
-        a later test. Repeatable by seed.
+        """Proven motions, the most promising first. Repeatable by seed.
 
-        is_wanted: whether legs of that duration (s) are still worth a search
+        Another motion is worth asking for only if those before it are slow or fail a later test.
+
+        Args:
+            seed: Seed of all random choices.
+            is_wanted: Whether a motion of a given duration (s) is still worth searching for.
+
+        Yields:
+            Proven parabolic trajectories between the ends.
         """
         line = ParabolicTrajectory((straight_segment(*self.ends, self.pace),))
         is_line_free = self.proof.is_valid(line.legs)
@@ -132,8 +153,10 @@ class MinimumTimeSearch:
 
     @property
     def least(self) -> float:
-        """s of the leg on which every joint runs on its own: the time of the slowest, or up to 32 ticks more
-        where another joint has no leg of just that time (see ``between``).
+        """Duration (s) of the motion on which every joint runs on its own.
+
+        This is the time of the slowest joint, or up to 32 ticks more if another joint has no segment of just
+        that time (see ``steering``).
         """
         return self._direct.duration
 

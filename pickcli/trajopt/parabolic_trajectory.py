@@ -1,4 +1,4 @@
-"""A motion of legs: cut, joined and turned into what a checker can prove."""
+"""Parabolic trajectories: segments that are cut, joined and turned into what a checker can prove."""
 
 from __future__ import annotations
 
@@ -16,35 +16,61 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ParabolicTrajectory:
-    """Legs one after the other, each beginning as the one before it ends; at rest at both ends.
+    """Parabolic segments, each beginning as the one before it ends; at rest at both ends.
 
-    Accelerations jump between the legs and inside them; ``averaged`` makes a trajectory of it.
+    Accelerations jump between the segments and inside them; ``filter_jerk`` makes a trajectory with limited
+    jerk of it.
+
+    Attributes:
+        legs: The segments, in their order.
     """
 
     legs: tuple[ParabolicSegment, ...]
 
     @cached_property
     def starts(self) -> Array:
-        """(L + 1,) s: when each leg begins, and the end."""
+        """(L + 1,) s: when each segment begins, and the end."""
         durations = [leg.duration for leg in self.legs]
         return np.rint(np.cumsum([0.0, *durations]) / TICK) * TICK
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Duration from rest to rest, s, before jerk is limited."""
         return float(self.starts[-1])
 
     def total(self, pace: ParabolicLimits) -> float:
-        """s that the motion takes once it keeps the jerk limits."""
+        """Duration once the jerk limits are kept.
+
+        Args:
+            pace: Limits that give the jerk window.
+
+        Returns:
+            s, the jerk window included.
+        """
         return self.duration + jerk_window(self.legs, pace)
 
     def state(self, t: float) -> JointState:
-        """The joints at time t."""
+        """Positions and velocities at one time.
+
+        Args:
+            t: s since the start.
+
+        Returns:
+            The joint state.
+        """
         k = self._leg(t)
         return self.legs[k].state(t - float(self.starts[k]))
 
     def between(self, start: float, end: float) -> tuple[ParabolicSegment, ...]:
-        """The legs from one time (a tick) to another."""
+        """The segments between two times.
+
+        Args:
+            start: s since the start, on a tick.
+            end: s since the start, on a tick.
+
+        Returns:
+            The segments, cut where the times fall into them.
+        """
         parts = []
         for leg, begin in zip(self.legs, self.starts, strict=False):
             low, high = max(start - begin, 0.0), min(end - begin, leg.duration)
@@ -54,7 +80,16 @@ class ParabolicTrajectory:
         return tuple(parts)
 
     def replaced(self, start: float, end: float, legs: tuple[ParabolicSegment, ...]) -> ParabolicTrajectory:
-        """The motion with other legs from one time to another."""
+        """The trajectory with other segments between two times.
+
+        Args:
+            start: s since the start, on a tick.
+            end: s since the start, on a tick.
+            legs: Segments that lead from the state at ``start`` to the state at ``end``.
+
+        Returns:
+            The changed trajectory.
+        """
         return ParabolicTrajectory(self.between(0.0, start) + legs + self.between(end, self.duration))
 
     def _leg(self, t: float) -> int:
@@ -62,9 +97,17 @@ class ParabolicTrajectory:
 
 
 def tube(legs: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]:
-    """Chords (K, n) of ``step`` s at most, and slack (K - 1, n): the legs stay within it, joint by joint.
+    """Chords of segments, and how far the segments leave them.
 
     A curve of acceleration a leaves a chord of h s by a h^2 / 8 at most.
+
+    Args:
+        legs: Segments, one after the other.
+        step: Longest chord, s.
+
+    Returns:
+        Chord ends (K, n) and slack (K - 1, n): on each chord the motion stays within the slack, joint by
+        joint.
     """
     rows, slacks = [], []
     for leg in legs:
@@ -80,17 +123,31 @@ def tube(legs: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]
 
 
 def accelerations(legs: tuple[ParabolicSegment, ...]) -> Array:
-    """(K, n): during each tick."""
+    """Accelerations of segments during each tick.
+
+    Args:
+        legs: Segments, one after the other.
+
+    Returns:
+        (K, n), a row for each of K ticks.
+    """
     return np.concatenate(
         [leg.acceleration(TICK * (np.arange(float(round(leg.duration / TICK))) + 0.5)) for leg in legs]
     )
 
 
 def jerk_window(legs: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> float:
-    """s (whole ticks) over which legs must be averaged to keep the jerk limits: a pause, or up to two.
+    """Time over which segments must be averaged to keep the jerk limits: a pause, or up to two.
 
     The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the
-    limit whatever the legs do; over one, unless a joint turns from ramp to ramp.
+    limit whatever the segments do; over one, unless a joint turns from ramp to ramp.
+
+    Args:
+        legs: Segments, one after the other.
+        pace: Acceleration and jerk limits, and the pause.
+
+    Returns:
+        s, a whole number of ticks.
     """
     ticks = round(pace.pause / TICK)
     if np.all(2 * pace.acceleration <= pace.jerk * pace.pause * (1.0 + _ROUNDING)):

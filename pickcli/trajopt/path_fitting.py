@@ -1,4 +1,4 @@
-"""The path of a trajectory as few straight edges, for those who time it anew."""
+"""Path fitting: the path of a trajectory as few straight edges, for queries that time it anew."""
 
 from __future__ import annotations
 
@@ -13,9 +13,16 @@ _TOLERANCE = 0.02  # rad or m, how far the trajectory may be from the edge betwe
 
 
 def fit_polyline(trajectory: Trajectory, checker: SceneChecker) -> Array | None:
-    """Waypoints (N, n) from start to end near a trajectory, every edge proven free; None if one cannot be.
+    """Fit a polyline with proven edges to a trajectory, as Douglas and Peucker do.
 
-    Douglas and Peucker's way: an edge that is too far off, or not free, is divided where it is farthest.
+    An edge that is too far off, or not free, is divided where it is farthest from the trajectory.
+
+    Args:
+        trajectory: The trajectory to follow, within 0.02 rad or m of each joint.
+        checker: Proves the edges.
+
+    Returns:
+        Waypoints (N, n) from the start to the end, or None if an edge cannot be proven.
     """
     for step in _STEPS:
         n = max(int(np.ceil(trajectory.duration / step)), 1)

@@ -1,4 +1,4 @@
-"""Random choices that searches over motions share."""
+"""Random perturbations that the searches over motions share."""
 
 from __future__ import annotations
 
@@ -15,7 +15,15 @@ _SPEED = 3.0  # how much wider speeds are spread than positions
 
 
 def random_interval(motion: ParabolicTrajectory, rng: np.random.Generator) -> tuple[float, float]:
-    """Two times of a motion, on ticks and not too close: (s, s)."""
+    """Draw two times of a motion, on ticks and not too close to each other.
+
+    Args:
+        motion: The motion.
+        rng: Source of random numbers.
+
+    Returns:
+        Start and end, s.
+    """
     n_ticks = round(motion.duration / TICK)
     start, end = np.sort(rng.random(2) * n_ticks)
     start = 0.0 if rng.random() < _TO_AN_END else min(start, n_ticks - _SHORTEST)
@@ -32,9 +40,19 @@ def perturbed_state(
     pace: ParabolicLimits,
     rng: np.random.Generator,
 ) -> JointState:
-    """A state near another: some joints elsewhere, some with another speed, within limits.
+    """Draw a state near another: some joints elsewhere, some with another velocity, within limits.
 
-    share: standard deviation of a step, of what a joint crosses in the duration (s) of the motion
+    Args:
+        state: The state to be perturbed.
+        share: Standard deviation of a step in position, as a share of what a joint crosses in the duration at
+            full speed.
+        duration: s.
+        space: Position limits.
+        pace: Velocity limits.
+        rng: Source of random numbers.
+
+    Returns:
+        The perturbed state.
     """
     is_moved, is_changed = rng.random((2, space.n)) < _MOVED
     q = state.q + rng.normal(0.0, share * duration, space.n) * pace.velocity * is_moved

@@ -1,4 +1,7 @@
-"""The legs between two moving states: the fastest one, the one of a given duration, and two with a bend."""
+"""Steering: parabolic segments between two moving states, without regard to obstacles.
+
+The fastest segment, the segment of a given duration, and two segments by way of a third state.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,18 @@ _EXTRA = (0, 1, 2, 4, 8, 16, 32)
 def steer_min_time(
     start: JointState, end: JointState, pace: ParabolicLimits, at_most: float
 ) -> ParabolicSegment | None:
-    """The leg that takes the least time, if that is ``at_most`` s. None too where a joint has no such leg."""
+    """The segment of least time between two states.
+
+    Args:
+        start: State in which it begins.
+        end: State in which it ends.
+        pace: Velocity and acceleration limits, and the pause.
+        at_most: Longest duration that is wanted, s.
+
+    Returns:
+        The segment; None if it takes longer than ``at_most``, or if a joint has no segment of any of the
+        times tried.
+    """
     least = float(ticks_up(least_time(end.q - start.q, start.v, end.v, pace).max()))
     for extra in _EXTRA:
         duration = max(least, TICK) + extra * TICK
@@ -34,7 +48,17 @@ def steer_min_time(
 
 
 def least_time(d: Array, v0: Array, v1: Array, pace: ParabolicLimits) -> Array:
-    """(n,) s that each joint alone needs over d from speed v0 to v1, full ramps and the pause in between."""
+    """Time that each joint needs alone, with full ramps and the pause in between.
+
+    Args:
+        d: (n,) distances, rad or m.
+        v0: (n,) velocities at the start.
+        v1: (n,) velocities at the end.
+        pace: Velocity and acceleration limits, and the pause.
+
+    Returns:
+        (n,) s.
+    """
     a, top = pace.acceleration, pace.velocity
     beyond = d - (v0 + v1) / 2 * np.abs(v1 - v0) / a  # what a single ramp from v0 to v1 leaves
     sign = np.where(beyond < 0.0, -1.0, 1.0)
@@ -51,7 +75,17 @@ def least_time(d: Array, v0: Array, v1: Array, pace: ParabolicLimits) -> Array:
 def steer_fixed_time(
     start: JointState, end: JointState, pace: ParabolicLimits, duration: float
 ) -> ParabolicSegment | None:
-    """The leg of that duration (whole ticks), or None where a joint has none."""
+    """The segment of a given duration between two states.
+
+    Args:
+        start: State in which it begins.
+        end: State in which it ends.
+        pace: Velocity and acceleration limits, and the pause.
+        duration: s, a whole number of ticks.
+
+    Returns:
+        The segment, or None if a joint has none of that duration.
+    """
     speed, up, down, is_good = _calm_ramps(end.q - start.q, start.v, end.v, pace, duration)
     return ParabolicSegment(start.q, start.v, speed, end.v, up, down, duration) if is_good.all() else None
 
@@ -64,9 +98,20 @@ def steer_via(
     there: float,
     back: float,
 ) -> tuple[ParabolicSegment, ParabolicSegment] | None:
-    """Two legs of ``there`` and ``back`` s with a state of ``middles`` between them, each joint its own.
+    """Two segments by way of a state in between, which every joint chooses on its own.
 
-    Every joint takes the first of the middles for which it has both legs; None where one has none.
+    Every joint takes the first of the middle states for which it has both segments.
+
+    Args:
+        start: State in which the first segment begins.
+        middles: States to choose from, the preferred first.
+        end: State in which the second segment ends.
+        pace: Velocity and acceleration limits, and the pause.
+        there: Duration of the first segment, s.
+        back: Duration of the second segment, s.
+
+    Returns:
+        Both segments, or None if a joint has no choice.
     """
     q, v = np.stack([middle.q for middle in middles]), np.stack([middle.v for middle in middles])
     *first, is_there = _calm_ramps(q - start.q, start.v, v, pace, there)

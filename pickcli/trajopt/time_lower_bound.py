@@ -1,4 +1,4 @@
-"""What no motion between two configurations can undercut: each joint alone, from rest to rest."""
+"""Lower bound on the duration of a motion between two configurations: each joint alone, rest to rest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,15 @@ from pickcli.geometry import Array
 
 
 def scaled_limits(limits: Limits, scale: float) -> Limits:
-    """The limits with velocity, acceleration and jerk times ``scale``."""
+    """Scale velocity, acceleration and jerk limits.
+
+    Args:
+        limits: Limits of the joints.
+        scale: Factor on all three.
+
+    Returns:
+        The scaled limits; position limits stay.
+    """
     return replace(
         limits,
         velocity=limits.velocity * scale,
@@ -21,10 +29,20 @@ def scaled_limits(limits: Limits, scale: float) -> Limits:
 
 
 def lower_bound(limits: Limits, q0: Array, q1: Array, has_jerk_limit: bool = True) -> float:
-    """s that every motion from rest at q0 (n,) to rest at q1 takes at least: the slowest joint's own best.
+    """Duration that no motion from rest to rest between two configurations can undercut.
 
-    Without jerk limit a joint's best is the trapezoid of its speed, or the triangle; with it every switch of
-    the acceleration is a ramp (the seven phases of Biagiotti and Melchiorri, Trajectory Planning, 3.4).
+    It is the time of the slowest joint alone. Without jerk limit that is the trapezoid of its speed, or the
+    triangle; with it every switch of the acceleration is a ramp (the seven phases of Biagiotti and
+    Melchiorri, Trajectory Planning, 3.4).
+
+    Args:
+        limits: Velocity, acceleration and jerk limits.
+        q0: (n,) start.
+        q1: (n,) goal.
+        has_jerk_limit: Whether the jerk limits hold.
+
+    Returns:
+        s.
     """
     distance = np.abs(np.asarray(q1, dtype=float) - q0)
     ramp = limits.acceleration / limits.jerk if has_jerk_limit else np.zeros(len(distance))
@@ -32,7 +50,17 @@ def lower_bound(limits: Limits, q0: Array, q1: Array, has_jerk_limit: bool = Tru
 
 
 def least_durations(distance: Array, velocity: Array, acceleration: Array, ramp: Array) -> Array:
-    """(n,) s of each joint alone over a distance (n,) >= 0; ramp: s from none to full acceleration."""
+    """Least duration of each joint alone, from rest to rest.
+
+    Args:
+        distance: (n,) at least 0, rad or m.
+        velocity: (n,) limits.
+        acceleration: (n,) limits.
+        ramp: (n,) s from no to full acceleration; 0 without jerk limit.
+
+    Returns:
+        (n,) s.
+    """
     # Speed that a joint reaches if it brakes at once: with phases of full acceleration, ...
     peak = (np.sqrt((acceleration * ramp) ** 2 + 4 * acceleration * distance) - acceleration * ramp) / 2
     full = np.minimum(peak, velocity)

@@ -1,8 +1,8 @@
-"""Making a proven motion quicker: time is what is saved, proof what is asked.
+"""Time shortcutting of a collision-free motion; every shortcut is proven before it is accepted.
 
-Two moves, at random places: a stretch of the motion gives way to the fastest leg between the states at its
-ends (Hauser and Ng-Thow-Hing 2010), or to two legs through a state somewhat off the motion, so that joints
-with time to spare get out of the way of what the slowest joint would hit.
+Two moves, at random places: a stretch of the motion is replaced by the fastest segment between the states at
+its ends (Hauser and Ng-Thow-Hing 2010), or by two segments through a state somewhat off the motion, so that
+joints with time to spare get out of the way of what the slowest joint would hit.
 """
 
 from __future__ import annotations
@@ -31,10 +31,20 @@ def shortcut_time(
     seed: int,
     iterations: int,
 ) -> ParabolicTrajectory:
-    """A motion with the same ends that takes no longer, jerk limits included.
+    """Make a proven motion faster, jerk limits included. Repeatable by seed.
 
-    What is new in it is proven, the rest believed. It ends when ``iterations`` are over or the legs take no
-    more than the target (s) and a pause. Repeatable by seed.
+    Only what is new is proven; the rest of the motion is trusted.
+
+    Args:
+        proof: Validator of the scene.
+        pace: Velocity, acceleration and jerk limits.
+        motion: A proven motion.
+        target: s; the search ends when the segments take no longer than this and a pause.
+        seed: Seed of all random choices.
+        iterations: Number of moves, at most.
+
+    Returns:
+        A motion with the same ends that takes no longer.
     """
     rng = np.random.default_rng(seed)
     total = motion.total(pace)

@@ -1,4 +1,4 @@
-"""How trajectories are searched. Imports stay light: `--help` reads the defaults from here."""
+"""Settings of the trajectory search. Imports stay light: `--help` reads the defaults from here."""
 
 from __future__ import annotations
 
@@ -9,13 +9,18 @@ from pickcli.path_planning.planner_names import PlannerName
 
 @dataclass(frozen=True)
 class TrajectorySettings:
-    """How a database is built; all of it is stored with the result.
+    """Effort of the search for each motion of a database; all of it is stored with the result.
 
-    n_tries: times that the planner is asked for a path where bending finds nothing near the bound
-    max_iterations, n_shortcuts: of the planner for a path, and shortcuts in it
-    n_presses, n_press: times that bending is tried for a duration, and bends each time
-    n_quicken: moves that make a motion quicker
-    n_agains: times that the best motion, where it is not near its bound, is made quicker once more
+    Attributes:
+        planner: Sampling-based planner that is asked for a path if bending finds nothing near the bound.
+        n_tries: Number of times that it is asked.
+        max_iterations: Iterations of the planner, each time.
+        n_shortcuts: Shortcuts tried in each path.
+        n_presses: Number of collision descents tried for a duration.
+        n_press: Perturbations in each of them.
+        n_quicken: Moves of time shortcutting.
+        n_agains: Number of times that the best motion, if it is not near its bound, is shortcut again.
+        seed: Seed of all random choices.
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT

@@ -1,4 +1,4 @@
-"""Whether legs are free: the proof that a search asks for thousands of times."""
+"""Proof that parabolic segments are free, which a search asks for thousands of times."""
 
 from __future__ import annotations
 
@@ -18,17 +18,39 @@ _CHORDS = (0.04, 0.01, 0.0025)  # s: shorter ones where a proof needs less slack
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryValidator:
-    """Asks one checker about legs in one space."""
+    """Proves segments and curves free with one checker in one joint space.
+
+    Attributes:
+        checker: Proves tubes around edges free.
+        space: Position limits.
+    """
 
     checker: MotionValidator
     space: JointSpace
 
     def is_valid(self, legs: tuple[ParabolicSegment, ...]) -> bool:
-        """Whether every instant of the legs is proven free and inside the position limits."""
+        """Whether every instant of segments is proven free and inside the position limits.
+
+        Args:
+            legs: Segments, one after the other.
+
+        Returns:
+            True if it is proven.
+        """
         return self.proves(lambda step: tube(legs, step))
 
     def proves(self, tube_of: Callable[[float], tuple[Array, Array]]) -> bool:
-        """Whether a curve is proven: longest chord (s) -> chords (N, n), slack (N - 1, n) around it."""
+        """Whether a curve is proven free and inside the position limits.
+
+        Chords are shortened until the slack around them is small enough for a proof, or their ends are not
+        free.
+
+        Args:
+            tube_of: From the longest chord (s) to chord ends (N, n) and slack (N - 1, n) around each chord.
+
+        Returns:
+            True if it is proven.
+        """
         for step in _CHORDS:
             Q, slack = tube_of(step)
             if not self._is_inside(Q, slack):

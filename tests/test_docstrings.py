@@ -1,0 +1,58 @@
+"""Docstrings name every parameter: `Args` lists what the signature has, in its order."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "pickcli"
+LINT = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["tool"]["ruff"]["lint"]
+
+# All packages but those that pyproject.toml still exempts from the rules on docstrings.
+DOCUMENTED = [
+    path.parent.name
+    for path in sorted(PACKAGE.glob("*/__init__.py"))
+    if "D" not in LINT["per-file-ignores"].get(f"pickcli/{path.parent.name}/*", [])
+]
+
+
+def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.FunctionDef]]:
+    """(qualified name, definition) of the public functions and methods in a module or class."""
+    for node in body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            yield from public(node.body, f"{of}{node.name}.")
+        elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            yield f"{of}{node.name}", node
+
+
+def parameters(function: ast.FunctionDef) -> list[str]:
+    """Names of the parameters, in their order, without the instance or class."""
+    arguments = function.args
+    named = [*arguments.posonlyargs, *arguments.args]
+    star = [arguments.vararg] if arguments.vararg else []
+    stars = [arguments.kwarg] if arguments.kwarg else []
+    names = [argument.arg for argument in (*named, *star, *arguments.kwonlyargs, *stars)]
+    return names[1:] if names and names[0] in ("self", "cls") else names
+
+
+def documented(function: ast.FunctionDef) -> list[str]:
+    """Names under `Args` of a docstring, in their order."""
+    section = re.search(r"^Args:\n((?:    .*\n?|\n)+)", ast.get_docstring(function) or "", re.MULTILINE)
+    return re.findall(r"^    \*{0,2}(\w+): \S", section[1], re.MULTILINE) if section else []
+
+
+@pytest.mark.parametrize("name", DOCUMENTED)
+def test_every_parameter_is_documented(name: str) -> None:
+    functions = [
+        (f"{path.name}: {qualified}", function)
+        for path in sorted((PACKAGE / name).rglob("*.py"))
+        for qualified, function in public(ast.parse(path.read_text()).body)
+    ]
+    assert functions
+    wrong = [where for where, function in functions if documented(function) != parameters(function)]
+    assert wrong == []
