@@ -1,4 +1,4 @@
-"""Proof of a blended curve: chords that it stays near, handed to a checker that knows the world."""
+"""Proof that a blended path is free: chords that it stays near, handed to a checker that knows the world."""
 
 from __future__ import annotations
 
@@ -22,18 +22,33 @@ _HALVINGS = 6  # of a corner's tolerance, before the motion has to stop at the c
 
 @dataclass(frozen=True, eq=False)
 class ChordTube:
-    """Chords with a tube around each: on chord k the curve stays within slack[k] of it, joint by joint."""
+    """Chords with a tube around each: on chord k the path stays within slack[k] of it, joint by joint.
 
-    s: Array  # (K,)
-    configurations: Array  # (K, n)
-    slack: Array  # (K - 1, n), 0 on straight lines
+    Attributes:
+        s: (K,) path parameters of the chord ends.
+        configurations: (K, n) chord ends.
+        slack: (K - 1, n), 0 on straight lines.
+    """
+
+    s: Array
+    configurations: Array
+    slack: Array
 
 
 def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None) -> ChordTube:
-    """Chords for the curve between two s.
+    """Chords for a part of a blended path.
 
-    A curve leaves its chord by at most the square of the chord's length in s times the largest second
-    derivative, over eight; that derivative is bounded joint by joint (BlendedPath.second_derivative_bound).
+    The path leaves a chord by at most the square of the chord's length in s times the largest second
+    derivative, over eight; that derivative is bounded joint by joint
+    (``BlendedPath.second_derivative_bound``).
+
+    Args:
+        curve: The blended path.
+        start: Path parameter s at which the part begins.
+        end: Path parameter s at which it ends; the end of the path if None.
+
+    Returns:
+        The chords and their slack.
     """
     end = curve.length if end is None else end
     inner = curve.knots[(curve.knots > start) & (curve.knots < end)]
@@ -47,12 +62,23 @@ def chord_tube(curve: BlendedPath, start: float = 0.0, end: float | None = None)
 def proven_blend(
     waypoints: Array, tolerances: Array, edges: Array, limits: Limits, is_free: IsFree | None
 ) -> BlendedPath:
-    """The blended curve along waypoints (N, n), every part of it proven free and within position limits.
+    """Blend the corners of a polyline so that every part is proven free and within the position limits.
 
-    edges: (P + 1,) waypoint indices of the part boundaries
     A corner whose blend is not proven gets its tolerance halved, up to six times; after that it becomes a
-    stop, where the curve is the polyline itself. Raises NoPlanError if a straight edge is not proven: the
-    polyline was not free then.
+    stop, where the path is the polyline itself.
+
+    Args:
+        waypoints: (N, n) configurations.
+        tolerances: (N,) bounds on the distance to the polyline near each waypoint, in joint units.
+        edges: (P + 1,) waypoint indices of the part boundaries.
+        limits: Position limits.
+        is_free: Proves chords of a part free; None trusts the tolerances.
+
+    Returns:
+        The blended path.
+
+    Raises:
+        NoPlanError: If a straight edge is not proven: the polyline was not free.
     """
     curve = blend(waypoints, tolerances)
     try:

@@ -1,4 +1,4 @@
-"""Runs put one after the other, with rests between them."""
+"""Concatenation of runs, with rests between them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,13 @@ _Rows: TypeAlias = tuple[Array, Array, Array, Array]
 class ConcatenatedRuns:
     """Several runs as one trajectory.
 
-    part_times: (P + 1,) when each part of all runs begins, and the end; a rest belongs to the part before
-    starts, ends: (R,) when each run leaves, and is at rest again
-    piece_scales: (N - 1,) speed scale that held on each piece, for ``check_limits``
+    Attributes:
+        trajectory: From the start of the first run to the end of the last.
+        part_times: (P + 1,) s when each part of all runs begins, and the end; a rest belongs to the part
+            before it.
+        starts: (R,) s when each run leaves.
+        ends: (R,) s when each run is at rest again.
+        piece_scales: (N - 1,) speed scale that held on each piece, for ``check_limits``.
     """
 
     trajectory: Trajectory
@@ -33,9 +37,17 @@ class ConcatenatedRuns:
 
 
 def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> ConcatenatedRuns:
-    """One trajectory through all runs, at rest for ``rests`` (R - 1,) s after each run but the last.
+    """Join runs to one trajectory, with a rest after each run but the last.
 
-    Raises ValueError if a run does not start where the one before it ends, or the counts do not fit.
+    Args:
+        runs: R timed runs, each beginning where the one before it ends.
+        rests: (R - 1,) s, at least 0.
+
+    Returns:
+        The joined runs.
+
+    Raises:
+        ValueError: If a run does not start where the one before it ends, or the number of rests does not fit.
     """
     if not runs or len(rests) != len(runs) - 1 or min(rests, default=0.0) < 0.0:
         raise ValueError(f"{len(runs)} runs need {len(runs) - 1} rests of at least 0 s, not {list(rests)}")
@@ -60,7 +72,15 @@ def concatenate(runs: Sequence[TimedRun], rests: Sequence[float]) -> Concatenate
 
 
 def delayed(trajectory: Trajectory, delay: float) -> Trajectory:
-    """The trajectory after a rest of ``delay`` s (0 or longer) at its start."""
+    """Begin a trajectory with a rest.
+
+    Args:
+        trajectory: The trajectory.
+        delay: s, 0 or longer.
+
+    Returns:
+        The trajectory that rests at its first point for ``delay``.
+    """
     if delay <= 0.0:
         return trajectory
     first = trajectory.positions[0]

@@ -1,14 +1,14 @@
-"""Corners rounded: a polyline becomes a C3 curve that stays within a stated bound of it.
+"""Corner blending: a polyline becomes a C3 path that stays within a stated bound of it.
 
 A polyline is a sum of ramps: at corner k, at arc length s_k, its direction changes by turn_k,
 
     p(s) = V_0 + d_0 s + sum_k turn_k max(s - s_k, 0).
 
 Each ramp is replaced by a smooth one that differs from it only within h_k of the corner; its slope is the
-quintic smoothstep, so position, direction, curvature and the rate of curvature are continuous and jerk
-has no jumps. A lone corner gets a blend between two straight lines. Where waypoints lie dense, on a curved
-motion, the blends overlap and the sum is what the waypoints sample: a curve without the ripple that blends
-confined to half an edge would have. The distance to the polyline is a sum of bumps,
+quintic smoothstep, so position, direction, curvature and the rate of curvature are continuous and jerk has no
+jumps. A lone corner gets a blend between two straight lines. Where waypoints lie dense, on a curved motion,
+the blends overlap and the sum is what the waypoints sample: a curve without the ripple that blends confined
+to half an edge would have. The distance to the polyline is a sum of bumps,
 
     q(s) - p(s) = sum_k turn_k h_k bump((s - s_k) / h_k),   0 <= bump <= DEPTH,
 
@@ -45,9 +45,10 @@ _EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone ble
 class BlendedPath:
     """A polyline with smoothed corners, parametrised by the polyline's arc length s.
 
-    corners: (K, n), K >= 1, no two consecutive ones equal
-    half_lengths: (K,) h of every corner; 0 at both ends, and at corners where the motion must stop
-    waypoint_s: (N,) s of each waypoint that the curve was made from, not decreasing
+    Attributes:
+        corners: (K, n), K >= 1, no two consecutive ones equal.
+        half_lengths: (K,) h of every corner; 0 at both ends, and at corners where the motion must stop.
+        waypoint_s: (N,) s of each waypoint that the path was made from, not decreasing.
     """
 
     corners: Array
@@ -62,12 +63,12 @@ class BlendedPath:
 
     @property
     def length(self) -> float:
-        """Largest s."""
+        """The largest s, in joint units."""
         return float(self.corner_s[-1])
 
     @cached_property
     def directions(self) -> Array:
-        """(K + 1, n): unit direction before and after every corner; the ends repeat their only edge's."""
+        """(K + 1, n) unit direction before and after every corner; the ends repeat their only edge's."""
         if len(self.corners) == 1:
             return np.zeros((2, self.corners.shape[1]))
         edges = np.diff(self.corners, axis=0)
@@ -76,7 +77,7 @@ class BlendedPath:
 
     @cached_property
     def turns(self) -> Array:
-        """(K, n): change of direction at every corner."""
+        """(K, n) change of direction at every corner."""
         return np.diff(self.directions, axis=0)
 
     @property
@@ -86,9 +87,9 @@ class BlendedPath:
 
     @cached_property
     def knots(self) -> Array:
-        """Sorted s of both ends, all stops, and nodes within the blends, dense where the curve bends fast.
+        """Sorted s of both ends, all stops, and nodes within the blends, dense where the path bends fast.
 
-        Between two of them that lie in no blend the curve is a straight line.
+        Between two knots that lie in no blend the path is a straight line.
         """
         blends = np.flatnonzero(self.half_lengths > 0.0)
         clusters = self._clusters(blends)
@@ -100,12 +101,24 @@ class BlendedPath:
         )
 
     def is_line(self, start: Array, end: Array) -> Mask:
-        """(M,) whether the curve is straight on the intervals [start, end] (M,) between knots."""
+        """Whether the path is straight on intervals between knots.
+
+        Args:
+            start: (M,) s of the interval starts.
+            end: (M,) s of the interval ends.
+
+        Returns:
+            (M,) True where it is straight.
+        """
         middle = (start + end) / 2
         return np.asarray(np.all(np.abs(middle[:, None] - self.corner_s) >= self.half_lengths, axis=1))
 
     def split(self) -> tuple[BlendedPath, ...]:
-        """The curve cut at its stops. The pieces count s from 0; their waypoint_s are their own corners'."""
+        """Cut the path at its stops.
+
+        Returns:
+            The pieces. Each counts s from 0, and its ``waypoint_s`` are those of its own corners.
+        """
         cuts = np.concatenate([[0], self.stops, [len(self.corners) - 1]])
         pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in pairwise(cuts)]
         curves = [BlendedPath(corners, half, np.zeros(1)) for corners, half in pieces]
@@ -136,11 +149,27 @@ class BlendedPath:
         return np.asarray(np.interp(levels, count, marks))
 
     def evaluate(self, s: Array | float, derivative: int = 0) -> Array:
-        """q (derivative 0) or its 1st to 3rd derivative by s at s (M,): (M, n)."""
+        """Configuration or one of its derivatives by s.
+
+        Args:
+            s: (M,) path parameters.
+            derivative: 0 for the configuration, 1 to 3 for a derivative.
+
+        Returns:
+            (M, n).
+        """
         return self.evaluate_all(s, derivative)[derivative]
 
     def evaluate_all(self, s: Array | float, highest: int = 3) -> list[Array]:
-        """[q, q', .. up to ``highest`` (0 to 3)] at s (M,), each (M, n); s is clamped to the curve."""
+        """Configuration and its derivatives by s.
+
+        Args:
+            s: (M,) path parameters, clamped to the path.
+            highest: Highest derivative, 0 to 3.
+
+        Returns:
+            [q, q', ...] up to ``highest``, each (M, n).
+        """
         at: Array = np.clip(np.atleast_1d(np.asarray(s, dtype=np.float64)), 0.0, self.length)
         edge = np.searchsorted(self.corner_s[1:-1], at, side="right")
         out = [self.corners[edge] + self.directions[edge + 1] * (at - self.corner_s[edge])[:, None]]
@@ -165,7 +194,15 @@ class BlendedPath:
         return first[:, None] + np.arange(width)
 
     def second_derivative_bound(self, start: Array, end: Array) -> Array:
-        """(M, n) upper bound of |q''| per joint on every interval [start, end] (M,)."""
+        """Upper bound on the size of the second derivative by s, on intervals.
+
+        Args:
+            start: (M,) s of the interval starts.
+            end: (M,) s of the interval ends.
+
+        Returns:
+            (M, n), joint by joint.
+        """
         h = np.maximum(self.half_lengths, SAME)
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
         x = np.minimum(np.abs(nearest - self.corner_s) / h, 1.0)
@@ -173,21 +210,44 @@ class BlendedPath:
         return kernel @ np.abs(self.turns)
 
     def third_derivative_bound(self, start: Array, end: Array) -> Array:
-        """(M, n) upper bound of the third derivative's size per joint on every interval [start, end] (M,)."""
+        """Upper bound on the size of the third derivative by s, on intervals.
+
+        Args:
+            start: (M,) s of the interval starts.
+            end: (M,) s of the interval ends.
+
+        Returns:
+            (M, n), joint by joint.
+        """
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
         h = self.half_lengths
         peak = PEAK_THIRD_DERIVATIVE / np.maximum(2.0 * h, SAME) ** 2
         return ((np.abs(nearest - self.corner_s) < h) * peak) @ np.abs(self.turns)
 
     def deviation(self, start: Array, end: Array) -> Array:
-        """(M,) upper bound of the Euclidean distance to the polyline on every interval [start, end] (M,)."""
+        """Upper bound on the Euclidean distance to the polyline, on intervals.
+
+        Args:
+            start: (M,) s of the interval starts.
+            end: (M,) s of the interval ends.
+
+        Returns:
+            (M,) in joint units.
+        """
         nearest = np.clip(self.corner_s, start[:, None], end[:, None])
         offset, h = nearest - self.corner_s, np.broadcast_to(self.half_lengths, nearest.shape)
         return np.asarray(_bumps(offset, h, 0)[:, 0] @ np.linalg.norm(self.turns, axis=1))
 
 
 def distinct(s: Array) -> Array:
-    """Sorted values without those that differ only by rounding; the largest one is kept as it is."""
+    """Sort values and drop those that differ from a neighbour only by rounding; the largest is kept as it is.
+
+    Args:
+        s: Values, at least one.
+
+    Returns:
+        The values that are left, sorted.
+    """
     s = np.sort(s)
     tolerance = min(1e-8, 0.1 * float(s[-1]))
     keep = np.concatenate([[True], np.diff(s) > tolerance]) & (s < s[-1] - tolerance)
@@ -219,12 +279,17 @@ def _bumps(offset: Array, h: Array, highest: int) -> Array:
 
 
 def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> BlendedPath:
-    """The curve along a polyline (N, n) that leaves it by no more than the tolerances.
+    """The smooth path along a polyline that leaves it by no more than the tolerances.
 
-    tolerances: (N,) or one for all, in joint units: bound on the Euclidean distance between curve and
-        polyline, each along the half edges next to its waypoint. 0 makes the waypoint, if it is a corner, a
-        stop.
-    simplify: share of the tolerance within which waypoints are dropped first; the rest is for the blends.
+    Args:
+        waypoints: (N, n) configurations.
+        tolerances: (N,) or one for all, in joint units: bound on the Euclidean distance between path and
+            polyline, each along the half edges next to its waypoint. 0 makes the waypoint, if it is a corner,
+            a stop.
+        simplify: Share of the tolerance within which waypoints are dropped first; the rest is for the blends.
+
+    Returns:
+        The blended path.
     """
     tolerance = np.array(np.broadcast_to(np.asarray(tolerances, dtype=float), (len(waypoints),)))
     kept = canonical(waypoints, np.maximum(simplify * tolerance, SAME))
@@ -233,10 +298,15 @@ def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLI
 
 
 def smoothed(curve: BlendedPath, allowed: Array, wanted: Array) -> BlendedPath:
-    """The curve with its corners smoothed as far as two sets of tolerances allow.
+    """Smooth the corners of a path as far as two sets of tolerances allow.
 
-    allowed: (N,) bound on the deviation near every waypoint; wanted: (K,) bound on what each corner alone
-        contributes, 0 makes it a stop.
+    Args:
+        curve: The path, with its corners.
+        allowed: (N,) bound on the deviation near every waypoint.
+        wanted: (K,) bound on what each corner alone contributes; 0 makes it a stop.
+
+    Returns:
+        The path with new half-lengths.
     """
     half = np.zeros(len(curve.corners))
     if len(half) < 3:

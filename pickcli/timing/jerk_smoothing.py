@@ -19,28 +19,56 @@ from pickcli.timing.toppra_closed_form import VelocityProfile
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
-    """s(t), at rest at both ends; d2s/dt2 is linear between the points."""
+    """s(t): where on the path the motion is, at rest at both ends; d2s/dt2 is linear between the points.
 
-    t: Array  # (K,), strictly increasing from 0
-    s: Array  # (K,), not decreasing
-    ds: Array  # (K,)
-    dds: Array  # (K,)
+    Attributes:
+        t: (K,) s, strictly increasing from 0.
+        s: (K,) path parameter, not decreasing.
+        ds: (K,) ds/dt.
+        dds: (K,) d2s/dt2.
+    """
+
+    t: Array
+    s: Array
+    ds: Array
+    dds: Array
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Duration from rest to rest, s."""
         return float(self.t[-1])
 
     def stretched(self, factor: float) -> TimeLaw:
-        """The same motion, slower by a factor."""
+        """The same motion, slower.
+
+        Args:
+            factor: Factor on time.
+
+        Returns:
+            The slower time law.
+        """
         return TimeLaw(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
 
     def shifted(self, by: float) -> TimeLaw:
-        """The same motion on a path on which it starts at s = ``by``."""
+        """The same motion on a path on which it starts elsewhere.
+
+        Args:
+            by: Path parameter s at which it starts there.
+
+        Returns:
+            The shifted time law.
+        """
         return TimeLaw(self.t, self.s + by, self.ds, self.dds)
 
     def times_at(self, s: Array) -> Array:
-        """(M,) when each s (M,) is reached first; the very ends for the ends of the path."""
+        """When path parameters are reached first.
+
+        Args:
+            s: (M,) path parameters.
+
+        Returns:
+            (M,) times in s; exactly 0 and the duration for the ends of the path.
+        """
         last = len(self.t) - 2
         i = np.clip(np.searchsorted(self.s, s, side="left") - 1, 0, last)
         h = self.t[i + 1] - self.t[i]
@@ -57,7 +85,16 @@ class TimeLaw:
 
 
 def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
-    """The profile's speed averaged over ``n_window`` >= 1 cells of ``step`` s; a window and a cell longer."""
+    """Average the speed of a profile over a window, which bounds its jerk.
+
+    Args:
+        profile: Time-optimal profile whose acceleration jumps.
+        step: s of each cell of the time grid.
+        n_window: Cells of the window, at least 1.
+
+    Returns:
+        The smooth time law, a window and a cell longer than the profile.
+    """
     n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
     s = profile.position(step * np.arange(n_cells + 1.0))
     rest = np.zeros(n_window + 1)
@@ -73,12 +110,27 @@ def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
 
 
 def standing(length: float, step: float) -> TimeLaw:
-    """A path too short to be a motion, passed in one cell."""
+    """The time law of a path that is too short to be a motion: it is passed in one cell.
+
+    Args:
+        length: Path length, in joint units.
+        step: s.
+
+    Returns:
+        The time law.
+    """
     return TimeLaw(np.array([0.0, step]), np.array([0.0, length]), np.zeros(2), np.zeros(2))
 
 
 def join(paces: Sequence[TimeLaw]) -> TimeLaw:
-    """Paces one after the other; each starts at the s where the one before it came to rest."""
+    """Join time laws; each starts at the s where the one before it came to rest.
+
+    Args:
+        paces: The time laws, at least one.
+
+    Returns:
+        The joined time law.
+    """
     if len(paces) == 1:
         return paces[0]
     starts = np.cumsum([0.0] + [pace.duration for pace in paces[:-1]])

@@ -24,16 +24,28 @@ POSITION_TOLERANCE = (
 
 @dataclass(frozen=True)
 class PeakRatio:
-    """The place where a limit is used most."""
+    """The place where a limit is used most.
 
-    ratio: float  # value / limit
+    Attributes:
+        ratio: Value over limit.
+        joint: Name of the joint.
+        time: s, start of the piece.
+    """
+
+    ratio: float
     joint: str
-    time: float  # s, start of the piece
+    time: float
 
 
 @dataclass(frozen=True)
 class LimitReport:
-    """Worst ratios of a trajectory; 1 is exactly at the limit."""
+    """Largest ratios of a trajectory to its limits; 1 is exactly at the limit.
+
+    Attributes:
+        velocity: Where a velocity limit is used most.
+        acceleration: Where an acceleration limit is used most.
+        jerk: Where a jerk limit is used most.
+    """
 
     velocity: PeakRatio
     acceleration: PeakRatio
@@ -46,15 +58,28 @@ class LimitReport:
 
 
 def peaks(trajectory: Trajectory) -> tuple[Array, Array, Array]:
-    """Largest |velocity| (an upper bound), |acceleration| and |jerk| (exact), each (N - 1, n), per piece."""
+    """Largest velocity, acceleration and jerk of every joint on every piece.
+
+    Args:
+        trajectory: N points with quintics in between.
+
+    Returns:
+        |velocity| (an upper bound), |acceleration| and |jerk| (both exact), each (N - 1, n).
+    """
     at = trajectory
     return quintic_peaks(at.times, at.positions, at.velocities, at.accelerations)
 
 
 def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 1.0) -> LimitReport:
-    """Worst velocity, acceleration and jerk ratios.
+    """Largest ratios of velocity, acceleration and jerk to their limits.
 
-    scale: of velocity, acceleration and jerk limits alike; one number, or one per piece (N - 1,)
+    Args:
+        trajectory: N points with quintics in between.
+        limits: Limits of the joints.
+        scale: Factor on all limits: one number, or one for each piece (N - 1,).
+
+    Returns:
+        The ratios and where they occur.
     """
     share = np.broadcast_to(np.asarray(scale, dtype=float), (len(trajectory.times) - 1,))[:, None]
     bounds = (limits.velocity, limits.acceleration, limits.jerk)
@@ -63,10 +88,20 @@ def measure_limits(trajectory: Trajectory, limits: Limits, scale: Array | float 
 
 
 def check_limits(trajectory: Trajectory, limits: Limits, scale: Array | float = 1.0) -> LimitReport:
-    """The worst ratios; raises LimitError naming quantity, joint and time if one is over 1.
+    """Check a trajectory strictly against its limits.
 
-    Also raised: values that are not finite, times that do not increase strictly from 0, a position limit
-    left at a point, a start or end that is not at rest. See ``measure_limits`` for ``scale``.
+    Args:
+        trajectory: N points with quintics in between.
+        limits: Limits of the joints.
+        scale: Factor on velocity, acceleration and jerk limits: one number, or one for each piece (N - 1,).
+
+    Returns:
+        The largest ratios.
+
+    Raises:
+        LimitError: If a ratio is over 1 (the message names quantity, joint and time), a value is not finite,
+            times do not increase strictly from 0, a point is outside of the position limits, or the
+            trajectory does not start and end at rest.
     """
     rows = (trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations)
     if not all(np.isfinite(row).all() for row in rows):

@@ -42,6 +42,9 @@ class PathConstraint(Protocol):
             q: (M, n) configurations.
             dq: (M, n) dq/ds.
             ddq: (M, n) d2q/ds2.
+
+        Returns:
+            The half-planes that path acceleration and squared path velocity must stay in.
         """
         ...
 

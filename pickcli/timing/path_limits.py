@@ -1,4 +1,4 @@
-"""What limits the pace along a path: joints, the scale of each part, the tool's speed, what it carries."""
+"""What limits the speed along a path: joints, the scale of each part, the tool's speed, what it carries."""
 
 from __future__ import annotations
 
@@ -24,11 +24,16 @@ PLANE_STEP = 0.03  # joint units between gridpoints, at most, where half-planes 
 
 @dataclass(frozen=True, eq=False)
 class PathBounds:
-    """Limits along one curve whose parts end at given s.
+    """Limits along one blended path whose parts end at given s.
 
-    edges: (P + 1,) s of the part boundaries, not decreasing; scales: (P,) of velocity, acceleration and
-    jerk limits; tool_caps: (P,) m/s, inf where none; table_s, table_speed: tool travel per unit of s;
-    constraint: on the whole curve, beyond the joints' own limits.
+    Attributes:
+        limits: Limits of the joints.
+        edges: (P + 1,) s of the part boundaries, not decreasing.
+        scales: (P,) factor on velocity, acceleration and jerk limits of each part.
+        tool_caps: (P,) m/s, inf where a part has none.
+        table_s: s at which the tool's speed is tabulated.
+        table_speed: m of tool travel per unit of s, there.
+        constraint: On the whole path, beyond the joints' own limits; None if there is none.
     """
 
     limits: Limits
@@ -40,27 +45,57 @@ class PathBounds:
     constraint: PathConstraint | None = None
 
     def lowest(self, values: Array, start: Array, end: Array) -> Array:
-        """Smallest of the parts' ``values`` (P,) on every interval [start, end] (M,)."""
+        """The smallest value of the parts that intervals touch.
+
+        Args:
+            values: (P,) one value for each part.
+            start: (M,) s of the interval starts.
+            end: (M,) s of the interval ends.
+
+        Returns:
+            (M,).
+        """
         touched = (self.edges[:-1] <= end[:, None]) & (self.edges[1:] >= start[:, None])
         return np.asarray(np.where(touched, values, np.inf).min(axis=1))
 
     def tool_speed(self, s: Array) -> Array:
-        """m of tool travel per unit of s, at s (M,); 0 where no part has a cap."""
+        """Tool travel per unit of s.
+
+        Args:
+            s: (M,) path parameters.
+
+        Returns:
+            (M,) m; 0 where no part limits the tool's speed.
+        """
         if len(self.table_s) == 0:
             return np.zeros(len(s))
         return np.interp(s, self.table_s, self.table_speed, left=0.0, right=0.0)
 
     def shifted(self, by: float) -> PathBounds:
-        """The same bounds for a curve that starts at s = ``by`` of this one."""
+        """The same bounds for a path that starts later.
+
+        Args:
+            by: Path parameter s of these bounds at which the other path starts.
+
+        Returns:
+            The shifted bounds.
+        """
         return replace(self, edges=self.edges - by, table_s=self.table_s - by)
 
     def grid(
         self, curve: BlendedPath, acceleration_share: float, jerk_share: float, cruise: float
     ) -> PathGrid:
-        """Gridpoints on the curve's knots, part boundaries and the tool's table, with all speed limits.
+        """Grid points on the path's knots, part boundaries and the tool's table, with all speed limits.
 
-        acceleration_share: of the acceleration limits; jerk_share: of the jerk limits that the path's own
-            third derivative may use up, (ds/dt)^3 |q'''| <= jerk_share * jerk; cruise: see Grid
+        Args:
+            curve: The blended path.
+            acceleration_share: Share of the acceleration limits that may be used.
+            jerk_share: Share of the jerk limits that the path's own third derivative may use up: (ds/dt)^3
+                |q'''| <= jerk_share * jerk.
+            cruise: s that the cruise on a straight line lasts at least (see ``PathGrid``).
+
+        Returns:
+            The grid.
         """
         even = np.arange(0.0, curve.length, PLANE_STEP) if self.constraint else np.empty(0)
         marks = np.concatenate([self.edges, self.table_s, even])
@@ -93,9 +128,22 @@ def path_bounds(
     tool_speed: ToolSpeed | None,
     constraint: PathConstraint | None = None,
 ) -> PathBounds:
-    """Bounds with the tool's speed tabulated along the parts that have a cap.
+    """Bounds along a path, with the tool's speed tabulated along the parts that limit it.
 
-    Raises ValueError if a part has a cap and no ``tool_speed`` is given.
+    Args:
+        curve: The blended path.
+        limits: Limits of the joints.
+        edges: (P + 1,) s of the part boundaries, not decreasing.
+        scales: (P,) factor on velocity, acceleration and jerk limits of each part.
+        tool_caps: (P,) m/s, inf where a part has none.
+        tool_speed: Configurations and dq/ds to m of tool travel per unit of s.
+        constraint: On the whole path, beyond the joints' own limits.
+
+    Returns:
+        The bounds.
+
+    Raises:
+        ValueError: If a part limits the tool's speed and ``tool_speed`` is None.
     """
     capped = [(edges[i], edges[i + 1]) for i in np.flatnonzero(np.isfinite(tool_caps))]
     if capped and tool_speed is None:

@@ -1,6 +1,6 @@
-"""Polylines made canonical: no repeated points, no points that lie on the line between others.
+"""Canonical polylines: no repeated points, and no points that lie on the line between others.
 
-Time parametrisation divides by edge lengths; repeated and collinear points are where it breaks.
+Time parameterization divides by edge lengths; repeated and collinear points are where it breaks.
 """
 
 from __future__ import annotations
@@ -14,12 +14,20 @@ NOWHERE = 1e-9  # a path no longer than this goes nowhere
 
 
 def canonical(waypoints: Array, tolerances: Array | float = SAME) -> Array:
-    """Indices (K,) of the waypoints (N, n) to keep: first, last, and every one that shapes the path.
+    """Indices of the waypoints that shape a path: the first, the last, and every one that cannot be dropped.
 
-    tolerances: (N,) or one for all: a dropped waypoint lies within its tolerance of the chord between its
-        kept neighbours, and those between them advance along that chord: reversals are kept.
     A path that goes nowhere keeps index 0 only.
-    Raises ValueError for an empty or non-finite array.
+
+    Args:
+        waypoints: (N, n) configurations.
+        tolerances: (N,) or one for all: a dropped waypoint lies within its tolerance of the chord between its
+            kept neighbours. Those between two kept ones advance along their chord, so reversals are kept.
+
+    Returns:
+        (K,) indices, increasing.
+
+    Raises:
+        ValueError: If the array is empty or not finite.
     """
     if waypoints.ndim != 2 or len(waypoints) == 0 or not np.all(np.isfinite(waypoints)):
         raise ValueError(f"waypoints must be a finite (N, n) array with N >= 1, not {waypoints.shape}")
@@ -73,7 +81,15 @@ def _end_at(waypoints: Array, out: list[int], last: int) -> None:
 
 
 def arc_lengths(waypoints: Array, kept: Array) -> Array:
-    """Where every waypoint (N, n) lies along the polyline through the kept ones: s (N,), not decreasing."""
+    """Where every waypoint lies along the polyline through the kept ones.
+
+    Args:
+        waypoints: (N, n) configurations.
+        kept: (K,) indices of those that are kept.
+
+    Returns:
+        (N,) s, not decreasing.
+    """
     corners = waypoints[kept]
     at_corner = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     s = np.empty(len(waypoints))

@@ -32,10 +32,11 @@ _WAITS = np.concatenate([np.arange(0.0, 0.2, 0.01), np.arange(0.2, 0.8, 0.03)]) 
 
 @dataclass(frozen=True, eq=False)
 class StoppedTrajectory:
-    """The motion as it is until standstill.
+    """A motion as it is until standstill.
 
-    trajectory: the original up to the stop, then braking along the same path
-    path_time: where it stands: the time of that configuration in the original trajectory, s
+    Attributes:
+        trajectory: The original up to the stop, then braking along the same path.
+        path_time: s; time of the configuration of standstill in the original trajectory.
     """
 
     trajectory: Trajectory
@@ -53,9 +54,17 @@ class _TimeLaw:
 
 
 def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory:
-    """The quickest stop found, requested at time ``at`` (s), that keeps the path and all limits.
+    """The fastest stop found that keeps the path and all limits.
 
-    Where the robot comes to rest at the trajectory's own end before any other stop could, it stops there.
+    If the robot comes to rest at the trajectory's own end before any other stop could, it stops there.
+
+    Args:
+        trajectory: The trajectory that is to be stopped.
+        at: Time of the request, s.
+        limits: Limits of the joints.
+
+    Returns:
+        The motion until standstill.
     """
     best = StoppedTrajectory(trajectory, trajectory.duration)
     for wait in _WAITS:
@@ -73,10 +82,21 @@ def stop(trajectory: Trajectory, at: float, limits: Limits) -> StoppedTrajectory
 
 
 def resume(trajectory: Trajectory, path_time: float, limits: Limits) -> Trajectory:
-    """From rest at ``path_time`` (s) of a trajectory to its end, along its path, times from 0.
+    """Continue a stopped trajectory along its path, from rest to its end.
 
-    The trajectory's own pace is picked up again; what that breaks of the limits is made up for by
-    stretching time, and the quickest of several ways is taken.
+    The trajectory's own pace is resumed; the limits that this would break are kept by stretching time, and
+    the fastest of several ways is taken.
+
+    Args:
+        trajectory: The trajectory that was stopped.
+        path_time: s; where on it the robot stands.
+        limits: Limits of the joints.
+
+    Returns:
+        The rest of the motion, times from 0.
+
+    Raises:
+        LimitError: If the trajectory is not finite there.
     """
     left = trajectory.duration - path_time
     best_duration, best = np.inf, None

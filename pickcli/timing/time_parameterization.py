@@ -1,4 +1,4 @@
-"""A pace along a curve that keeps velocity, acceleration and jerk limits and is near the fastest.
+"""Time parameterization of a path under velocity, acceleration and jerk limits, near the fastest.
 
 1. TOPP-RA under velocity and acceleration limits, with the path's own jerk capped;
 2. s(t) smoothed over a window (``smooth``), which bounds the jerk of the switches;
@@ -31,21 +31,32 @@ _GOOD = 1.003  # a stretch that is not worth another round
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """One attempt: a pace and the factor of time, at least 1, that makes it keep every limit."""
+    """One attempt: a time law, and the factor of time that makes it keep every limit.
+
+    Attributes:
+        pace: The time law.
+        stretch: Factor of time, at least 1.
+    """
 
     pace: TimeLaw
     stretch: float
 
     @property
     def duration(self) -> float:
-        """s, stretched."""
+        """Duration once stretched, s."""
         return self.pace.duration * self.stretch
 
 
 def retime(curve: BlendedPath, bounds: PathBounds, step: float) -> TimedPath:
-    """The fastest pace found along a curve (length > 0) without stops, from rest to rest.
+    """The fastest time law found along a path without stops, from rest to rest.
 
-    step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it
+    Args:
+        curve: The blended path, longer than 0.
+        bounds: Limits along it.
+        step: s of the time grid before stretching, at most; the ramp of an acceleration is a multiple of it.
+
+    Returns:
+        The time law and its stretch.
     """
     ramp = float((bounds.limits.acceleration / bounds.limits.jerk).max())
     step = ramp / np.ceil(ramp / step - 1e-9)
@@ -96,7 +107,16 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
 
 
 def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Array:
-    """(K - 1,) per cell of the pace, the factor of time at which its quintics keep all limits."""
+    """Factor of time at which the quintics of each cell of a time law keep all limits.
+
+    Args:
+        curve: The blended path.
+        bounds: Limits along it.
+        pace: The time law, K points.
+
+    Returns:
+        (K - 1,).
+    """
     trajectory = to_trajectory(curve, pace)
     velocity, acceleration, jerk = peaks(trajectory)
     start, end = pace.s[:-1], pace.s[1:]
@@ -121,7 +141,16 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Arr
 
 
 def to_trajectory(curve: BlendedPath, pace: TimeLaw, names: tuple[str, ...] = ()) -> Trajectory:
-    """The motion q(s(t)) at the pace's grid; the quintics in between follow it closely."""
+    """The motion q(s(t)) at the points of a time law; the quintics in between follow it closely.
+
+    Args:
+        curve: The blended path.
+        pace: The time law.
+        names: Joint names.
+
+    Returns:
+        The trajectory.
+    """
     q, dq, ddq = curve.evaluate_all(pace.s, 2)
     velocity = dq * pace.ds[:, None]
     acceleration = ddq * (pace.ds**2)[:, None] + dq * pace.dds[:, None]

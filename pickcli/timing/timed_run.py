@@ -32,11 +32,15 @@ CHECK_STEP = 1e-3  # s between the states at which a path constraint is checked
 class TimedRun:
     """A run in time, from rest to rest.
 
-    part_times: (P + 1,) when each part begins, and the run's end; a boundary inside a blend counts where
-        the blend's middle is passed
-    piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``
-    curve, pace: the path that the trajectory follows, and how fast
-    stretch: factor by which time was stretched at the end to keep the limits strictly
+    Attributes:
+        trajectory: N points with quintics in between.
+        part_times: (P + 1,) s when each segment begins, and the run's end; a boundary inside a blend counts
+            where the middle of the blend is passed.
+        piece_scales: (N - 1,) speed scale that held on each piece of the trajectory, for ``check_limits``.
+        curve: The path that the trajectory follows.
+        pace: How fast it follows it.
+        stretch: Factor by which time was stretched at the end to keep the limits strictly.
+        report: How much of the limits is used.
     """
 
     trajectory: Trajectory
@@ -49,7 +53,7 @@ class TimedRun:
 
     @cached_property
     def deviation(self) -> float:
-        """Bound on how far, joint by joint, the trajectory's quintics leave the curve."""
+        """Bound on how far, joint by joint, the trajectory's quintics leave the path, in joint units."""
         return _deviation(self.curve, self.pace, self.trajectory)
 
 
@@ -67,17 +71,20 @@ def time_run(
     Args:
         joint_names: Names of the n joints.
         segments: What the motion goes through, each from where the one before ends.
-        limits: Of the joints.
-        is_free: (index of a segment, chords, slack) -> first chord not proven free, or -1; None trusts the
-            blends' bound.
-        jacobian_speed: Tool travel per unit of path, needed where a segment has ``max_tool_speed``.
+        limits: Limits of the joints.
+        is_free: (index of a segment, chords, slack) to the first chord not proven free, or -1; None trusts
+            the blends' bound.
+        jacobian_speed: Tool travel per unit of path, needed if a segment has ``max_tool_speed``.
         step: s between points of the trajectory.
         constraint: Kept along the whole run, at every millisecond.
 
+    Returns:
+        The timed run.
+
     Raises:
-        ValueError: Two segments do not join.
-        NoPlanError: The path is not free, or not even rest keeps the constraint.
-        LimitError: The result breaks a limit, which is a bug.
+        ValueError: If two segments do not join.
+        NoPlanError: If the path is not free, or not even rest keeps the constraint.
+        LimitError: If the result breaks a limit, which is a bug.
     """
     waypoints, tolerances, edges = _stitched(segments)
     curve = proven_blend(waypoints, tolerances, edges, limits, is_free)

@@ -26,39 +26,63 @@ _STANDING = 1e-12  # ds/dt: guards a division
 
 @dataclass(frozen=True, eq=False)
 class PathGrid:
-    """A path and its limits: states at M gridpoints, M - 1 intervals between them.
+    """A path and its limits: states at M grid points, M - 1 intervals between them.
 
-    On an interval that is a line nothing of the path bends; its profile is exact (accelerate, cruise,
-    brake) with no gridpoints in between, and its cruise lasts at least ``cruise``. Where ``planes`` limit the
-    pace too, a line is an interval like any other.
+    On an interval that is a line nothing of the path bends; its profile is exact (accelerate, cruise, brake)
+    with no grid points in between, and its cruise lasts at least ``cruise``. Where ``planes`` limit the pace
+    too, a line is an interval like any other.
+
+    Attributes:
+        s: (M,) path parameters, increasing.
+        dq: (M, n) dq/ds.
+        ddq: (M, n) d2q/ds2.
+        acceleration: (M - 1, n) limits on each interval.
+        speed: (M,) limit of ds/dt, finite.
+        line_speed: (M - 1,) limit of ds/dt inside each interval, used on lines only.
+        is_line: (M - 1,) whether the interval is a line.
+        cruise: s.
+        planes: Half-planes at the M grid points, or None.
     """
 
-    s: Array  # (M,), increasing
-    dq: Array  # (M, n) dq/ds
-    ddq: Array  # (M, n) d2q/ds2
-    acceleration: Array  # (M - 1, n) limits on each interval
-    speed: Array  # (M,) limit of ds/dt, finite
-    line_speed: Array  # (M - 1,) limit of ds/dt inside each interval, used on lines only
-    is_line: NDArray[np.bool_]  # (M - 1,)
-    cruise: float = 0.0  # s
-    planes: HalfPlanes | None = None  # at the M gridpoints
+    s: Array
+    dq: Array
+    ddq: Array
+    acceleration: Array
+    speed: Array
+    line_speed: Array
+    is_line: NDArray[np.bool_]
+    cruise: float = 0.0
+    planes: HalfPlanes | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityProfile:
-    """A time-optimal motion along the path: ds/dt is linear in t between the points."""
+    """A time-optimal motion along a path: ds/dt is linear in t between the points.
 
-    t: Array  # (P,), strictly increasing from 0
-    s: Array  # (P,)
-    v: Array  # (P,) ds/dt, 0 at both ends
+    Attributes:
+        t: (P,) s, strictly increasing from 0.
+        s: (P,) path parameters.
+        v: (P,) ds/dt, 0 at both ends.
+    """
+
+    t: Array
+    s: Array
+    v: Array
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Duration from rest to rest, s."""
         return float(self.t[-1])
 
     def position(self, t: Array) -> Array:
-        """s at times t (M,), clamped to both ends; exact."""
+        """Path parameter at given times; exact.
+
+        Args:
+            t: (M,) s, clamped to both ends.
+
+        Returns:
+            (M,) s.
+        """
         t = np.clip(t, 0.0, self.duration)
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
         dt = t - self.t[i]
@@ -67,7 +91,14 @@ class VelocityProfile:
 
 
 def parametrize(grid: PathGrid) -> VelocityProfile:
-    """The fastest motion from rest to rest; limits are enforced at both ends of each interval."""
+    """The fastest motion along a path from rest to rest; limits are enforced at both ends of each interval.
+
+    Args:
+        grid: The path and its limits.
+
+    Returns:
+        The velocity profile.
+    """
     if grid.planes is not None:
         v = np.sqrt(squared_speeds(grid.s, _at_both_ends(grid, grid.planes), grid.speed))
         dt = 2.0 * np.diff(grid.s) / np.maximum(v[1:] + v[:-1], _STANDING)

@@ -1,4 +1,4 @@
-"""Chords that a trajectory stays near: what lets the kernel prove the timed motion itself."""
+"""Chords that a trajectory stays near, by which the kernel proves the timed motion itself."""
 
 from __future__ import annotations
 
@@ -21,10 +21,16 @@ _BERNSTEIN = np.array(
 
 
 def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
-    """Chords (N, n) and slack (N - 1, n): each piece lies within its slack, joint by joint, of its chord.
+    """Chords of a trajectory, and how far its quintics leave them.
 
     With Bernstein coefficients b_i of a piece, its distance from the chord point at the same u is a convex
     combination of the distances of b_i from the chord at i / 5: the largest of those is a strict bound.
+
+    Args:
+        trajectory: N points with quintics in between.
+
+    Returns:
+        Chord ends (N, n) and slack (N - 1, n): each piece lies within its slack of its chord, joint by joint.
     """
     control = _BERNSTEIN @ trajectory.coefficients()
     q = trajectory.positions

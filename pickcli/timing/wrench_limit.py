@@ -50,16 +50,33 @@ class WrenchLimit:
         return f"{self.share:.2f} of what the cup bears"
 
     def half_planes(self, q: Array, dq: Array, ddq: Array) -> HalfPlanes:
-        """Polygons inscribed in the wrench's limits; see ``PathConstraint``."""
+        """Polygons inscribed in the limits of the wrench (see ``PathConstraint``).
+
+        Args:
+            q: (M, n) configurations.
+            dq: (M, n) dq/ds.
+            ddq: (M, n) d2q/ds2.
+
+        Returns:
+            The half-planes that keep the wrench inside what the cup bears.
+        """
         plane = self.body.path_wrench(self.arm.tip_motion(q, dq, ddq, self.tool_state))
         inside = (_inscribed(*self._slip(plane)), *(_inscribed(*of) for of in self._lip(plane)))
         return HalfPlanes(*(np.concatenate(columns, axis=1) for columns in zip(*inside, strict=True)))
 
     def stretch(self, q: Array, velocity: Array, acceleration: Array) -> Array:
-        """By the limits themselves; see ``PathConstraint``.
+        """Factor of time at which the wrench keeps the limits themselves (see ``PathConstraint``).
 
-        The wrench beyond that at rest falls with the square of time. The states that keep the limits with
-        a share of it are an interval from 0, as the limits are convex.
+        The wrench beyond that at rest falls with the square of time. The states that keep the limits with a
+        share of it are an interval from 0, as the limits are convex.
+
+        Args:
+            q: (M, n) configurations.
+            velocity: (M, n) per s.
+            acceleration: (M, n) per s^2.
+
+        Returns:
+            (M,) at least 1; inf where not even rest keeps the limits.
         """
         motion = self.arm.tip_motion(q, velocity, acceleration, self.tool_state)
         moving = self.body.wrench(motion)
