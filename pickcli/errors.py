@@ -42,7 +42,15 @@ MAX_MEANT = 3  # names that are suggested
 
 
 class UnknownNameError(InputError):
-    """A name nobody knows. ``known`` lists what could have been meant; a ``hint`` says it better."""
+    """A name nobody knows. The message says what could have been meant.
+
+    Args:
+        kind: What the name should be of, e.g. "item".
+        name: The name.
+        known: Names that exist.
+        where: Place of the name, e.g. a file with its line.
+        hint: What to say instead of the closest known name.
+    """
 
     def __init__(self, kind: str, name: str, known: Sequence[str], where: str = "", hint: str = "") -> None:
         hint = hint or suggestion(name, known)
@@ -132,7 +140,14 @@ class RejectedError(ArtifactError):
 
 
 def printable(text: str) -> str:
-    """The text with everything escaped that would move a terminal's cursor or cannot be encoded."""
+    """Escape everything in a text that would move a terminal's cursor or cannot be encoded.
+
+    Args:
+        text: Text from outside.
+
+    Returns:
+        The text that is safe to print.
+    """
     return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -140,10 +155,11 @@ def printable(text: str) -> str:
 class Reason:
     """Why one candidate failed: failure as a value.
 
-    what: short cause, e.g. "collision", "no IK solution", "does not hold", "joint limit"
-    where: candidate and segment, e.g. "grasp 3 (frontal), lift"
-    detail: link, obstacle and depth, or the limit and by how much
-    in_the_way: id of the item that stands in the way, if it is one
+    Attributes:
+        what: Short cause, e.g. "collision", "no IK solution", "does not hold", "joint limit".
+        where: Candidate and segment, e.g. "grasp 3 (frontal), lift".
+        detail: Link, obstacle and depth, or the limit and by how much.
+        in_the_way: Id of the item that stands in the way, if it is one.
     """
 
     what: str
@@ -152,11 +168,25 @@ class Reason:
     in_the_way: str = ""
 
     def at(self, where: str) -> Reason:
-        """The reason with another place."""
+        """The reason with another place.
+
+        Args:
+            where: The new place.
+
+        Returns:
+            The changed reason.
+        """
         return replace(self, where=where)
 
     def within(self, where: str) -> Reason:
-        """The reason with its place told as a part of a larger one."""
+        """The reason with its place as a part of a larger one.
+
+        Args:
+            where: The larger place, e.g. the grasp of a segment.
+
+        Returns:
+            The changed reason.
+        """
         return self.at(", ".join(part for part in (where, self.where) if part))
 
     def __str__(self) -> str:
@@ -175,7 +205,14 @@ class Failures:
 
     @classmethod
     def of(cls, *reasons: Reason) -> Failures:
-        """Failures of the reasons given."""
+        """Failures with the reasons given.
+
+        Args:
+            *reasons: In the order in which the candidates were tried.
+
+        Returns:
+            The failures.
+        """
         return cls(reasons)
 
     def __add__(self, other: Failures | Reason) -> Failures:
@@ -184,7 +221,14 @@ class Failures:
         return Failures((*self.reasons, *more))
 
     def within(self, where: str) -> Failures:
-        """The reasons with their places told as parts of a larger one."""
+        """The failures with their places as parts of a larger one.
+
+        Args:
+            where: The larger place.
+
+        Returns:
+            The changed failures.
+        """
         return Failures(tuple(reason.within(where) for reason in self.reasons))
 
     def __iter__(self) -> Iterator[Reason]:
@@ -199,7 +243,12 @@ class Failures:
 
 
 class NoPlanError(ApcError):
-    """No motion was found. Carries all reasons, grouped in the message by frequency."""
+    """No motion was found. Carries all reasons, grouped in the message by frequency.
+
+    Args:
+        query: What was asked, e.g. "pick crayola_24_ct from bin_B".
+        reasons: Every reason, in the order in which the candidates were tried.
+    """
 
     exit_code = 5
 
@@ -218,7 +267,14 @@ class NoPlanError(ApcError):
         return self.failures.in_the_way
 
     def summary(self, n_most: int = 3) -> str:
-        """The most frequent causes with one example each."""
+        """The most frequent causes with one example each.
+
+        Args:
+            n_most: How many causes.
+
+        Returns:
+            One line.
+        """
         groups: dict[str, list[Reason]] = {}
         for reason in self.reasons:
             groups.setdefault(reason.what, []).append(reason)

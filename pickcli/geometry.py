@@ -16,7 +16,16 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) -> Array:
-    """Rotation matrix (3, 3) of fixed-axis roll, pitch, yaw in rad (URDF's convention); (3, 3, n) of n."""
+    """Rotation matrix of fixed-axis roll, pitch and yaw (URDF's convention).
+
+    Args:
+        roll: rad about x; an array (n,) for n rotations.
+        pitch: rad about y.
+        yaw: rad about z.
+
+    Returns:
+        (3, 3), or (3, 3, n) of n rotations.
+    """
     cr, sr, cp, sp, cy, sy = (
         np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw),
     )  # fmt: skip
@@ -30,7 +39,15 @@ def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) 
 
 
 def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:
-    """Rotation matrix (3, 3) about a unit axis (3,) by an angle in rad (Rodrigues)."""
+    """Rotation matrix about an axis (Rodrigues).
+
+    Args:
+        axis: (3,) unit vector.
+        angle: rad.
+
+    Returns:
+        (3, 3).
+    """
     x, y, z = (float(a) for a in axis)
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K))
@@ -41,7 +58,16 @@ def pose(
     rpy: Sequence[float] | Array | None = None,
     R: Array | None = None,
 ) -> Array:
-    """Pose (4, 4) from a position in m and either rpy in rad or a rotation matrix (3, 3)."""
+    """Pose from a position and an orientation.
+
+    Args:
+        xyz: (3,) m.
+        rpy: (3,) rad, fixed-axis roll, pitch, yaw.
+        R: (3, 3) rotation matrix, instead of ``rpy``.
+
+    Returns:
+        (4, 4).
+    """
     T = np.eye(4)
     T[:3, 3] = xyz
     if R is not None:
@@ -52,7 +78,14 @@ def pose(
 
 
 def inverse(T: Array) -> Array:
-    """Inverse of a pose (4, 4), exact for rigid transforms."""
+    """Inverse of a pose, exact for rigid transforms.
+
+    Args:
+        T: (4, 4).
+
+    Returns:
+        (4, 4).
+    """
     out = np.eye(4)
     out[:3, :3] = T[:3, :3].T
     out[:3, 3] = -T[:3, :3].T @ T[:3, 3]
@@ -60,7 +93,14 @@ def inverse(T: Array) -> Array:
 
 
 def to_quaternion(R: Array) -> Array:
-    """Unit quaternion (x, y, z, w) with w >= 0 of a rotation matrix (3, 3)."""
+    """Unit quaternion of a rotation matrix.
+
+    Args:
+        R: (3, 3).
+
+    Returns:
+        (x, y, z, w) with w >= 0.
+    """
     m = R[:3, :3]
     # The largest of the four squared components is found first: no division by a small number.
     squares = np.array(
@@ -85,7 +125,14 @@ def to_quaternion(R: Array) -> Array:
 
 
 def from_quaternion(q: Sequence[float] | Array) -> Array:
-    """Rotation matrix (3, 3) of a quaternion (x, y, z, w); it is normalised first."""
+    """Rotation matrix of a quaternion.
+
+    Args:
+        q: (x, y, z, w); it is normalised first.
+
+    Returns:
+        (3, 3).
+    """
     x, y, z, w = np.asarray(q, dtype=float) / np.linalg.norm(q)
     return np.array(
         [
@@ -97,7 +144,14 @@ def from_quaternion(q: Sequence[float] | Array) -> Array:
 
 
 def rotation_vector(R: Array) -> Array:
-    """Rotation vector (3,) in rad (axis times angle, angle in [0, pi]) of a rotation matrix."""
+    """Rotation vector of a rotation matrix: axis times angle.
+
+    Args:
+        R: (3, 3).
+
+    Returns:
+        (3,) rad; its length, the angle, is in [0, pi].
+    """
     x, y, z, w = to_quaternion(R)
     v = np.array([x, y, z])
     sine = float(np.linalg.norm(v))
@@ -107,12 +161,26 @@ def rotation_vector(R: Array) -> Array:
 
 
 def rotation_angle(R: Array) -> float:
-    """Angle in rad, in [0, pi], of a rotation matrix (3, 3)."""
+    """Angle of a rotation matrix.
+
+    Args:
+        R: (3, 3).
+
+    Returns:
+        rad, in [0, pi].
+    """
     return float(np.linalg.norm(rotation_vector(R)))
 
 
 def perpendiculars(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors (3,) that make a right-handed frame u, v, normal with a unit vector (3,)."""
+    """Two unit vectors that complete a right-handed frame.
+
+    Args:
+        normal: (3,) unit vector.
+
+    Returns:
+        u and v, (3,) each: u, v, normal are a right-handed frame.
+    """
     helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
     u = np.cross(normal, helper)
     u /= np.linalg.norm(u)
@@ -120,12 +188,28 @@ def perpendiculars(normal: Array) -> tuple[Array, Array]:
 
 
 def transform_points(T: Array, points: Array) -> Array:
-    """Points (N, 3) mapped by a pose (4, 4)."""
+    """Map points by a pose.
+
+    Args:
+        T: (4, 4) pose ``T_a_b``.
+        points: (N, 3) in frame b.
+
+    Returns:
+        (N, 3) in frame a.
+    """
     return np.asarray(points @ T[:3, :3].T + T[:3, 3])
 
 
 def is_pose(T: Array, tolerance: float = 1e-6) -> bool:
-    """Whether T is a finite (4, 4) rigid transform."""
+    """Whether an array is a finite rigid transform.
+
+    Args:
+        T: The array.
+        tolerance: Of the entries of R R^T.
+
+    Returns:
+        True if it is.
+    """
     T = np.asarray(T)
     return bool(
         T.shape == (4, 4)

@@ -12,14 +12,25 @@ import numpy as np
 
 
 def derived_seed(*parts: object) -> int:
-    """A seed in [1, 2**31) from names and numbers; independent of everything but their text.
+    """A seed from names and numbers, independent of everything but their text.
 
-    Never 0, which OMPL takes for none.
+    Args:
+        *parts: What the seed depends on.
+
+    Returns:
+        In [1, 2**31); never 0, which OMPL takes for none.
     """
     text = "\x1f".join(str(part) for part in parts)
     return max(1, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") >> 1)
 
 
 def derived_rng(*parts: object) -> np.random.Generator:
-    """A generator seeded by ``derived_seed``."""
+    """A random generator seeded by ``derived_seed``.
+
+    Args:
+        *parts: What the seed depends on.
+
+    Returns:
+        The generator.
+    """
     return np.random.default_rng(derived_seed(*parts))

@@ -13,12 +13,13 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "pickcli"
 LINT = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["tool"]["ruff"]["lint"]
 
-# All packages but those that pyproject.toml still exempts from the rules on docstrings.
-DOCUMENTED = [
-    path.parent.name
-    for path in sorted(PACKAGE.glob("*/__init__.py"))
-    if "D" not in LINT["per-file-ignores"].get(f"pickcli/{path.parent.name}/*", [])
-]
+EXEMPT = {name for name, rules in LINT["per-file-ignores"].items() if "D" in rules}
+
+# The modules beside the packages, and all packages but those that pyproject.toml still exempts from the rules
+# on docstrings.
+MODULES = sorted(path.stem for path in PACKAGE.glob("[a-z]*.py"))
+PACKAGES = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
+DOCUMENTED = [*MODULES, *(name for name in PACKAGES if f"pickcli/{name}/*" not in EXEMPT)]
 
 
 def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.FunctionDef]]:
@@ -26,8 +27,16 @@ def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.Functi
     for node in body:
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             yield from public(node.body, f"{of}{node.name}.")
+            yield from constructor(node, f"{of}{node.name}")
         elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
             yield f"{of}{node.name}", node
+
+
+def constructor(node: ast.ClassDef, name: str) -> Iterator[tuple[str, ast.FunctionDef]]:
+    """The class's own `__init__`, if it has one, with the docstring of the class, which tells its parameters."""
+    for function in node.body:
+        if isinstance(function, ast.FunctionDef) and function.name == "__init__":
+            yield name, ast.FunctionDef(name, function.args, node.body[:1])
 
 
 def parameters(function: ast.FunctionDef) -> list[str]:
@@ -50,7 +59,7 @@ def documented(function: ast.FunctionDef) -> list[str]:
 def test_every_parameter_is_documented(name: str) -> None:
     functions = [
         (f"{path.name}: {qualified}", function)
-        for path in sorted((PACKAGE / name).rglob("*.py"))
+        for path in sorted((PACKAGE / name).rglob("*.py")) or [PACKAGE / f"{name}.py"]
         for qualified, function in public(ast.parse(path.read_text()).body)
     ]
     assert functions

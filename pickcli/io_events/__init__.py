@@ -1,1 +1,4 @@
-"""Device events bound to the path: made, resolved to times, fired by measured progress."""
+"""Device events bound to the path: made, resolved to times, and fired by measured progress.
+
+Read `bind`, then `resolve`, then `tracker`.
+"""

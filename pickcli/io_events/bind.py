@@ -24,10 +24,20 @@ def bind_pick(
 ) -> tuple[Event, ...]:
     """All events of a pick: vacuum on, sensor, vacuum off, and the turns of the cup.
 
-    seal_time, release_time: s at rest at the end of the contact and of the last segment that holds; the
-        vacuum is complete when the first begins, the valve closed when the second does
     Missing parts of a pick have no events: without a contact segment nothing is switched on, without a
-    release nothing off. Raises InputError if the cell lacks a device that is needed.
+    release nothing off.
+
+    Args:
+        segments: Segments of the pick, with their times.
+        devices: Devices of the cell, by name.
+        seal_time: s at rest at the end of the contact; the vacuum is complete when it begins.
+        release_time: s at rest at the end of the last segment that holds; the valve is closed when it begins.
+
+    Returns:
+        The events, unresolved.
+
+    Raises:
+        InputError: If the cell lacks a device that is needed.
     """
     return (
         *_grasp(segments, devices, seal_time),
@@ -40,6 +50,13 @@ def bind_pivot(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tu
     """Turns of the cup: each begins with the segment in which the cup may be anywhere between its states.
 
     The earliest moment allowed leaves the most time to be done before the next segment counts on it.
+
+    Args:
+        segments: Segments of the motion, with their times.
+        devices: Devices of the cell, by name.
+
+    Returns:
+        The events, unresolved.
     """
     events = []
     for index, (before, after) in enumerate(pairwise([None, *segments, None])):
@@ -88,7 +105,18 @@ def _release(
 
 
 def device_of(devices: Mapping[str, Device], kind: DeviceKind) -> Device:
-    """The first device of a kind. Raises InputError if the cell has none."""
+    """The first device of a kind.
+
+    Args:
+        devices: Devices of the cell, by name.
+        kind: What the device is for.
+
+    Returns:
+        The device.
+
+    Raises:
+        InputError: If the cell has none.
+    """
     for device in devices.values():
         if device.kind is kind:
             return device

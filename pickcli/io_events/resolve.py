@@ -1,4 +1,4 @@
-"""Anchors become times, once the motion has them."""
+"""Resolution of anchors to times, once the motion has them."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ ROUNDING = 1e-9  # s
 class ResolvedEvents:
     """Events with their times.
 
-    events: in the order in which they were given, ``t_anchor`` and ``t_trigger`` filled in
-    start_delay: s by which the motion must start later for every lead to be met; with it above 0 some
-        ``t_trigger`` are negative, and no trigger has been moved: hold still that long at the start,
-        shift the segments, and resolve again
-    reasons: events whose place does not exist on this path, empty if all do
+    Attributes:
+        events: In the order in which they were given, ``t_anchor`` and ``t_trigger`` filled in.
+        start_delay: s by which the motion must start later for every lead to be met. If it is above 0, some
+            ``t_trigger`` are negative, and no trigger has been moved: hold still that long at the start,
+            shift the segments, and resolve again.
+        reasons: Events whose place does not exist on this path; empty if all exist.
     """
 
     events: tuple[Event, ...]
@@ -41,7 +42,17 @@ def resolve(
 ) -> ResolvedEvents:
     """The time of every event's anchor, and the trigger that comes the device's lead before it.
 
-    travel: tool path along the trajectory; only anchors by arc length need it (ValueError without).
+    Args:
+        events: Events bound to anchors.
+        segments: Segments of the trajectory.
+        trajectory: The timed motion.
+        travel: Tool travel in m along the trajectory, needed only for anchors by arc length.
+
+    Returns:
+        The events with their times.
+
+    Raises:
+        ValueError: If an anchor by arc length has no ``travel``.
     """
     resolved, reasons = [], []
     for event in events:
@@ -57,7 +68,15 @@ def resolve(
 
 
 def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, ...]:
-    """The segments of a motion that holds still for ``delay`` s first: the hold belongs to the first one."""
+    """The segments of a motion that holds still first; the hold belongs to the first segment.
+
+    Args:
+        segments: Segments of the motion, with their times.
+        delay: s.
+
+    Returns:
+        The shifted segments.
+    """
     return tuple(
         replace(
             segment,
@@ -71,7 +90,20 @@ def delay_segments(segments: Sequence[Segment], delay: float) -> tuple[Segment, 
 def anchor_time(
     anchor: Anchor, segments: Sequence[Segment], trajectory: Trajectory, travel: Travel | None = None
 ) -> float | None:
-    """When the anchor's place is passed, s; None if an arc length is not on the path."""
+    """When the place of an anchor is passed.
+
+    Args:
+        anchor: A place on the path.
+        segments: Segments of the trajectory.
+        trajectory: The timed motion.
+        travel: Tool travel in m along the trajectory, needed only for anchors by arc length.
+
+    Returns:
+        s, or None if an arc length is not on the path.
+
+    Raises:
+        ValueError: If an anchor by arc length has no ``travel``.
+    """
     segment = segments[anchor.segment]
     if anchor.kind is AnchorKind.SEGMENT_END:
         return segment.t_end + anchor.offset

@@ -28,11 +28,17 @@ ROUNDING = 1e-9  # s
 
 
 class EventTracker:
-    """Follows one execution of a trajectory. Every event fires once, in the order of the triggers.
+    """Follows one execution of a trajectory and fires every event once, in the order of the triggers.
 
-    weights: (n,) of the joints in the distance between configurations; by default 1, which takes a metre of
-        a prismatic joint like a radian of the others
-    Raises ValueError for an event that is not resolved.
+    Args:
+        trajectory: The timed motion.
+        segments: Its segments.
+        events: Its events, resolved.
+        weights: (n,) of the joints in the distance between configurations; 1 by default, which takes a metre
+            of a prismatic joint like a radian of the others.
+
+    Raises:
+        ValueError: If an event is not resolved.
     """
 
     def __init__(
@@ -82,10 +88,17 @@ class EventTracker:
         return tuple(event for _, event in self._triggers[self._n_fired :])
 
     def update(self, q: Array, dt: float = 1e-3) -> tuple[Event, ...]:
-        """Events that are due now, given the measured configuration (n,), ``dt`` s after the last update.
+        """Take a measurement, and fire the events that are due.
 
         An event fires at the step nearest to its trigger: half a step early where the progress of the last
         step foretells that the next would be farther past it. Nothing of a rest fires before arrival.
+
+        Args:
+            q: (n,) measured configuration.
+            dt: s since the last update.
+
+        Returns:
+            Events that are due now, in order.
         """
         before = self._progress
         here = self._weights * q

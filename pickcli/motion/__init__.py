@@ -1,1 +1,4 @@
-"""The words of motion: paths, trajectories, segments, events, plans. No algorithms."""
+"""The words of motion: paths, trajectories, segments, events, plans. No algorithms.
+
+Read `path`, `trajectory`, `segment` and `event`, then `plan`; `plan_file` and `plan_schema` store it.
+"""

@@ -1,4 +1,4 @@
-"""I/O events: what a device must do, and where on the path."""
+"""I/O events: what a device must do, and at which place on the path."""
 
 from __future__ import annotations
 
@@ -17,23 +17,38 @@ class AnchorKind(StrEnum):
 
 @dataclass(frozen=True)
 class Anchor:
-    """A place on the path, made where the key waypoints are made."""
+    """A place on the path, made where the key waypoints are made.
+
+    Attributes:
+        kind: How the place is named.
+        segment: Index into the plan's segments.
+        offset: m of tool path or s, by kind; with SEGMENT_START and SEGMENT_END, s after (before, if
+            negative) it.
+    """
 
     kind: AnchorKind
-    segment: int  # index into the plan's segments
-    offset: float = 0.0  # m or s by kind; with SEGMENT_START and SEGMENT_END s after (before) it
+    segment: int
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
 class Event:
-    """A device action bound to an anchor; ``t_anchor`` and ``t_trigger`` once resolved.
+    """A device action bound to an anchor.
 
     ``t_trigger = t_anchor - lead``: the effect is complete at the anchor.
+
+    Attributes:
+        device: Name of a device of the cell.
+        action: One of its actions.
+        anchor: Place on the path at which the effect is complete.
+        lead: s from the command to its full effect.
+        t_anchor: s, once resolved.
+        t_trigger: s, once resolved.
     """
 
     device: str
     action: str
     anchor: Anchor
-    lead: float  # s
+    lead: float
     t_anchor: float | None = None
     t_trigger: float | None = None

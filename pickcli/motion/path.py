@@ -1,4 +1,4 @@
-"""Geometry without time."""
+"""Paths: geometry without time."""
 
 from __future__ import annotations
 
@@ -11,10 +11,15 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class JointPath:
-    """A polyline in joint space: straight edges between consecutive configurations."""
+    """A polyline in joint space: straight edges between consecutive configurations.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        waypoints: (N, n) configurations, N >= 1.
+    """
 
     joint_names: tuple[str, ...]
-    waypoints: Array  # (N, n), N >= 1
+    waypoints: Array
 
     @property
     def length(self) -> float:
@@ -32,5 +37,9 @@ class JointPath:
         return np.asarray(self.waypoints[-1])
 
     def reversed(self) -> JointPath:
-        """The same geometry, backwards."""
+        """Turn the path around.
+
+        Returns:
+            The same geometry, backwards.
+        """
         return JointPath(self.joint_names, self.waypoints[::-1].copy())

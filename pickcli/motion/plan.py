@@ -1,4 +1,4 @@
-"""What a query returns."""
+"""Plans: what a query returns."""
 
 from __future__ import annotations
 
@@ -17,22 +17,35 @@ MAX_NUMBER = 1e6  # in any unit of a plan: nothing that an arm does is near it
 
 @dataclass(frozen=True, eq=False)
 class Grasp:
-    """A cup pose on an item.
+    """A cup pose on an item, with the load that it bears.
 
-    kind: "frontal", "top-down" or "side"; face names the face of the item's shape, e.g. "-x"
+    All loads are the worst over gravity and planned acceleration.
+
+    Attributes:
+        item: Id in the scene.
+        kind: "frontal", "top-down" or "side".
+        face: Face of the item's shape, e.g. "-x".
+        tool_state: State of the tool that the grasp is made with.
+        T_item_tip: (4, 4) tool frame in the item frame; tip on the face, +z into the item.
+        score: Smaller is better.
+        moment: Nm of bending about the cup.
+        pull: N along the cup's axis.
+        shear: N across the cup's axis.
+        twist: Nm about the cup's axis.
+        load_ratio: All of them together over what the cup bears on that face, at any one time.
     """
 
-    item: str  # id in the scene
+    item: str
     kind: str
     face: str
     tool_state: ToolState
-    T_item_tip: Array  # (4, 4) tool frame in the item frame; tip on the face, +z into the item
-    score: float  # smaller is better
-    moment: float  # Nm of bending about the cup, worst over gravity and planned acceleration; so all below
-    pull: float  # N
-    shear: float  # N
-    twist: float  # Nm about the cup's axis
-    load_ratio: float  # of all of them together over what the cup bears on that face, at any one time
+    T_item_tip: Array
+    score: float
+    moment: float
+    pull: float
+    shear: float
+    twist: float
+    load_ratio: float
 
 
 @dataclass(frozen=True)
@@ -60,18 +73,30 @@ class RecoveryLevel(StrEnum):
 class Certificate:
     """What the verifier checked, how finely, and of which bytes.
 
-    It guards against accidents and is no signature: whoever can edit a plan can certify it, too.
-    May claim no more than: in this model (fingerprint), every state keeps clearance at least
-    ``min_clearance`` and limits below the ratios. It is not a statement of safety.
+    It guards against accidents and is no signature: whoever can edit a plan can certify it, too. It may claim
+    no more than: in this model (fingerprint), every state keeps clearance at least ``min_clearance`` and
+    limits below the ratios. It is not a statement of safety.
+
+    Attributes:
+        motion_hash: SHA-256 of trajectory, segments, events and grasp.
+        scene_hash: SHA-256 of the scene that was checked against.
+        cell_fingerprint: Fingerprint of its cell.
+        n_states: States that were checked.
+        max_step: m, farthest that any point of the robot moves between two checked states.
+        min_clearance: m, over all pairs that are not planned contacts.
+        max_velocity_ratio: Largest |v| over its limit, at every ms.
+        max_acceleration_ratio: Largest |a| over its limit.
+        max_jerk_ratio: Largest |jerk| over its limit.
+        checks: What was checked, in words.
     """
 
-    motion_hash: str  # SHA-256 of trajectory, segments, events and grasp
-    scene_hash: str  # SHA-256 of what was checked against
+    motion_hash: str
+    scene_hash: str
     cell_fingerprint: str
     n_states: int
-    max_step: float  # m, farthest any point of the robot moves between two checked states
-    min_clearance: float  # m, over all pairs that are not planned contacts
-    max_velocity_ratio: float  # worst |v| / limit at every ms
+    max_step: float
+    min_clearance: float
+    max_velocity_ratio: float
     max_acceleration_ratio: float
     max_jerk_ratio: float
     checks: tuple[str, ...]
@@ -79,12 +104,26 @@ class Certificate:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Segments, one trajectory over all of them, events, grasp; valid for one cell and scene.
+    """Segments, one trajectory over all of them, events and grasp; valid for one cell and scene.
 
-    ``seed`` and everything but ``statistics`` are a pure function of the query: same bytes every time.
+    Everything but ``statistics`` is a pure function of the query: same bytes every time.
+
+    Attributes:
+        query: What was asked, e.g. "pick crayola_24_ct from bin_B".
+        cell_fingerprint: Fingerprint of the cell that it is valid for.
+        scene_hash: Hash of the scene that it is valid for.
+        seed: Seed of all random choices.
+        segments: The parts of the motion, contiguous in time.
+        trajectory: The motion.
+        events: Resolved events.
+        grasp: None for a move.
+        speed_scale: Factor on the speed limits under which an item was carried.
+        certificate: None for a plan that was not verified.
+        statistics: Wall-clock figures, which stand nowhere else.
+        recovery: What it claims as a way out of a stop; None for every other plan.
     """
 
-    query: str  # e.g. "pick crayola_24_ct from bin_B"
+    query: str
     cell_fingerprint: str
     scene_hash: str
     seed: int
@@ -94,5 +133,5 @@ class Plan:
     grasp: Grasp | None = None
     speed_scale: float = 1.0
     certificate: Certificate | None = None
-    statistics: dict[str, float] = field(default_factory=dict)  # wall-clock figures, nowhere else
-    recovery: RecoveryLevel | None = None  # what it claims as a way out of a stop; None for every other plan
+    statistics: dict[str, float] = field(default_factory=dict)
+    recovery: RecoveryLevel | None = None

@@ -26,7 +26,14 @@ MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
 
 
 def motion_hash(plan: Plan) -> str:
-    """SHA-256 (hex) of what moves: trajectory, segments, events, grasp, and the level of recovery."""
+    """SHA-256 of what moves: trajectory, segments, events, grasp, and the level of recovery.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        Hexadecimal digits.
+    """
     return _sha256({
         "trajectory": _trajectory(plan.trajectory),
         "segments": [_segment(s) for s in plan.segments],
@@ -37,7 +44,14 @@ def motion_hash(plan: Plan) -> str:
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as the JSON object of the file, keys in the file's order."""
+    """The plan as the JSON object of its file.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        JSON values, keys in the file's order.
+    """
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -59,11 +73,16 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
 
 
 def write_plan(plan: Plan, path: Path, replace: bool = True) -> None:
-    """Write the plan's file in one step: a kill or a full disk leaves the old file or none.
+    """Write a plan's file in one step: a kill or a full disk leaves the old file or none.
 
-    replace: whether a file that is there may be replaced
-    Raises InputError when the plan holds a number that JSON does not know (nan, infinity), and what
-    ``cell.atomic.write_bytes`` raises when the place cannot be written.
+    Args:
+        plan: The plan.
+        path: The file.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the plan holds a number that JSON does not know (nan, infinity), or the file cannot be
+            written.
     """
     try:
         text = _layout(plan_to_dict(plan))
@@ -75,8 +94,16 @@ def write_plan(plan: Plan, path: Path, replace: bool = True) -> None:
 def read_plan(path: Path) -> Plan:
     """Read a plan's file, strictly.
 
-    Raises InputError when it is missing, too large or breaks the format (all problems at once, each with
-    its field), DamagedError when it is cut off, or when it was changed after it was certified.
+    Args:
+        path: The file.
+
+    Returns:
+        The plan.
+
+    Raises:
+        InputError: If the file is missing, too large, or breaks the format (all problems at once, each with
+            its field).
+        DamagedError: If the file was changed after it was certified.
     """
     text = read_text(path, MAX_BYTES, "plan one with apc plan-pick", PLAN)
     plan, seal = parse_plan(text, str(path))
@@ -85,9 +112,15 @@ def read_plan(path: Path) -> Plan:
 
 
 def certificate_seal(plan: Plan) -> str:
-    """SHA-256 (hex) of a certificate and of everything that it speaks of, but not of ``statistics``.
+    """SHA-256 of a certificate and of everything that it speaks of, but not of ``statistics``.
 
     Whoever can edit the file can compute it: it tells damage and mix-ups, and is no signature.
+
+    Args:
+        plan: A plan with a certificate.
+
+    Returns:
+        Hexadecimal digits.
     """
     if plan.certificate is None:
         return ""

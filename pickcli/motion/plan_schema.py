@@ -130,9 +130,17 @@ class _Plan(_Model):
 
 
 def parse_plan(text: str, where: str) -> tuple[Plan, str]:
-    """The plan in a file's text, and the seal of its certificate ("" without). ``where`` names the file.
+    """Read the text of a plan's file.
 
-    Raises InputError with the place where the JSON breaks, or with all problems (field, expected, got).
+    Args:
+        text: JSON.
+        where: Name of the file, for messages.
+
+    Returns:
+        The plan, and the seal of its certificate ("" without one).
+
+    Raises:
+        InputError: With the place where the JSON breaks, or with all problems (field, expected, got).
     """
     data = parse_json(text, where)
     if not isinstance(data, dict) or data.get("format") != FORMAT:

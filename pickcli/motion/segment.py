@@ -77,23 +77,35 @@ class PathSegment:
         return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > STANDING
 
     def scaled(self, by: float) -> Self:
-        """The segment with all limits of the joints scaled, on top of its own scale."""
+        """Scale all limits of the joints, on top of the segment's own scale.
+
+        Args:
+            by: Factor on velocity, acceleration and jerk limits.
+
+        Returns:
+            The scaled segment.
+        """
         return replace(self, limits=replace(self.limits, speed_scale=self.limits.speed_scale * by))
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A part [t_start, t_end] of the plan's trajectory.
+    """A part of a plan's trajectory with one set of contact rules.
 
-    held: id of the item in the cup, or None
-    touching: names that the tool or the held item may touch here (target, its support, neighbours in
-    the first stated distance of the lift, or the last before it is let go in a bin); everything else is
-    clear by the cell's clearance
+    Attributes:
+        kind: What it is for.
+        t_start: s.
+        t_end: s.
+        tool_state: State of the tool.
+        held: Id of the item in the cup, or None.
+        touching: Names that the tool or the held item may touch here (target, its support, neighbours in the
+            first stated distance of the lift, or the last before it is let go in a bin); everything else
+            keeps the cell's clearance.
     """
 
     kind: SegmentKind
-    t_start: float  # s
-    t_end: float  # s
+    t_start: float
+    t_end: float
     tool_state: ToolState
     held: str | None
     touching: tuple[str, ...] = ()

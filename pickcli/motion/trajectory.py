@@ -1,4 +1,4 @@
-"""Geometry with time: points with position, velocity and acceleration, quintic in between."""
+"""Trajectories: points with position, velocity and acceleration, and a quintic in between."""
 
 from __future__ import annotations
 
@@ -23,16 +23,25 @@ _BASIS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Points as in trajectory_msgs/JointTrajectory; between them the quintic that meets position,
-    velocity and acceleration at both ends, as ros2_controllers interpolates. The trajectory *is* that
-    curve: limits and clearance are promised of it, not of the points.
+    """Points as in trajectory_msgs/JointTrajectory, and the curve between them.
+
+    Between two points runs the quintic that meets position, velocity and acceleration at both ends, as
+    ros2_controllers interpolates. The trajectory *is* that curve: limits and clearance are promised of it,
+    not of the points.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        times: (N,) s, strictly increasing from 0.
+        positions: (N, n) rad or m.
+        velocities: (N, n), zero at both ends.
+        accelerations: (N, n).
     """
 
     joint_names: tuple[str, ...]
-    times: Array  # (N,), strictly increasing from 0, s
-    positions: Array  # (N, n)
-    velocities: Array  # (N, n), zero at both ends
-    accelerations: Array  # (N, n)
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
 
     @property
     def duration(self) -> float:
@@ -40,16 +49,25 @@ class Trajectory:
         return float(self.times[-1])
 
     def coefficients(self) -> Array:
-        """(N - 1, 6, n): coefficients of u**k, u in [0, 1], of each piece."""
+        """Polynomial coefficients of every piece.
+
+        Returns:
+            (N - 1, 6, n): coefficients of u**k, u in [0, 1].
+        """
         h = np.diff(self.times)[:, None]
         p, v, a = self.positions, self.velocities, self.accelerations
         ends = np.stack([p[:-1], v[:-1] * h, a[:-1] * h * h, p[1:], v[1:] * h, a[1:] * h * h], axis=1)
         return np.asarray(np.einsum("rk,irn->ikn", _BASIS, ends))
 
     def sample(self, t: Array | float, derivative: int = 0) -> Array:
-        """Position (derivative 0) or its 1st to 3rd time derivative at times t (M,): (M, n).
+        """Positions or one of their time derivatives.
 
-        Times outside the trajectory are clamped to its ends.
+        Args:
+            t: (M,) s; times outside of the trajectory are clamped to its ends.
+            derivative: 0 for positions, 1 to 3 for a derivative.
+
+        Returns:
+            (M, n).
         """
         t = np.atleast_1d(np.clip(t, 0.0, self.duration))
         i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)

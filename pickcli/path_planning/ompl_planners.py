@@ -34,7 +34,21 @@ def solve(
     seed: int,
     max_iterations: int,
 ) -> Array | None:
-    """OMPL's own answer (N, n) between lower and upper (n,), unchecked; None if it has none."""
+    """OMPL's own answer to a planning problem, unchecked.
+
+    Args:
+        checker: Proves edges and configurations.
+        lower: (n,) lower position limits.
+        upper: (n,) upper position limits.
+        q_start: (n,) start.
+        goals: Goal configurations, (n,) each.
+        planner: Which of OMPL's planners.
+        seed: Seed of its random numbers.
+        max_iterations: Iterations, at most.
+
+    Returns:
+        Waypoints (N, n), or None if it found no path.
+    """
     util.RNG.setSeed(1 + seed % (2**31 - 1))  # 0 would mean "from the clock"
     state_space = _bounded(lower, upper)
     information = base.SpaceInformation(state_space)

@@ -1,4 +1,4 @@
-"""What a polyline costs: its length, or the time it will about take."""
+"""Cost of a polyline: its length, or the time that it will take, approximately."""
 
 from __future__ import annotations
 
@@ -18,26 +18,48 @@ _CORNER_DEVIATION = 0.02
 
 
 def edge_costs(space: JointSpace, waypoints: Array) -> Array:
-    """(N - 1,): about the seconds that each edge takes at full speed, for comparing paths.
+    """Approximate duration of each edge at full speed, to compare paths by.
 
-    The largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a
-    shortcut never costs more than what it cuts.
+    The largest |dq_j| / v_j, plus a small share of the length. It obeys the triangle inequality: a shortcut
+    never costs more than what it cuts.
+
+    Args:
+        space: Velocity limits.
+        waypoints: (N, n) configurations.
+
+    Returns:
+        (N - 1,) s.
     """
     return step_costs(space, np.diff(waypoints, axis=0))
 
 
 def step_costs(space: JointSpace, steps: Array) -> Array:
-    """(...,): ``edge_costs`` of edges given by their differences (..., n)."""
+    """The costs of edges that are given by their differences (see ``edge_costs``).
+
+    Args:
+        space: Velocity limits.
+        steps: (..., n) differences of configurations.
+
+    Returns:
+        (...,) s.
+    """
     seconds = np.abs(steps) / space.velocity
     return np.asarray(seconds.max(axis=-1) + CALM * np.sqrt((seconds * seconds).sum(axis=-1)))
 
 
 def estimated_duration(space: JointSpace, waypoints: Array) -> float:
-    """About the seconds from rest to rest along a polyline (N, n) with blended corners.
+    """Approximate duration from rest to rest along a polyline with blended corners.
 
-    The look-ahead of machine tools: on each edge the speed is bounded by the slowest joint; in each corner
-    by the acceleration that a blend of bounded deviation needs; a pass backwards and one forwards make
-    the speeds reachable; each edge then takes its trapezoid. Jerk is left out.
+    The look-ahead of machine tools: on each edge the speed is bounded by the slowest joint; in each corner by
+    the acceleration that a blend of bounded deviation needs; a pass backwards and one forwards make the
+    speeds reachable; each edge then takes its trapezoid. Jerk is left out.
+
+    Args:
+        space: Velocity and acceleration limits.
+        waypoints: (N, n) configurations.
+
+    Returns:
+        s.
     """
     steps = np.diff(waypoints, axis=0)
     lengths = np.linalg.norm(steps, axis=1)

@@ -1,4 +1,4 @@
-"""Paths in joint space by sampling: what is asked of every planner, whoever it is."""
+"""One interface to all sampling-based planners in joint space."""
 
 from __future__ import annotations
 
@@ -32,13 +32,23 @@ def plan(
     max_iterations: int = 5000,
     step: float = _STEP,
 ) -> JointPath | None:
-    """A proven polyline from q_start (n,) to one of the goals (G, n), or None.
+    """Search a proven polyline to one of several goals.
 
     A straight edge to the nearest goal that has one comes first: no sampling can beat it. Otherwise the
-    planner runs, at most ``max_iterations`` times round its loop (RRT* uses them all). The same arguments
-    give the same bytes, in one process as in another.
+    planner runs. The same arguments give the same bytes, in one process as in another.
 
-    step: longest edge of RRT-Connect's trees, as a share of the diagonal of the space
+    Args:
+        checker: Proves edges and configurations.
+        space: Position limits and metric.
+        q_start: (n,) start.
+        goals: (G, n) goals.
+        seed: Seed of all random choices.
+        planner: Which planner.
+        max_iterations: Rounds of the planner's loop, at most (RRT* uses them all).
+        step: Longest edge of RRT-Connect's trees, as a share of the diagonal of the space.
+
+    Returns:
+        The path, or None if none was found.
     """
     q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
     if not (space.holds(q_start) and checker.is_valid(q_start)):

@@ -1,4 +1,4 @@
-"""Making a proven polyline shorter without ever leaving what is proven."""
+"""Shortcutting: a proven polyline becomes shorter without leaving what is proven."""
 
 from __future__ import annotations
 
@@ -17,11 +17,21 @@ _WORTHWHILE = 1e-3
 def shorten(
     checker: MotionValidator, space: JointSpace, path: JointPath, *, seed: int, iterations: int = 100
 ) -> JointPath:
-    """A path with the same ends that costs no more (see ``edge_costs``): every new edge is proven.
+    """Shorten a path; every new edge is proven. Repeatable by seed.
 
-    First vertices that are not needed go, then ``iterations`` times two random points of the path are
-    joined by a straight edge where that is proven and saves something (Geraerts and Overmars 2007), and
-    the needless vertices go again. The edges of ``path`` itself are taken as proven. Repeatable by seed.
+    First vertices that are not needed are dropped, then ``iterations`` times two random points of the path
+    are joined by a straight edge where that is proven and saves something (Geraerts and Overmars 2007), and
+    needless vertices are dropped again. The edges of ``path`` itself are taken as proven.
+
+    Args:
+        checker: Proves edges.
+        space: Metric of the cost (see ``edge_costs``).
+        path: A proven path.
+        seed: Seed of all random choices.
+        iterations: Number of shortcuts tried.
+
+    Returns:
+        A path with the same ends that costs no more.
     """
     shortcuts = np.sort(np.random.default_rng(seed).random((iterations, 2)), axis=1)
     waypoints = kernel.shorten(

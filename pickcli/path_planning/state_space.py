@@ -1,4 +1,4 @@
-"""The space of configurations that the planners of this room search."""
+"""The joint space that planners search."""
 
 from __future__ import annotations
 
@@ -15,17 +15,33 @@ LIMIT_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class JointSpace:
-    """The box of configurations, and how fast each joint crosses it."""
+    """The box of configurations, and how fast each joint crosses it.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        lower: (n,) lower position limits, rad or m.
+        upper: (n,) upper position limits.
+        velocity: (n,) limits per s.
+        acceleration: (n,) limits per s^2.
+    """
 
     joint_names: tuple[str, ...]
-    lower: Array  # (n,) m or rad
-    upper: Array  # (n,)
-    velocity: Array  # (n,) per s
-    acceleration: Array  # (n,) per s^2
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
 
     @classmethod
     def of(cls, robot: Robot, scale: float = 1.0) -> JointSpace:
-        """The space of a robot's planned joints; velocity and acceleration times ``scale``."""
+        """The space of a robot's planned joints.
+
+        Args:
+            robot: The robot.
+            scale: Factor on velocity and acceleration limits.
+
+        Returns:
+            The space.
+        """
         limits = robot.limits
         return cls(
             robot.joint_names,
@@ -41,7 +57,14 @@ class JointSpace:
         return len(self.joint_names)
 
     def holds(self, q: Array) -> bool:
-        """Whether a configuration (n,) is finite and within the limits, up to LIMIT_TOLERANCE."""
+        """Whether a configuration is finite and within the limits, up to LIMIT_TOLERANCE.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            True if it is.
+        """
         return bool(
             np.shape(q) == (self.n,)
             and np.all(np.isfinite(q))

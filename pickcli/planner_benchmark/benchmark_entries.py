@@ -1,4 +1,4 @@
-"""Planners on one query, so that their answers can be compared: geometric ones, and our search in time."""
+"""Entries of the benchmark: geometric planners, and our search in time, each on one query."""
 
 from __future__ import annotations
 
@@ -38,11 +38,16 @@ BLEND = 0.02  # joint units by which blends may leave a path
 
 @dataclass(frozen=True)
 class PlannerRun:
-    """What one planner made of one query.
+    """What one planner found for one query.
 
-    planning: s of wall clock until it had a path; whole: until that was shortened and timed
-    found, length: of the path as found and when shortened (m and rad mixed); a search in time has no former
-    duration: s of the motion under the cell's limits, from rest to rest
+    A search in time has no path before it is shortened: ``found`` equals ``length`` then.
+
+    Attributes:
+        planning: s of wall clock until it had a path.
+        whole: s of wall clock until that was shortened and timed.
+        found: Length of the path as found, m and rad mixed.
+        length: Length of the path when shortened.
+        duration: s of the motion under the cell's limits, from rest to rest.
     """
 
     planning: float
@@ -54,7 +59,16 @@ class PlannerRun:
 
 @dataclass(frozen=True, eq=False)
 class BenchmarkQuery:
-    """From one free configuration (n,) to another; planning keeps a reserve that the proof does not need."""
+    """A query from one free configuration to another.
+
+    Planning keeps a reserve that the proof does not need.
+
+    Attributes:
+        cell: The cell, without items.
+        ends: Start and goal, (n,) each.
+        planning: Checker with the reserve.
+        proving: Checker without.
+    """
 
     cell: Cell
     ends: tuple[Array, Array]
@@ -65,7 +79,19 @@ class BenchmarkQuery:
     def of(
         cls, cell: Cell, model: CollisionModel, names: tuple[str, str], payload: PayloadClass
     ) -> BenchmarkQuery:
-        """Between two named configurations, in the pivot state of both, else while the cup pivots."""
+        """The query between two named configurations.
+
+        The tool is in the state of both, or changes state where these differ.
+
+        Args:
+            cell: The cell.
+            model: The robot's collision model in it.
+            names: Start and goal.
+            payload: What is assumed in the cup.
+
+        Returns:
+            The query.
+        """
         a, b = (cell.configurations[name] for name in names)
         tool_state = a.tool_state if a.tool_state == b.tool_state else MOVING
         tests = (checker(model, tool_state, payload, reserve) for reserve in (RESERVE, 0.0))
@@ -73,29 +99,37 @@ class BenchmarkQuery:
 
     @cached_property
     def space(self) -> JointSpace:
-        """The joints at the cell's full speed."""
+        """The joint space at the cell's full speed."""
         return JointSpace.of(self.cell.robot, self.cell.speed_scale)
 
     @cached_property
     def limits(self) -> Limits:
-        """Of the joints, at the cell's full speed."""
+        """Limits of the joints at the cell's full speed."""
         return scaled_limits(self.cell.robot.limits, self.cell.speed_scale)
 
     @property
     def bound(self) -> float:
-        """s that no motion can undercut."""
+        """Lower bound on the duration of any motion, s."""
         return lower_bound(self.limits, *self.ends)
 
 
 class BenchmarkEntry(Protocol):
-    """Somebody who answers queries."""
+    """A planner that takes part in the benchmark."""
 
     @property
     def name(self) -> str:
-        """What the table calls it."""
+        """What the table calls the planner."""
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """The answer, or None; repeatable by seed but for the wall clock."""
+        """Plan one query; repeatable by seed but for the wall clock.
+
+        Args:
+            query: Start and goal.
+            seed: Seed of all random choices.
+
+        Returns:
+            What was found, or None.
+        """
 
 
 @dataclass(frozen=True)
@@ -104,6 +138,11 @@ class GeometricEntry:
 
     The straight edge is taken where it is free, by any of them. RRT-Connect ends with its first path; RRT*
     and AORRTC improve theirs until all iterations are used.
+
+    Attributes:
+        planner: Which planner.
+        max_iterations: Iterations, at most.
+        n_shortcuts: Shortcuts tried in the path.
     """
 
     planner: PlannerName
@@ -112,11 +151,19 @@ class GeometricEntry:
 
     @property
     def name(self) -> str:
-        """See Contestant."""
+        """Name of the planner."""
         return str(self.planner)
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """See Contestant."""
+        """Plan one query; repeatable by seed but for the wall clock.
+
+        Args:
+            query: Start and goal.
+            seed: Seed of all random choices.
+
+        Returns:
+            What was found, or None.
+        """
         began = time.perf_counter()
         found = plan(
             query.planning, query.space, query.ends[0], query.ends[1][None],
@@ -135,21 +182,31 @@ class GeometricEntry:
 
 @dataclass(frozen=True)
 class MinimumTimeEntry:
-    """Our own search, that of the trajectory database: in time, not in length.
+    """The search of the trajectory database: in time, not in length.
 
-    settings: of the database, for its effort
+    Attributes:
+        settings: Effort of the search.
+        good: Times the lower bound; a motion that takes no longer ends the search.
     """
 
     settings: TrajectorySettings
-    good: float = 1.01  # times the lower bound: what ends the search
+    good: float = 1.01
 
     @property
     def name(self) -> str:
-        """See Contestant."""
+        """What the table calls the search."""
         return "search in time"
 
     def answer(self, query: BenchmarkQuery, seed: int) -> PlannerRun | None:
-        """See Contestant."""
+        """Search one query; repeatable by seed but for the wall clock.
+
+        Args:
+            query: Start and goal.
+            seed: Seed of all random choices.
+
+        Returns:
+            What was found, or None.
+        """
         began = time.perf_counter()
         pace, proof = ParabolicLimits.of(query.limits), TrajectoryValidator(query.proving, query.space)
         search = MinimumTimeSearch(
@@ -169,7 +226,7 @@ class MinimumTimeEntry:
 
 
 def _timed(query: BenchmarkQuery, path: JointPath) -> float:
-    """s of the path with blended corners, proven, under the cell's limits."""
+    """Duration (s) of the path with blended corners, proven, under the cell's limits."""
 
     def is_free(part: int, chords: Array, slack: Array | None) -> int:
         return query.proving.first_invalid_edge(chords, slack)

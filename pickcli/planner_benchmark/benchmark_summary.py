@@ -1,4 +1,4 @@
-"""What a contest of planners came to: all tries, and a table."""
+"""Summary of a benchmark: all attempts, and a table."""
 
 from __future__ import annotations
 
@@ -16,23 +16,37 @@ Names = tuple[str, str]
 
 @dataclass(frozen=True)
 class BenchmarkAttempt:
-    """One try of one planner at one pair; answer: None where it found nothing."""
+    """One attempt of one planner at one pair.
+
+    Attributes:
+        planner: Name of the planner.
+        pair: Names of start and goal.
+        attempt: Number of the attempt.
+        bound: s, no motion of this pair is shorter.
+        answer: What was found, or None.
+    """
 
     planner: str
     pair: Names
     attempt: int
-    bound: float  # s, no motion of this pair is shorter
+    bound: float
     answer: PlannerRun | None
 
 
 @dataclass(frozen=True)
 class PlannerSummary:
-    """One planner's figures. Lengths and durations are those of the pairs that all planners solved.
+    """Figures of one planner. Lengths and durations are those of the pairs that all planners solved.
 
-    solved: share of all tries
-    planning, whole: s, median and 95th percentile over all solved tries (see ``PlannerRun``)
-    found, length, duration: mean over the common pairs of each pair's median try
-    ratio: durations over lower bounds, both summed; best_ratio: the same with each pair's best try
+    Attributes:
+        planner: Name of the planner.
+        solved: Share of all attempts.
+        planning: s, median and 95th percentile over all solved attempts (see ``PlannerRun``).
+        whole: s, median and 95th percentile over all solved attempts.
+        found: Length as found: mean over the common pairs of each pair's median attempt.
+        length: Length when shortened, likewise.
+        duration: s, likewise.
+        ratio: Durations over lower bounds, both summed.
+        best_ratio: The ratio with each pair's best attempt.
     """
 
     planner: str
@@ -48,13 +62,17 @@ class PlannerSummary:
 
 @dataclass(frozen=True)
 class PlannerComparison:
-    """All tries, and the table that follows from them."""
+    """All attempts, and the table that follows from them.
+
+    Attributes:
+        attempts: In the order in which they were made.
+    """
 
     attempts: tuple[BenchmarkAttempt, ...]
 
     @property
     def planners(self) -> list[str]:
-        """Names, in the order in which they started."""
+        """Names of the planners, in the order in which they started."""
         return list(dict.fromkeys(a.planner for a in self.attempts))
 
     @property
@@ -71,7 +89,11 @@ class PlannerComparison:
         return [_standing(name, tries[name], self.common) for name in self.planners]
 
     def values(self) -> dict[str, Any]:
-        """Table and tries as JSON values; null where nothing was solved."""
+        """Table and attempts as JSON values; null where nothing was solved.
+
+        Returns:
+            JSON values.
+        """
         return {
             "pairs": len({a.pair for a in self.attempts}),
             "pairs_solved_by_all": len(self.common),

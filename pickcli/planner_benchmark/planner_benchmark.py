@@ -1,4 +1,4 @@
-"""A contest of planners over the same pairs: who solves them, how fast, and what the motions are worth.
+"""Benchmark of planners over the same pairs: who solves them, how fast, and what the motions are worth.
 
 Delft found no benefit in RRT* over RRT-Connect; this measures it.
 """
@@ -18,7 +18,15 @@ from pickcli.seeds import derived_seed
 
 
 def blocked_pairs(cell: Cell, payload: PayloadClass) -> list[Names]:
-    """Delft's pairs whose ends are free and whose straight line is not: elsewhere no planner is needed."""
+    """Delft's pairs whose ends are free and whose straight line is not: no other pair needs a planner.
+
+    Args:
+        cell: The cell.
+        payload: What is assumed in the cup.
+
+    Returns:
+        Names of start and goal of each pair.
+    """
     model = CollisionModel(cell)
     pairs = [(key.start, key.goal) for key in delft_pairs(cell, payload)]
     return [pair for pair in pairs if _is_blocked(BenchmarkQuery.of(cell, model, pair, payload))]
@@ -34,11 +42,23 @@ def compare(
     seed: int = 0,
     report: Callable[[int, int, str], None] | None = None,
 ) -> PlannerComparison:
-    """Every planner's tries at every pair; all but the wall-clock times follows from the seed.
+    """Let every planner attempt every pair; all but the wall-clock times follows from the seed.
 
-    report: called with (done, total, what comes next)
-    Raises UnknownNameError for a name that is no configuration, InputError for a pair whose ends are the same
-    or not free.
+    Args:
+        cell: The cell, without items.
+        pairs: Names of start and goal.
+        contestants: Planners that take part.
+        payload: What is assumed in the cup.
+        n_tries: Attempts at each pair.
+        seed: Seed of all random choices.
+        report: Called with (done, total, what comes next).
+
+    Returns:
+        All attempts, and their summary.
+
+    Raises:
+        UnknownNameError: If a name is no configuration of the cell.
+        InputError: If the ends of a pair are the same or not free.
     """
     model, attempts = CollisionModel(cell), list[BenchmarkAttempt]()
     queries = {pair: _checked(cell, model, pair, payload) for pair in pairs}

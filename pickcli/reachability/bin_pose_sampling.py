@@ -1,4 +1,4 @@
-"""Tool poses in front of a bin and in it, drawn for judging configurations."""
+"""Sampling of tool poses in front of a bin and in it, by which configurations are judged."""
 
 from __future__ import annotations
 
@@ -26,7 +26,13 @@ _DRAWS = 40  # poses drawn for one that the tool can take, at most
 
 @dataclass(frozen=True, eq=False)
 class BinPoseSampler:
-    """Poses of the tip around one bin, for one state of the tool."""
+    """Poses of the tip around one bin, for one state of the tool.
+
+    Attributes:
+        model: The robot's collision model in its cell.
+        cell_bin: The bin.
+        tool_state: State of the tool.
+    """
 
     model: CollisionModel
     cell_bin: Bin
@@ -34,7 +40,7 @@ class BinPoseSampler:
 
     @property
     def T_world_bin(self) -> Array:
-        """(4, 4) with the pod where it nominally stands."""
+        """(4, 4) pose of the bin with the pod where it nominally stands."""
         return self.model.cell.T_world_pod @ self.cell_bin.T_pod_bin
 
     @property
@@ -46,8 +52,16 @@ class BinPoseSampler:
         return self.model.robot.tool.R_tip_lance(self.tool_state).T
 
     def in_front(self, rng: np.random.Generator, n: int) -> Array:
-        """(n, 4, 4) poses in the world before the mouth, the lance level and straight; the flange of
-        a cup in line with it is turned either way up, for both branches of the wrist.
+        """Poses before the mouth, the lance level and straight.
+
+        The flange of the straight cup is turned either way up, for both branches of the wrist.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many.
+
+        Returns:
+            (n, 4, 4) in the world.
         """
         low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.mouth_height / 2 - _BESIDE])
         high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.mouth_height / 2 + _BESIDE])
@@ -60,8 +74,17 @@ class BinPoseSampler:
         )
 
     def inside(self, rng: np.random.Generator, n: int) -> Array:
-        """(n, 4, 4) poses in the world inside the bin, all over it and leaning all ways, that the tool by
-        itself can take. Raises InputError if there are none.
+        """Poses inside the bin that the tool by itself can take, all over it and leaning all ways.
+
+        Args:
+            rng: Source of random numbers.
+            n: How many.
+
+        Returns:
+            (n, 4, 4) in the world.
+
+        Raises:
+            InputError: If there are none.
         """
         each = self.cell_bin
         low = np.array([_INSIDE, each.y_range[0], each.floor_back, -_LEAN, -_LEAN])
@@ -79,7 +102,14 @@ class BinPoseSampler:
         return np.asarray(free)
 
     def roll(self, T_world_tip: Array) -> float:
-        """rad by which a pose in front of the bin is turned about the cup's axis."""
+        """How far a pose in front of the bin is turned about the cup's axis.
+
+        Args:
+            T_world_tip: (4, 4) pose of the tip.
+
+        Returns:
+            rad.
+        """
         R = (self.T_world_bin[:3, :3] @ self._R_bin_tip).T @ T_world_tip[:3, :3]
         return float(np.arctan2(R[1, 0], R[0, 0]))
 

@@ -37,7 +37,14 @@ Report = Callable[[int, int, str], None]
 class ConfigurationRanking:
     """Ranks configurations in front of one bin of a cell.
 
-    Raises UnknownNameError for a bin that the cell has not.
+    Attributes:
+        cell: The cell, without items.
+        bin_name: Name of the bin.
+        tool_state: State of the tool when it goes in.
+        settings: How configurations are sought and judged.
+
+    Raises:
+        UnknownNameError: If the cell has no such bin.
     """
 
     cell: Cell
@@ -50,9 +57,17 @@ class ConfigurationRanking:
             raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins))
 
     def suggest(self, n: int, report: Report | None = None) -> list[RankedConfiguration]:
-        """The best n that differ, the farthest reaching first, then by manipulability. Repeatable by seed.
+        """The best configurations that differ, by reach first, then by manipulability. Repeatable by seed.
 
-        Raises NoPlanError, with the reasons, if there is none.
+        Args:
+            n: How many.
+            report: Called with (done, total, what comes next).
+
+        Returns:
+            At most n, the best first.
+
+        Raises:
+            NoPlanError: If there is none, with the reasons.
         """
         kept = self.candidates()
         judged = []
@@ -64,7 +79,14 @@ class ConfigurationRanking:
         return distinct(judged, n, self.settings.apart)
 
     def candidates(self) -> Array:
-        """(M, n) configurations before the bin, rounded as in a cell file; the most manipulable first."""
+        """Candidates before the bin, rounded as in a cell file.
+
+        Returns:
+            (M, n) configurations, the most manipulable first.
+
+        Raises:
+            NoPlanError: If there is none, with the reasons.
+        """
         rng, settings = self._rng("front"), self.settings
         solved = [
             self._arm.solve_spread(T, self.tool_state, rng)
@@ -78,7 +100,14 @@ class ConfigurationRanking:
         return np.stack(usable[: settings.n_kept])
 
     def judged(self, q: Array) -> RankedConfiguration:
-        """What a configuration (n,) is worth."""
+        """Judge one configuration.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            The configuration with its figures.
+        """
         T_world_tip = self._arm.tip(q, self.tool_state)
         return RankedConfiguration(
             NamedConfiguration(self.bin_name, q, self.tool_state, "bin"),

@@ -1,4 +1,4 @@
-"""A suggested configuration, and how such are sought."""
+"""A ranked configuration, and the settings of the ranking."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from pickcli.geometry import Array
 class RankingSettings:
     """How configurations are sought and judged.
 
-    n_places: poses in front of the bin; inverse kinematics gives several configurations for each
-    n_kept: of these, by manipulability, how many are judged by what they reach
-    n_poses: in the bin, the same for all
-    margin: share of its range that every joint keeps from both of its limits
-    clearance: m that robot and tool keep from everything while they wait, however the cup is pivoted
-    apart: rad or m, largest difference of a joint below which two configurations count as one
+    Attributes:
+        n_places: Poses in front of the bin; inverse kinematics gives several configurations for each.
+        n_kept: How many of these, by manipulability, are judged by what they reach.
+        n_poses: Poses in the bin, the same for all.
+        margin: Share of its range that every joint keeps from both of its limits.
+        clearance: m that robot and tool keep from everything while they wait, in whatever state the tool is.
+        apart: rad or m, largest difference of a joint below which two configurations count as one.
+        seed: Seed of all random choices.
     """
 
     n_places: int = 60
@@ -36,12 +38,14 @@ class RankingSettings:
 class RankedConfiguration:
     """A configuration in front of a bin, and what it is worth.
 
-    T_bin_tip: (4, 4) of the tip there
-    manipulability: Yoshikawa's, rail included; see ``kinematics.manipulability``
-    reach: share of the poses in the bin that it reaches in one line
-    margin: least distance of a joint from a limit, as a share of its range
-    clearance: m
-    travel: s that any motion from home takes at least; None in a cell without home
+    Attributes:
+        configuration: The configuration, with its name and kind.
+        T_bin_tip: (4, 4) pose of the tip there.
+        manipulability: Yoshikawa's, rail included (see ``kinematics.manipulability``).
+        reach: Share of the poses in the bin that it reaches in one line.
+        margin: Least distance of a joint from a limit, as a share of its range.
+        clearance: m.
+        travel: s that any motion from home takes at least; None in a cell without home.
     """
 
     configuration: NamedConfiguration
@@ -54,7 +58,16 @@ class RankedConfiguration:
 
 
 def distinct(ranked: Sequence[RankedConfiguration], n: int, apart: float) -> list[RankedConfiguration]:
-    """The first n of which no two are nearer than that."""
+    """The best-ranked configurations that are at least ``apart`` from each other.
+
+    Args:
+        ranked: Configurations, the best first.
+        n: How many, at most.
+        apart: Largest difference of a joint below which two configurations count as one, rad or m.
+
+    Returns:
+        The configurations, the best first.
+    """
     chosen: list[RankedConfiguration] = []
     for each in ranked:
         q = each.configuration.q

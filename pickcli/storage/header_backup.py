@@ -1,4 +1,4 @@
-"""A second copy of a file's directory, so that no single damaged place makes a file unreadable.
+"""A second copy of a file's structure, so that no single damaged place makes a file unreadable.
 
 Everything in an HDF5 file that is not data (superblock, headers, attributes) is some kB: one flipped bit
 there and HDF5 opens nothing. So a compressed copy of it follows after the end of the HDF5 file, where HDF5
@@ -28,10 +28,12 @@ _END_IN_SUPERBLOCK = slice(28, 36)  # where superblocks of version 2 and 3 keep 
 
 @dataclass(frozen=True)
 class RestoredFile:
-    """A file as its spare directory says it was.
+    """A file as its header backup says it was.
 
-    image: the HDF5 file with its directory as it was written; data are as they were found
-    has_directory, has_spare: whether these were found undamaged
+    Attributes:
+        image: The HDF5 file with its structure as it was written; data are as they were found.
+        has_directory: Whether the structure in the file was found undamaged.
+        has_spare: Whether the backup was found undamaged.
     """
 
     image: bytes
@@ -40,7 +42,15 @@ class RestoredFile:
 
 
 def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
-    """A file followed by a copy of all its bytes but those at the places of ``data``."""
+    """Append a header backup to a file.
+
+    Args:
+        image: Bytes of the HDF5 file.
+        data: Places (first byte, number of bytes) that hold data and are not copied.
+
+    Returns:
+        The bytes of both.
+    """
     places = _between(sorted(data), len(image))
     copied = b"".join(image[first : first + count] for first, count in places)
     header = struct.pack("<Q", len(places)) + b"".join(_PLACE.pack(*place) for place in places)
@@ -49,8 +59,15 @@ def with_spare(image: bytes, data: Sequence[Place]) -> bytes:
 
 
 def restored(content: bytes) -> RestoredFile:
-    """What is left of a file: its directory put back from the spare, or else, if it is cut off, zeros
-    where its end was.
+    """Restore the structure of a file from its backup.
+
+    Without a backup the structure is left as it is; a file that is cut off gets zeros where its end was.
+
+    Args:
+        content: Bytes of the file.
+
+    Returns:
+        What is left of the file.
     """
     spare = _spare(content)
     if spare is None:

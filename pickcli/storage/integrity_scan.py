@@ -1,4 +1,4 @@
-"""Looking at every byte of a file: what is damaged, and what of it is still as it was written."""
+"""Integrity scan: every byte of a file is read, to tell what is damaged and what is still intact."""
 
 from __future__ import annotations
 
@@ -39,8 +39,9 @@ from pickcli.storage.table_format import (
 class DamagedBlock:
     """A block that is not what was written.
 
-    where: which part of the file
-    lost: what cannot be had from the file any more, "" if nothing
+    Attributes:
+        where: Which part of the file.
+        lost: What cannot be recovered from the file, "" if nothing.
     """
 
     where: str
@@ -49,7 +50,12 @@ class DamagedBlock:
 
 @dataclass(frozen=True, eq=False)
 class IntactRow:
-    """A row as it was written, and the pieces (r, c) that it owns."""
+    """A row as it was written, with the pieces that it owns.
+
+    Attributes:
+        row: A record of the table.
+        pieces: Dataset to array (r, c).
+    """
 
     row: Any
     pieces: Mapping[str, Array]
@@ -59,8 +65,12 @@ class IntactRow:
 class IntegrityReport:
     """What a file holds in spite of its damage.
 
-    attributes: proven; without the seal itself
-    seal: ``content_sha256`` of the file as it was written
+    Attributes:
+        kind: Format of the file.
+        attributes: Verified attributes, without the seal itself.
+        seal: ``content_sha256`` of the file as it was written.
+        damage: Damaged blocks.
+        intact: Table to its intact rows.
     """
 
     kind: FileFormat
@@ -76,25 +86,43 @@ class IntegrityReport:
 
     @property
     def fingerprint(self) -> str:
-        """Of the cell that the file is valid for."""
+        """Fingerprint of the cell that the file is valid for."""
         return self.attributes["cell_fingerprint"]
 
     @property
     def made(self) -> dict[str, Any]:
-        """How the file was made. Raises ValueError if it does not say so."""
+        """How the file was made.
+
+        Raises:
+            ValueError: If the file does not say so.
+        """
         return made_of(self.attributes)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        """Names of the joints, in the order of the columns.
+
+        Raises:
+            ValueError: If the file does not say so.
+            TypeError: If the file does not say so.
+        """
         return joints_of(self.attributes)
 
 
 def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
-    """Look at every byte of a file of one of these kinds.
+    """Read every byte of a file and compare all checksums.
 
-    Raises InputError for a missing file or one of another kind, StaleError for another version, and
-    DamagedError if both the file's directory and its spare copy are damaged: then nothing can be told.
+    Args:
+        path: The file.
+        kinds: Formats that it may have.
+
+    Returns:
+        What is damaged, and what is intact.
+
+    Raises:
+        InputError: If the file is missing or of another format.
+        StaleError: If the file is of another version.
+        DamagedError: If both the file's structure and its backup are damaged: then nothing can be told.
     """
     check_readable(path)
     found = restored(path.read_bytes())

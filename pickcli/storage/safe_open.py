@@ -44,7 +44,18 @@ SYMPTOMS = (
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """The file open for reading; whatever goes wrong while it is read becomes a DamagedError."""
+    """Open a file for reading; whatever goes wrong while it is read becomes a DamagedError.
+
+    Args:
+        path: The file.
+
+    Yields:
+        The open ``h5py.File``.
+
+    Raises:
+        InputError: If the file cannot be read (see ``check_readable``).
+        DamagedError: If reading fails.
+    """
     check_readable(path)
     try:
         with h5py.File(path, "r", locking=False) as file:
@@ -54,12 +65,27 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def cause_of(error: Exception) -> str:
-    """What was raised, in one line that is not too long."""
+    """Describe an exception in one line that is not too long.
+
+    Args:
+        error: What was raised.
+
+    Returns:
+        The line.
+    """
     return str(error).split("\n")[0][:200] or type(error).__name__
 
 
 def damaged(path: Path, cause: str) -> DamagedError:
-    """The error for a file whose bytes are not those written."""
+    """The error for a file whose bytes are not those that were written.
+
+    Args:
+        path: The file.
+        cause: What was found.
+
+    Returns:
+        The error, to be raised.
+    """
     return DamagedError(
         f"{path}: damaged ({cause}); apc check {path} --repair mends it where its directory can still be "
         "read, else build it again"
@@ -67,7 +93,17 @@ def damaged(path: Path, cause: str) -> DamagedError:
 
 
 def read_attributes(file: Any) -> dict[str, str]:
-    """The file's attributes: short fixed-length strings, nothing else. Raises ValueError."""
+    """Read the attributes of a file: short fixed-length strings, nothing else.
+
+    Args:
+        file: Open ``h5py.File``.
+
+    Returns:
+        Attributes by name.
+
+    Raises:
+        ValueError: If there are too many, or one is anything else.
+    """
     # h5py's own h5a, here and below: its wrappers take twice the time, and a query waits for this.
     n_attributes = h5py.h5a.get_num_attrs(file.id)
     if n_attributes > MAX_NAMES:
@@ -85,10 +121,14 @@ def read_attributes(file: Any) -> dict[str, str]:
 
 
 def check_readable(path: Path) -> None:
-    """Raise InputError if a file is missing, not a regular one, too large, not readable or of another kind.
+    """Check that a path can be a file of ours before it is opened.
 
-    Another kind is also what says with neither its first nor its last bytes that it is a stored file: an
-    empty file, or random bytes. What says so and holds something else is damaged instead.
+    Args:
+        path: The file.
+
+    Raises:
+        InputError: If the path is missing, is not a regular file, is a text, exceeds MAX_FILE, or is not
+            readable.
     """
     try:
         refuse_special_file(path, "build it first, or name another")
@@ -128,7 +168,13 @@ def _is_text(head: bytes) -> bool:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset of ours that may be read."""
+    """A dataset that may be read: its type, shape and place were checked.
+
+    Attributes:
+        id: Low-level HDF5 handle.
+        dtype: Type of an element.
+        shape: Shape of the dataset.
+    """
 
     id: Any
     dtype: np.dtype[Any]
@@ -138,11 +184,23 @@ class Dataset:
         return self.shape[0]
 
     def read(self) -> AnyArray:
-        """All rows."""
+        """Read all rows.
+
+        Returns:
+            The rows.
+        """
         return self.rows(0, len(self))
 
     def rows(self, first: int, count: int) -> AnyArray:
-        """``count`` rows from ``first`` on. They must be there."""
+        """Read some rows, which must exist.
+
+        Args:
+            first: Index of the first.
+            count: How many.
+
+        Returns:
+            The rows.
+        """
         rows = np.empty((count, *self.shape[1:]), self.dtype)
         if rows.size:
             space = self.id.get_space()
@@ -153,9 +211,20 @@ class Dataset:
 
 
 def open_datasets(file: Any, kind: FileFormat, n_bytes: int) -> dict[str, Dataset]:
-    """The datasets of a file of this kind and size, all that it must not hold refused before any is read.
+    """The datasets of a file, after everything that it must not hold was refused.
 
-    Raises ValueError.
+    Nothing is read before that.
+
+    Args:
+        file: Open ``h5py.File``.
+        kind: Format that the file should have.
+        n_bytes: Size of the file.
+
+    Returns:
+        Datasets by name.
+
+    Raises:
+        ValueError: If the file holds anything else.
     """
     names = sorted(file.keys()) if len(file) <= MAX_NAMES else []
     if names != sorted([*kind.tables, *kind.owners]):

@@ -35,15 +35,23 @@ MAX_ATTRIBUTE = 8 * 2**20  # bytes; a cell of two thousand obstacles takes less 
 class Table:
     """One kind of row.
 
-    fields: name -> TEXT, NUMBER or INDEX
-    pieces: names of the datasets (R, c) of numbers of which each row owns some consecutive rows
+    Attributes:
+        fields: Name to TEXT, NUMBER or INDEX.
+        pieces: Names of the datasets (R, c) of numbers of which each row owns some consecutive rows.
     """
 
     fields: Mapping[str, str]
     pieces: tuple[str, ...] = ()
 
     def row_type(self, widths: Mapping[str, int]) -> np.dtype[Any]:
-        """How a row lies in the file, with the width in bytes of each TEXT field."""
+        """How a row lies in the file.
+
+        Args:
+            widths: Width in bytes of each TEXT field.
+
+        Returns:
+            The record type.
+        """
         own = [(name, f"S{widths[name]}" if kind == TEXT else kind) for name, kind in self.fields.items()]
         owned = [entry for piece in self.pieces for entry in _piece_fields(piece)]
         return np.dtype([*own, *owned, (SEAL, f"S{SHA_LENGTH}")])
@@ -51,7 +59,13 @@ class Table:
 
 @dataclass(frozen=True)
 class FileFormat:
-    """A kind of file."""
+    """A kind of file.
+
+    Attributes:
+        name: What messages call it.
+        version: Of the format.
+        tables: Tables by name.
+    """
 
     name: str
     version: int
@@ -67,10 +81,12 @@ class FileFormat:
 class FileContent:
     """What a file holds.
 
-    fingerprint: of the cell that it is valid for
-    made: how it was made, JSON values
-    tables: table -> field -> one value per row
-    pieces: dataset -> one array (r, c) per row of the table that owns it
+    Attributes:
+        fingerprint: Fingerprint of the cell that it is valid for.
+        made: How it was made, JSON values.
+        joint_names: The joints, in the order of the columns.
+        tables: Table to field to one value per row.
+        pieces: Dataset to one array (r, c) per row of the table that owns it.
     """
 
     fingerprint: str
@@ -81,7 +97,14 @@ class FileContent:
 
 
 def piece_digest(rows: Array) -> str:
-    """SHA-256 over shape and bytes of a piece."""
+    """SHA-256 over shape and bytes of a piece.
+
+    Args:
+        rows: (r, c) the piece.
+
+    Returns:
+        Hexadecimal digits.
+    """
     rows = np.ascontiguousarray(rows)
     digest = hashlib.sha256(f"{rows.shape}\n".encode())
     digest.update(rows.data)
@@ -89,7 +112,14 @@ def piece_digest(rows: Array) -> str:
 
 
 def row_digests(table: AnyArray) -> list[bytes]:
-    """SHA-256 of each row's bytes but for the seal itself, which is the last field."""
+    """SHA-256 of each row's bytes without the seal, which is the last field.
+
+    Args:
+        table: Records.
+
+    Returns:
+        One digest per row, hexadecimal.
+    """
     size = table.dtype.itemsize
     whole = np.ascontiguousarray(table).tobytes()
     starts = range(0, len(whole), size)
@@ -97,7 +127,14 @@ def row_digests(table: AnyArray) -> list[bytes]:
 
 
 def table_digest(table: AnyArray) -> str:
-    """SHA-256 over type, shape and bytes."""
+    """SHA-256 over type, shape and bytes of a table.
+
+    Args:
+        table: Records.
+
+    Returns:
+        Hexadecimal digits.
+    """
     fields = [(name, table.dtype[name].str) for name in table.dtype.names or ()]
     digest = hashlib.sha256(f"{fields} {table.shape}\n".encode())
     digest.update(np.ascontiguousarray(table).tobytes())
@@ -105,7 +142,17 @@ def table_digest(table: AnyArray) -> str:
 
 
 def made_of(attributes: Mapping[str, str]) -> dict[str, Any]:
-    """How a file was made. Raises ValueError if it does not say so."""
+    """How a file was made.
+
+    Args:
+        attributes: Attributes of the file.
+
+    Returns:
+        JSON values.
+
+    Raises:
+        ValueError: If the file does not say so.
+    """
     made = json.loads(attributes["made"])
     if not isinstance(made, dict):
         raise ValueError("made is no JSON object")
@@ -113,12 +160,30 @@ def made_of(attributes: Mapping[str, str]) -> dict[str, Any]:
 
 
 def joints_of(attributes: Mapping[str, str]) -> tuple[str, ...]:
-    """The joints, in the order of the columns. Raises ValueError or TypeError."""
+    """Names of the joints, in the order of the columns.
+
+    Args:
+        attributes: Attributes of the file.
+
+    Returns:
+        The names.
+
+    Raises:
+        ValueError: If the file does not say so.
+        TypeError: If the file does not say so.
+    """
     return tuple(str(name) for name in json.loads(attributes["joint_names"]))
 
 
 def content_digest(attributes: Mapping[str, str]) -> str:
-    """SHA-256 over all attributes, the digests of the tables among them."""
+    """SHA-256 over all attributes, the digests of the tables among them.
+
+    Args:
+        attributes: Attributes of the file.
+
+    Returns:
+        Hexadecimal digits.
+    """
     return hashlib.sha256(json.dumps(dict(attributes), sort_keys=True).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""Reading a file of ours: the tables at once, the pieces when they are wanted."""
+"""Verified reading: the tables at once, the pieces when they are wanted."""
 
 from __future__ import annotations
 
@@ -28,35 +28,71 @@ from pickcli.storage.table_format import (
 
 @dataclass(frozen=True)
 class StoredFile:
-    """An open file of ours whose tables are proven to be those written. Its pieces are proven when read."""
+    """An open file whose tables are verified. Its pieces are verified when they are read.
+
+    Attributes:
+        kind: Format of the file.
+        attributes: Attributes by name.
+        tables: Table to its records.
+        datasets: Datasets that pieces are read from.
+        seal: SHA-256 over everything.
+    """
 
     kind: FileFormat
     attributes: Mapping[str, str]
     tables: Mapping[str, AnyArray]
-    datasets: Mapping[str, Dataset]  # that pieces are read from
-    seal: str  # SHA-256 over everything
+    datasets: Mapping[str, Dataset]
+    seal: str
 
     @property
     def fingerprint(self) -> str:
-        """Of the cell that the file is valid for."""
+        """Fingerprint of the cell that the file is valid for."""
         return self.attributes["cell_fingerprint"]
 
     @cached_property
     def made(self) -> dict[str, Any]:
-        """How it was made. Raises ValueError if it does not say so."""
+        """How the file was made.
+
+        Raises:
+            ValueError: If the file does not say so.
+        """
         return made_of(self.attributes)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """The joints, in the order of the columns. Raises ValueError or TypeError."""
+        """Names of the joints, in the order of the columns.
+
+        Raises:
+            ValueError: If the file does not say so.
+            TypeError: If the file does not say so.
+        """
         return joints_of(self.attributes)
 
     def texts(self, table: str, field: str) -> tuple[str, ...]:
-        """A TEXT column."""
+        """A TEXT column.
+
+        Args:
+            table: Name of the table.
+            field: Name of the column.
+
+        Returns:
+            One text per row.
+        """
         return tuple(bytes(text).decode() for text in self.tables[table][field])
 
     def piece(self, name: str, row: int) -> Array:
-        """The piece (r, c) that a row owns. Raises ValueError if it is not what was written."""
+        """Read the piece that a row owns.
+
+        Args:
+            name: Dataset.
+            row: Index of the row in the table that owns the dataset.
+
+        Returns:
+            (r, c).
+
+        Raises:
+            ValueError: If the piece is not what was written.
+        """
         owner = self.tables[self.kind.owners[name]][row]
         first, count = int(owner[f"{name}_first"]), int(owner[f"{name}_count"])
         dataset = self.datasets[name]
@@ -68,9 +104,16 @@ class StoredFile:
         return rows
 
     def pieces(self, name: str) -> tuple[Array, AnyArray]:
-        """All pieces of a dataset one after the other (R, c), and where each begins (K + 1,).
+        """Read all pieces of a dataset.
 
-        Raises ValueError if one of them is not what was written, or if they leave gaps.
+        Args:
+            name: Dataset.
+
+        Returns:
+            All pieces one after the other (R, c), and where each of K begins (K + 1,).
+
+        Raises:
+            ValueError: If a piece is not what was written, or if they leave gaps.
         """
         owner = self.tables[self.kind.owners[name]]
         rows: Array = self.datasets[name].read()
@@ -86,10 +129,20 @@ class StoredFile:
 
 @contextmanager
 def stored_file(path: Path, kind: FileFormat, fingerprint: str | None = None) -> Iterator[StoredFile]:
-    """A file open for reading, its tables checked; with ``fingerprint``, only if made for that cell.
+    """Open a file for reading and verify its tables.
 
-    Raises InputError for a missing file or one of another kind, DamagedError for bytes that are not those
-    written (also while it is read), StaleError for another version or cell.
+    Args:
+        path: The file.
+        kind: Format that it should have.
+        fingerprint: Cell that it must be made for; None for any.
+
+    Yields:
+        The open file.
+
+    Raises:
+        InputError: If the file is missing or of another format.
+        DamagedError: If its bytes are not those that were written, also while it is read.
+        StaleError: If it is of another version, or made for another cell.
     """
     with opened(path) as file:
         attributes = read_attributes(file)

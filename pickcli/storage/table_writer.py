@@ -35,12 +35,33 @@ from pickcli.storage.table_format import (
 
 
 def write_content(path: Path, kind: FileFormat, content: FileContent, replace: bool = True) -> None:
-    """Write a file, as ``write_bytes`` does. Raises InputError if the place cannot be written."""
+    """Write a file in one step: a kill or a full disk leaves the old file or none.
+
+    Args:
+        path: The file.
+        kind: Its format.
+        content: What it will hold.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
     write_bytes(path, to_bytes(kind, content), replace)
 
 
 def to_bytes(kind: FileFormat, content: FileContent) -> bytes:
-    """The file's bytes, a pure function of the content."""
+    """The bytes of a file, a pure function of its content.
+
+    Args:
+        kind: The format.
+        content: What the file will hold.
+
+    Returns:
+        The bytes, header backup included.
+
+    Raises:
+        InputError: If an attribute is too long to be stored.
+    """
     n = len(content.joint_names)
     tables = {name: _sealed(table, content, name) for name, table in kind.tables.items()}
     pieces = {name: _stacked(content.pieces[name], n) for name in kind.owners}

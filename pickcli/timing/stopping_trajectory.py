@@ -131,7 +131,7 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 
 
 def _fastest_rate(trajectory: Trajectory, tau: float, limits: Limits) -> float:
-    """tau'' (1/s) at which the first joint around tau would need all of its acceleration."""
+    """The tau'' (1/s) at which the first joint around tau would need all of its acceleration."""
     velocity = np.abs(trajectory.sample(tau + np.linspace(-0.1, 0.1, 9), 1))
     return 1.0 / max(float((velocity / limits.acceleration).max()), _SLOWEST)
 
@@ -139,7 +139,7 @@ def _fastest_rate(trajectory: Trajectory, tau: float, limits: Limits) -> float:
 def _law(
     tau: float, speed: float, target: float, rate: float, limits: Limits, trajectory: Trajectory
 ) -> _TimeLaw:
-    """ruckig's change of tau' from ``speed`` to ``target``, starting at tau."""
+    """Change by ruckig of tau' from ``speed`` to ``target``, starting at tau."""
     import ruckig
 
     given, plan = ruckig.InputParameter(1), ruckig.Trajectory(1)
