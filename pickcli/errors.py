@@ -61,7 +61,15 @@ class UnknownNameError(InputError):
 
 
 def shortened(name: str, most: int = MAX_NAME) -> str:
-    """The name as it is repeated in a message: what is longer than ``most`` characters is cut."""
+    """A name as it is repeated in a message: cut if it is too long.
+
+    Args:
+        name: The name.
+        most: Characters that are kept, at most.
+
+    Returns:
+        The name, with an ellipsis if it was cut.
+    """
     return name if len(name) <= most else name[:most] + "..."
 
 
@@ -129,8 +137,10 @@ class DamagedError(ArtifactError):
 class RejectedError(ArtifactError):
     """The independent verifier does not accept the plan.
 
-    Attributes:
-        reasons: Every fault that it found.
+    Args:
+        what: The plan.
+        reasons: Every fault that the verifier found.
+        advice: What to do.
     """
 
     def __init__(self, what: str, reasons: Sequence[Reason] = (), advice: str = "plan it anew") -> None:

@@ -33,7 +33,7 @@ def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.Functi
 
 
 def constructor(node: ast.ClassDef, name: str) -> Iterator[tuple[str, ast.FunctionDef]]:
-    """The class's own `__init__`, if it has one, with the docstring of the class, which tells its parameters."""
+    """The class's own `__init__`, if it has one, with the docstring of the class, which tells them."""
     for function in node.body:
         if isinstance(function, ast.FunctionDef) and function.name == "__init__":
             yield name, ast.FunctionDef(name, function.args, node.body[:1])
