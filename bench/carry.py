@@ -30,8 +30,10 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning import stitching
 from pickcli.planning.certified_timing import Carried, carried_run, proven_run
 from pickcli.planning.cup_load import carried_load
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.make_order import make_order
@@ -114,7 +116,9 @@ def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_gras
         recorder, began = Recorder(), time.process_time()
         with mock.patch.object(stitching, "carried_run", recorder):
             try:
-                plan = plan_pick(planner, scene, target.bin, target.item, home, seed, tried)
+                plan = plan_pick(
+                    planner, scene, PickQuery(target.bin, target.item, exclude=tuple(tried)), home, seed
+                )
             except NoPlanError:
                 return
         assert plan.grasp is not None

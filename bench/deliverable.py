@@ -22,8 +22,10 @@ from pickcli.geometry import inverse
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 from pickcli.seeds import derived_rng
@@ -124,7 +126,7 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
 def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
     home = warm.cell.configurations["home"]
     try:
-        plan_pick(warm, scene, target.location, target.id, Start(home.q, home.tool_state))
+        plan_pick(warm, scene, PickQuery(target.location, target.id), Start(home.q, home.tool_state))
     except NoPlanError:
         return False
     return True

@@ -14,8 +14,10 @@ from typing import Any
 from bench.paces import LAGGING, paused, slowed
 from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.simulation.execute import execute
 from pickcli.simulation.servo import Servo
 from pickcli.simulation.stream import Pace, full_speed
@@ -39,7 +41,7 @@ def measure(warm: Planner | None = None) -> dict[str, Any]:
     n_done = 0
     for target in order.work_order:
         try:
-            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.tool_state))
+            plan = plan_pick(warm, scene, PickQuery(target.bin, target.item), Start(home.q, home.tool_state))
         except NoPlanError:
             continue
         for name, (servo, pace) in ROBOTS.items():

@@ -30,8 +30,10 @@ from pickcli.geometry import Array, inverse, pose
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 from pickcli.simulation.execute import execute
@@ -128,7 +130,9 @@ def _some_plan(
     for bin_name, item in targets:
         copies = [p for p in scene.in_location(bin_name) if p.item.name == item]
         try:
-            return plan_pick(warm, scene, bin_name, copies[0].id, Start(home.q, home.tool_state), seed)
+            return plan_pick(
+                warm, scene, PickQuery(bin_name, copies[0].id), Start(home.q, home.tool_state), seed
+            )
         except NoPlanError:
             continue
     return None

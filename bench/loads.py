@@ -22,8 +22,10 @@ import numpy as np
 from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Grasp, Plan
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.execute import execute
@@ -104,7 +106,9 @@ def pick(warm: Planner, scene: Scene, bin_name: str, name: str, seed: int, reali
     seen = perceive(truth, DEFAULT_NOISE, seed, 0, reality)
     start = Start(home, warm.cell.robot.tool.default_state)
     try:
-        plan = plan_pick(warm, seen, bin_name, item.id, start, derived_seed("loads", seed, bin_name))
+        plan = plan_pick(
+            warm, seen, PickQuery(bin_name, item.id), start, derived_seed("loads", seed, bin_name)
+        )
     except NoPlanError as error:
         return Reason("no plan", f"{name} in {bin_name}, order {seed}", str(error)[:200])
     verdict = verify(plan, seen)

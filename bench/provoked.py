@@ -23,8 +23,10 @@ from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
 from pickcli.simulation.execution import Execution
@@ -157,7 +159,7 @@ def picks(warm: Planner, seed: int) -> Iterator[tuple[str, Plan, Scene, str]]:
     found: dict[str, tuple[float, Plan, str]] = {}
     for target in order.work_order:
         try:
-            plan = plan_pick(warm, scene, target.bin, target.item, Start(home.q, home.tool_state))
+            plan = plan_pick(warm, scene, PickQuery(target.bin, target.item), Start(home.q, home.tool_state))
         except NoPlanError:
             continue
         assert plan.grasp is not None

@@ -22,8 +22,10 @@ import numpy as np
 
 from bench.warm import planner
 from pickcli.errors import InputError, NoPlanError
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.reality import Reality
@@ -97,7 +99,9 @@ def tally(warm: Planner, scene: Scene, seed: int, into: Tally) -> None:
         into.asked[n_items] += 1
         began = process_time()
         try:
-            plan = plan_pick(warm, scene, placed.location, placed.id, start, derived_seed(seed, placed.id))
+            plan = plan_pick(
+                warm, scene, PickQuery(placed.location, placed.id), start, derived_seed(seed, placed.id)
+            )
         except NoPlanError as error:
             into.in_the_way += bool(error.in_the_way)
             continue

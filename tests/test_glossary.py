@@ -24,13 +24,11 @@ UNNAMED = {
     "planning": {
         "Bringing",
         "Carried",
-        "WayIn",
         "promises",
     },
     "precompute": {"EdgeRecipe", "Learned", "Learner", "MotionRecipe", "Reproof", "SecondRoutes"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
-    "stages": {"Spot", "Ways", "WaysOut"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},
     "verification": {"Balls", "Standing", "Windows"},
 }

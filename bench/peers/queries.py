@@ -27,12 +27,11 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import RESERVE, Planner
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.placement import plan_placement
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.order_file import Order, read_order
@@ -85,8 +84,8 @@ def _of_pick(
     """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
     placed = scene.find(target)
     cell_bin = planner.cell.pod.bins[placed.location]
-    asked = BinQuery(planner, scene, cell_bin, placed, Neighbours.AVOID, number)
-    feasible, _ = feasible_grasps(asked, number, ())
+    asked = PickProblem(planner, scene, cell_bin, placed, seed=number)
+    feasible, _ = feasible_grasps(asked, ())
     if not feasible:
         return []
     tool_state = feasible[0].grasp.tool_state
@@ -94,7 +93,7 @@ def _of_pick(
     start = _start(planner, scene, tool_state, rng)
     there = _nearest(planner, start, [f.start for f in kin])
     chosen = kin[there]
-    landings = plan_placement(asked, chosen, None, number)
+    landings = plan_placement(asked, chosen, TOTE)
     if isinstance(landings, Failures):
         return []
     out = chosen.end

@@ -166,7 +166,7 @@ def _bridge(
 ) -> Plan:  # fmt: skip
     """A certified move from where the robot stands to the plan's first point."""
     from pickcli.planning.move import plan_move
-    from pickcli.planning.pick import Start
+    from pickcli.planning.start_state import Start
 
     goal = plan.trajectory.positions[0]
     bridge = plan_move(planner, believed, Start(q, tool_state), goal, seed, label="bridge to the first point")

@@ -45,7 +45,7 @@ def command(
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
     """
     from pickcli.planning.move import plan_move
-    from pickcli.planning.pick import Start
+    from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)

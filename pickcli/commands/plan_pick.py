@@ -61,8 +61,10 @@ def command(
     Example:
       apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
     """
-    from pickcli.planning.pick import Start, plan_pick
+    from pickcli.planning.pick import plan_pick
+    from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
+    from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
@@ -73,7 +75,9 @@ def command(
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn) as session:
-        plan = plan_pick(session.planner, scene, bin_name, item, begin, seed, neighbours=how, into=into)
+        plan = plan_pick(
+            session.planner, scene, PickQuery(bin_name, item, into=into, neighbours=how), begin, seed
+        )
         deliver(plan, scene, output, not no_verify, as_json, overwrite)
 
 

@@ -38,18 +38,18 @@ class Carried:
     load: Load
 
 
-def proven_run(planner: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> TimedRun | Reason:
+def proven_run(context: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> TimedRun | Reason:
     """One run whose timed motion is proven free.
 
     Args:
-        planner: What times and proves it.
+        context: What times and proves it.
         scene: What stands around it.
         segments: What it goes through, from rest to rest.
     """
-    checkers = _checkers(planner, scene, segments)
+    checkers = _checkers(context, scene, segments)
     failed: Reason | None = None
     for are_blends_proven in (False, True):
-        run = _timed(planner, segments, checkers if are_blends_proven else None)
+        run = _timed(context, segments, checkers if are_blends_proven else None)
         if isinstance(run, Reason):
             return run
         failed = prove(run, segments, checkers)
@@ -60,7 +60,7 @@ def proven_run(planner: Planner, scene: Scene, segments: Sequence[MotionSegment]
 
 
 def carried_run(
-    planner: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
+    context: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
 ) -> Carried | Reason:
     """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
@@ -68,26 +68,26 @@ def carried_run(
     the wrench among its limits.
 
     Args:
-        planner: What times and proves it.
+        context: What times and proves it.
         scene: What stands around it.
         segments: What it goes through, from rest to rest.
         grasp: Where the cup sits on the item.
         hold: The item as it hangs in the cup.
     """
-    most = planner.settings.load_ratio
+    most = context.settings.load_ratio
     where = f"{grasp.kind} grasp on face {grasp.face}"
     waypoints = np.vstack([segment.waypoints for segment in segments])
-    still = path_load(planner.arm, grasp.tool_state, waypoints, hold)
+    still = path_load(context.arm, grasp.tool_state, waypoints, hold)
     if still.ratio > most:
         return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
-    cup = WrenchLimit(planner.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
-    checkers = _checkers(planner, scene, segments)
+    cup = WrenchLimit(context.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
+    checkers = _checkers(context, scene, segments)
     limit, are_blends_proven = None, False
     while True:
-        run = _timed(planner, segments, checkers if are_blends_proven else None, limit)
+        run = _timed(context, segments, checkers if are_blends_proven else None, limit)
         if isinstance(run, Reason):
             return run
-        load = carried_load(planner.arm, grasp.tool_state, run.trajectory, hold)
+        load = carried_load(context.arm, grasp.tool_state, run.trajectory, hold)
         if load.ratio > most * (1.0 + BETWEEN):
             if limit is not None:
                 return Reason("does not hold", where, f"{load} as timed, {load.ratio:.2f} of the limit")
@@ -101,8 +101,8 @@ def carried_run(
         are_blends_proven = True
 
 
-def _checkers(planner: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> list[SceneChecker]:
-    return [planner.checker_for(scene, segment.mode) for segment in segments]
+def _checkers(context: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> list[SceneChecker]:
+    return [context.checker_for(scene, segment.mode) for segment in segments]
 
 
 def prove(
@@ -130,24 +130,24 @@ def prove(
 
 
 def _timed(
-    planner: Planner,
+    context: Planner,
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None = None,
 ) -> TimedRun | Reason:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
-    fastest = planner.cell.robot.tool.contact_speed
-    run = _timed_once(planner, segments, checkers, limit)
+    fastest = context.cell.robot.tool.contact_speed
+    run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
-        if isinstance(run, Reason) or (better := mended(planner.arm, fastest, run, segments)) is None:
+        if isinstance(run, Reason) or (better := mended(context.arm, fastest, run, segments)) is None:
             return run
         segments = better
-        run = _timed_once(planner, segments, checkers, limit)
-    return run if isinstance(run, Reason) else broken_promise(planner.arm, fastest, run, segments) or run
+        run = _timed_once(context, segments, checkers, limit)
+    return run if isinstance(run, Reason) else broken_promise(context.arm, fastest, run, segments) or run
 
 
 def _timed_once(
-    planner: Planner,
+    context: Planner,
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None,
@@ -156,7 +156,7 @@ def _timed_once(
 
     The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
     """
-    most = planner.cell.max_tool_speed
+    most = context.cell.max_tool_speed
     cap = None if most is None else SLOWER_THAN_ALLOWED * most
     capped = [
         replace(s, limits=replace(s.limits, max_tool_speed=_lower(s.limits.max_tool_speed, cap)))
@@ -168,12 +168,12 @@ def _timed_once(
         return checkers[part].first_invalid_edge(chords, slack)
 
     # A cell's own limit holds for both places of the cup, whichever it is in.
-    states = [segments[-1].mode.tool_state] if most is None else planner.cell.robot.tool.states
+    states = [segments[-1].mode.tool_state] if most is None else context.cell.robot.tool.states
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
-        return np.asarray(np.max([_tip_travel(planner.arm, Q, dQ, state) for state in states], axis=0))
+        return np.asarray(np.max([_tip_travel(context.arm, Q, dQ, state) for state in states], axis=0))
 
-    arm, blends = planner.arm, None if checkers is None else is_free
+    arm, blends = context.arm, None if checkers is None else is_free
     try:
         return time_run(arm.names, capped, arm.limits, blends, tool_speed, constraint=limit)
     except NoPlanError as error:

@@ -16,14 +16,14 @@ from pickcli.timing.concatenation import delayed
 Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 
-def schedule(planner: Planner, segments: Sequence[Segment], trajectory: Trajectory) -> Schedule | Reason:
+def schedule(context: Planner, segments: Sequence[Segment], trajectory: Trajectory) -> Schedule | Reason:
     """Segments, trajectory and events with their times.
 
     Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),
     the robot holds still first, for as long as is missing.
     """
-    settings = planner.settings
-    events = bind_pick(segments, planner.cell.devices, settings.seal_time, settings.release_time)
+    settings = context.settings
+    events = bind_pick(segments, context.cell.devices, settings.seal_time, settings.release_time)
     resolution = resolve(events, segments, trajectory)
     if resolution.start_delay > 0.0:
         trajectory = delayed(trajectory, resolution.start_delay)

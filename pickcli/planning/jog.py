@@ -41,7 +41,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
             failures += closes
         else:
             segment = MotionSegment(SegmentKind.TRANSIT, edge, mode=rules.mode()).scaled(rules.scale)
-            plan = stitch_run(rules.planner, rules.scene, [segment], label, seed)
+            plan = stitch_run(rules.context, rules.scene, [segment], label, seed)
             if not isinstance(plan, Reason):
                 return plan
             failures += plan
@@ -50,7 +50,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
 
 def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
     """Joint steps (n,) within the limits: up the gradient of the least distance, and the tool every way."""
-    arm, q, tool_state = rules.planner.arm, rules.start.q, rules.start.tool_state
+    arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     unit = np.eye(arm.n)
     ahead = np.array([all_pairs.clearance(q + JOG_STEP * e).distance for e in unit])
     behind = np.array([all_pairs.clearance(q - JOG_STEP * e).distance for e in unit])
@@ -71,7 +71,7 @@ def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
 
 def _farthest(rules: Rules, step: Array) -> float:
     """m that a small joint step (n,) moves the frame, or the tool, that goes farthest."""
-    arm, q, tool_state = rules.planner.arm, rules.start.q, rules.start.tool_state
+    arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     chain = arm.chain(tool_state)
     moved = np.asarray(chain.fk(q + step))[:, :3, 3] - np.asarray(chain.fk(q))[:, :3, 3]
     tool = arm.tip(q + step, tool_state)[:3, 3] - arm.tip(q, tool_state)[:3, 3]

@@ -9,16 +9,16 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.transit import plan_coarse
+from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
 
 def plan_move(
-    planner: Planner, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
+    context: Planner, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
 ) -> Plan:
     """Plan a move from rest at ``start`` to rest at q_goal (n,), the cup's pivot kept as it is.
 
@@ -26,13 +26,13 @@ def plan_move(
     """
     began = time.perf_counter()
     mode = Mode(start.tool_state)
-    checker = planner.checker_for(scene, mode)
+    checker = context.checker_for(scene, mode)
     if not checker.is_valid(q_goal):
         raise NoPlanError(label, [checker.explain(q_goal).at("goal")])
-    coarse = plan_coarse(planner, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
+    coarse = plan_coarse(context, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Failures):
         raise NoPlanError(label, coarse)
-    plan = stitch_run(planner, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
+    plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Reason):
         raise NoPlanError(label, [plan])
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))

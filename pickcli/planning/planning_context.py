@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 from pickcli.cell.cell import Cell
 from pickcli.collision.checker import SceneChecker
+from pickcli.collision.checker_cache import CheckerCache
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.kinematics.arm import Arm
@@ -18,13 +18,12 @@ from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
 
-N_CHECKERS = 64  # that are kept: more than one query needs
 RESERVE = 0.003  # m that coarse motions are planned with on top of the clearance: they are fast, and blended
 
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """A warm planner. It is never changed: ``dataclasses.replace`` gives one with other files.
+    """A warm context. It is never changed: ``dataclasses.replace`` gives one with other files.
 
     Attributes:
         cell: What is planned for.
@@ -62,16 +61,11 @@ class Planner:
         """What collision checks share."""
         return CollisionModel(self.cell)
 
-    def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
-        """What proves motions of the robot in one mode in a scene; the last ones asked for are kept."""
-        return self._checkers(scene, mode)
-
     @cached_property
-    def _checkers(self) -> Callable[[Scene, Mode], SceneChecker]:
-        """Checkers by identity of the scene, as the boxes of a scene are kept."""
+    def checkers(self) -> CheckerCache:
+        """The checkers of the cell's model, of which the last ones are kept."""
+        return CheckerCache(self.model)
 
-        def made(scene: Scene, mode: Mode) -> SceneChecker:
-            margin = self.cell.clearance + mode.reserve
-            return SceneChecker(self.model, scene, mode.tool_state, mode.attached, mode.contacts, margin)
-
-        return lru_cache(maxsize=N_CHECKERS)(made)
+    def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
+        """What proves motions of the robot in one mode in a scene."""
+        return self.checkers.robot(scene, mode)

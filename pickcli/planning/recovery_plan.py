@@ -22,11 +22,11 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.jog import plan_jog
-from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
+from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
@@ -44,7 +44,7 @@ MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: one
 
 
 def plan_recovery(
-    planner: Planner,
+    context: Planner,
     scene: Scene,
     start: Start,
     seed: int = 0,
@@ -54,7 +54,7 @@ def plan_recovery(
     """Plan from rest, with the empty tool, away from where a motion stopped.
 
     Args:
-        planner: The planning context.
+        context: The planning context.
         scene: The scene as it is seen now.
         start: Configuration (n,) and tool state in which the robot stands.
         seed: Seed of the coarse motion.
@@ -73,10 +73,10 @@ def plan_recovery(
     if level is RecoveryLevel.BACKWARDS:
         found = Failures.of(Reason("nothing to go back along", label))
         if stopped is not None:
-            back = back_to_start(stopped, scene, planner.arm.limits, seed)
+            back = back_to_start(stopped, scene, context.arm.limits, seed)
             found = Failures.of(back) if isinstance(back, Reason) else back
     else:
-        rules = rules_at(planner, scene, start, level)
+        rules = rules_at(context, scene, start, level)
         if isinstance(rules, Reason):
             found = Failures.of(rules)
         elif level is RecoveryLevel.JOG:
@@ -97,7 +97,7 @@ def _hash(scene: Scene) -> str:
 
 def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
     """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
-    planner, failures = rules.planner, Failures()
+    context, failures = rules.context, Failures()
     n_ways_home = 0
     for out in _ways_out_of_the_pod(rules):
         if isinstance(out, Reason):
@@ -113,7 +113,7 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
                     break
                 continue
             segments = [*segments, way]
-        plan = stitch_run(planner, rules.scene, segments, label, seed)
+        plan = stitch_run(context, rules.scene, segments, label, seed)
         if not isinstance(plan, Reason):
             return plan
         failures += plan
@@ -122,12 +122,12 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
 
 def _home(rules: Rules, q: Array, seed: int) -> MotionSegment | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
-    planner, mode = rules.planner, Mode(rules.start.tool_state)
-    if not planner.checker_for(rules.scene, mode).is_valid(q):
+    context, mode = rules.context, Mode(rules.start.tool_state)
+    if not context.checker_for(rules.scene, mode).is_valid(q):
         mode = rules.mode()
-    checker = planner.checker_for(rules.scene, mode)
-    goal = planner.cell.configurations[SAFE].q
-    coarse = plan_coarse(planner, checker, q, goal[None], [0.0], seed, "way home")
+    checker = context.checker_for(rules.scene, mode)
+    goal = context.cell.configurations[SAFE].q
+    coarse = plan_coarse(context, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse
     if (closes := rules.closes(coarse.waypoints)) is not None:
@@ -137,8 +137,8 @@ def _home(rules: Rules, q: Array, seed: int) -> MotionSegment | Failures:
 
 def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Array] | Reason]:
     """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
-    planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
-    tip = planner.arm.tip(start.q, start.tool_state)
+    context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
+    tip = context.arm.tip(start.q, start.tool_state)
     depth = float((inverse(T_world_pod) @ tip)[0, 3]) + PREAPPROACH_DISTANCE
     if depth <= 0.0 and not rules.touching and not rules.opening:
         yield [], start.q
@@ -161,7 +161,7 @@ def _risen_and_out(
     rules: Rules, tip: Array, first: Array, rise: float, depth: float
 ) -> tuple[list[MotionSegment], Array] | Reason:
     """First away from what is near, then up, then out."""
-    planner, start, T_world_pod = rules.planner, rules.start, rules.scene.T_world_pod
+    context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     freed = shifted(tip, first)
     lifted = shifted(freed, rise * T_world_pod[:3, 2])
     stages = [
@@ -170,12 +170,12 @@ def _risen_and_out(
         (SegmentKind.RETREAT, shifted(lifted, -depth * T_world_pod[:3, 0]), frozenset()),
     ]
     segments, q, here = list[MotionSegment](), start.q, tip
-    limits = SegmentLimits(rules.scale, planner.settings.lift_speed)
+    limits = SegmentLimits(rules.scale, context.settings.lift_speed)
     for kind, there, allowed in stages:
         if np.allclose(there, here):
             continue
         checker = rules.checker(allowed)
-        line = follow_line(planner.arm, checker, here, there, start.tool_state, q, "way out")
+        line = follow_line(context.arm, checker, here, there, start.tool_state, q, "way out")
         if isinstance(line, Reason):
             return line
         if (closes := rules.closes(line)) is not None:

@@ -13,8 +13,8 @@ from pickcli.collision.stage_contacts import while_coming_free
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 
 SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
@@ -34,7 +34,7 @@ class Rules:
     reserve: m on top of the cell's clearance. scale: of all limits
     """
 
-    planner: Planner
+    context: Planner
     scene: Scene
     start: Start
     level: RecoveryLevel
@@ -54,13 +54,13 @@ class Rules:
 
     def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
         """What proves motions in that mode."""
-        return self.planner.checker_for(self.scene, self.mode(touching))
+        return self.context.checker_for(self.scene, self.mode(touching))
 
     @property
     def all_pairs(self) -> SceneChecker:
         """What measures all that is near, be it allowed to be."""
         mode = Mode(self.start.tool_state, reserve=self.reserve)
-        return self.planner.checker_for(self.seen, mode)
+        return self.context.checker_for(self.seen, mode)
 
     def closes(self, waypoints: Array) -> Reason | None:
         """Why a polyline brings together what is near at the start; None where it does not."""
@@ -79,18 +79,18 @@ class Rules:
         return Reason("closes again", "way out", f"{contact} by {worst * 1e3:.1f} mm", contact.item)
 
 
-def rules_at(planner: Planner, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
+def rules_at(context: Planner, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
     """What the level allows where the robot stands."""
-    rules = Rules(planner, scene, start, level)
+    rules = Rules(context, scene, start, level)
     if level is RecoveryLevel.AS_PLANNED:
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
     if level in SLOW_LEVELS:
-        depth = float((inverse(scene.T_world_pod) @ planner.arm.tip(start.q, start.tool_state))[0, 3])
+        depth = float((inverse(scene.T_world_pod) @ context.arm.tip(start.q, start.tool_state))[0, 3])
         if depth <= 0.0 and rules.checker().is_valid(start.q):
             outside = "outside of the pod, near to nothing"
             return Reason("nothing to come free of", "where the robot stopped", outside)
-        rules = replace(rules, reserve=TOUCH_MARGIN - planner.cell.clearance, scale=SLOW)
+        rules = replace(rules, reserve=TOUCH_MARGIN - context.cell.clearance, scale=SLOW)
     opening = _near(rules)
     return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
 

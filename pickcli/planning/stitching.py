@@ -7,7 +7,6 @@ the key waypoints. The motion stops only on the item and over the tote.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,91 +16,79 @@ from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.bin_query import BinQuery
 from pickcli.planning.certified_timing import carried_run, proven_run
 from pickcli.planning.events import schedule
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.promises import thrown
-from pickcli.planning.stages.grasp_motion import GraspMotion
-from pickcli.planning.stages.placement import PlaceMotion
+from pickcli.planning.stages.transfer import PickMotion
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import concatenate
 from pickcli.timing.timed_run import TimedRun
 
 
-@dataclass(frozen=True, eq=False)
-class PickMotion:
-    """The geometry of a whole pick.
+def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | Reason:
+    """Time, prove and bind a pick. Reason when the cup cannot hold at any speed or a proof fails.
 
-    Attributes:
-        transit: From where the robot is to the pre-approach.
-        in_bin: In the bin, to the item and out with it.
-        transfer: From the end of the retreat to where the placement begins.
-        placement: To the release, and away from there.
+    Args:
+        problem: The pick.
+        motion: Its geometry.
+        into: Where the item is brought.
     """
-
-    transit: MotionSegment
-    in_bin: GraspMotion
-    transfer: MotionSegment
-    placement: PlaceMotion
-
-
-def stitch_pick(query: BinQuery, motion: PickMotion, label: str, seed: int) -> Plan | Reason:
-    """Time, prove and bind a pick. Reason when the cup cannot hold at any speed or a proof fails."""
-    planner, settings, grasp = query.planner, query.planner.settings, motion.in_bin.grasp
-    item, scene = query.target.item, query.scene
-    to_item = _moving(planner, [motion.transit, *motion.in_bin.inward])
-    to_place = _moving(planner, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
-    away = _moving(planner, motion.placement.away)
-    first = proven_run(planner, scene, to_item)
+    context, settings, grasp = problem.context, problem.context.settings, motion.in_bin.grasp
+    item, scene = problem.target.item, problem.scene
+    to_item = _moving(context, [motion.transit, *motion.in_bin.inward])
+    to_place = _moving(context, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
+    away = _moving(context, motion.placement.away)
+    first = proven_run(context, scene, to_item)
     if isinstance(first, Reason):
         return first
-    hold = Hold.of(item, grasp.face, motion.in_bin.attached.T_tip_item, planner.cell.robot.tool)
+    hold = Hold.of(item, grasp.face, motion.in_bin.attached.T_tip_item, context.cell.robot.tool)
     slowed = [segment.scaled(item.speed_scale) for segment in to_place]
-    carried = carried_run(planner, scene, slowed, grasp, hold)
+    carried = carried_run(context, scene, slowed, grasp, hold)
     if isinstance(carried, Reason):
         return carried
-    last = proven_run(planner, motion.placement.scene, away)
+    last = proven_run(context, motion.placement.scene, away)
     if isinstance(last, Reason):
         return last
     runs, rests = [first, carried.run, last], [settings.seal_time, settings.release_time]
     trajectory, segments = _joined([*to_item, *to_place, *away], runs, rests)
-    scheduled = schedule(planner, segments, trajectory)
+    scheduled = schedule(context, segments, trajectory)
     if isinstance(scheduled, Reason):
         return scheduled
     segments, trajectory, events = scheduled
     plan = Plan(
-        query=label,
-        cell_fingerprint=planner.cell.fingerprint,
+        query=problem.label(into),
+        cell_fingerprint=context.cell.fingerprint,
         scene_hash=scene_hash(scene),
-        seed=seed,
+        seed=problem.seed,
         segments=segments,
         trajectory=trajectory,
         events=events,
         grasp=carried.load.of(grasp),
         speed_scale=item.speed_scale,
     )
-    return thrown(planner.arm, plan, planner.cell.devices) or plan
+    return thrown(context.arm, plan, context.cell.devices) or plan
 
 
 def stitch_run(
-    planner: Planner, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
+    context: Planner, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
 ) -> Plan | Reason:
     """Time and prove one run of the empty tool, without events."""
-    segments = _moving(planner, segments)
+    segments = _moving(context, segments)
     if not segments:
         return Reason("nothing to do", label, "start and goal are the same")
-    run = proven_run(planner, scene, segments)
+    run = proven_run(context, scene, segments)
     if isinstance(run, Reason):
         return run
     trajectory, timed = _joined(segments, [run], [])
-    return Plan(label, planner.cell.fingerprint, scene_hash(scene), seed, timed, trajectory, ())
+    return Plan(label, context.cell.fingerprint, scene_hash(scene), seed, timed, trajectory, ())
 
 
-def _moving(planner: Planner, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
+def _moving(context: Planner, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
     """The segments that move at all, at the cell's speed."""
-    return [segment.scaled(planner.cell.speed_scale) for segment in segments if segment.has_length]
+    return [segment.scaled(context.cell.speed_scale) for segment in segments if segment.has_length]
 
 
 def _joined(

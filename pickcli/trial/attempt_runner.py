@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 from pickcli.errors import NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.places import OUTSIDE
@@ -95,8 +97,8 @@ class Player:
         arena = self.crew.arena
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
         seed = derived_seed("plan", self.settings.seed, *names)
-        where = (attempt.out_of, attempt.item, attempt.into)
-        return self.crew.plan(scene, *where, arena.q, arena.tool_state, seed, exclude)
+        query = PickQuery(attempt.out_of, attempt.item, attempt.into, tuple(exclude))
+        return self.crew.plan(scene, query, Start(arena.q, arena.tool_state), seed)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """The attempt with its plan, or with the reason why there is none."""

@@ -16,6 +16,7 @@ from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
@@ -166,7 +167,8 @@ class _Recovery:
             seed = derived_seed("recover", player.settings.seed, *names)
 
             def plan(level: RecoveryLevel = level, seed: int = seed) -> Plan:
-                return player.crew.recover(scene, arena.q, arena.tool_state, seed, level, self.stopped)
+                start = Start(arena.q, arena.tool_state)
+                return player.crew.recover(scene, start, seed, level, self.stopped)
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:

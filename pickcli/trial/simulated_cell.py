@@ -9,10 +9,12 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery_plan import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import check_start, execute, fall_of
@@ -27,7 +29,7 @@ from pickcli.trial.trial_interfaces import LET_GO_TIME, Crew, Execution
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     import numpy as np
     from numpy.typing import NDArray
@@ -145,27 +147,13 @@ class SimulatedArena:
 def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
     """The real crew: our planner, the independent verifier, the simulated arena."""
 
-    def plan(
-        scene: Scene,
-        bin_name: str,
-        item: str,
-        into: str,
-        q: Array,
-        tool_state: ToolState,
-        seed: int,
-        exclude: Sequence[Grasp | GraspKind],
-    ) -> Plan:
-        return plan_pick(planner, scene, bin_name, item, Start(q, tool_state), seed, exclude, into=into)
+    def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+        return plan_pick(planner, scene, query, start, seed)
 
     def recover(
-        scene: Scene,
-        q: Array,
-        tool_state: ToolState,
-        seed: int,
-        level: RecoveryLevel,
-        stopped: StoppedMotion | None,
+        scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan:
-        return plan_recovery(planner, scene, Start(q, tool_state), seed, level, stopped)
+        return plan_recovery(planner, scene, start, seed, level, stopped)
 
     def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, planner.arm.limits, seed)

@@ -5,15 +5,17 @@ The real ones are put together in ``setup``; tests play with a fake of forty lin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
-from pickcli.motion.plan import Grasp, GraspKind, Plan, RecoveryLevel
+from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.score import Drop
@@ -100,30 +102,14 @@ class Arena(Protocol):
 class PlanPick(Protocol):
     """Asks for a pick as ``planning.pick.plan_pick`` does. Raises NoPlanError."""
 
-    def __call__(
-        self,
-        scene: Scene,
-        bin_name: str,
-        item: str,
-        into: str,
-        q: Array,
-        tool_state: ToolState,
-        seed: int,
-        exclude: Sequence[Grasp | GraspKind],
-    ) -> Plan: ...
+    def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan: ...
 
 
 class PlanRecovery(Protocol):
     """Asks for a way out with the empty tool, on one level, from wherever it is. Raises NoPlanError."""
 
     def __call__(
-        self,
-        scene: Scene,
-        q: Array,
-        tool_state: ToolState,
-        seed: int,
-        level: RecoveryLevel,
-        stopped: StoppedMotion | None,
+        self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan: ...
 
 

@@ -9,10 +9,10 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.stages.extraction import WaysOut
+from pickcli.planning.stages.extraction import Extraction
 from pickcli.planning.stages.lift_sampling import climbed
 from pickcli.planning.stages.planned_extraction import MOST_PUSHES, planned_corridors
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -20,13 +20,13 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 BIN = "bin_E"
 
 
-def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> WaysOut:
+def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
     """Of the first of the items (name, pose in the bin's frame)."""
     cell = planner.cell
     T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
-    return BinQuery(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID, seed).ways_out
+    return PickProblem(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID, seed).extraction
 
 
 def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
@@ -40,13 +40,13 @@ def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]
     return name, T
 
 
-def planned(ways: WaysOut, seed: int = 0) -> list[Array]:
+def planned(ways: Extraction, seed: int = 0) -> list[Array]:
     found = planned_corridors(ways.T_bin_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
     return [np.stack([c.freed, c.lift, *c.retreat]) for c in found]
 
 
 @pytest.fixture(scope="module")
-def behind(planner: Planner) -> WaysOut:
+def behind(planner: Planner) -> Extraction:
     """A bottle that stands too tall to be lifted over the can that lies across in front of it."""
     cell = planner.cell
     bottle = standing(cell, "up_glucose_bottle", 0.33, 0.0)
@@ -58,7 +58,7 @@ def is_proven(leaving: FreeItemChecker, carrying: FreeItemChecker, D: Array) -> 
     return is_left and carrying.is_valid_path(D)
 
 
-def test_what_is_planned_is_proven_and_short(behind: WaysOut) -> None:
+def test_what_is_planned_is_proven_and_short(behind: Extraction) -> None:
     found = planned(behind)
     assert found
     for D in found:
@@ -67,7 +67,7 @@ def test_what_is_planned_is_proven_and_short(behind: WaysOut) -> None:
         assert len(D) - 2 <= MOST_PUSHES
 
 
-def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: WaysOut) -> None:
+def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: Extraction) -> None:
     assert not isinstance(behind.corridors, Reason)
     for corridor in behind.corridors:
         assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
@@ -82,7 +82,7 @@ def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: Planner) ->
     assert not np.array_equal(first[0].freed, other[0].freed)
 
 
-def test_the_same_seed_gives_the_same_ways(behind: WaysOut) -> None:
+def test_the_same_seed_gives_the_same_ways(behind: Extraction) -> None:
     first, again = planned(behind, 5), planned(behind, 5)
     assert len(first) == len(again)
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
@@ -99,7 +99,7 @@ def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: Planner) -> N
 
 
 @pytest.fixture(scope="module")
-def mailer(planner: Planner) -> WaysOut:
+def mailer(planner: Planner) -> Extraction:
     """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
     cell = planner.cell
     cell_bin = cell.pod.bins["bin_I"]
@@ -108,10 +108,10 @@ def mailer(planner: Planner) -> WaysOut:
     at = [0.33, sum(cell_bin.y_range) / 2, cell_bin.floor_back + item.shape.extents[2] / 2 + 0.0005]
     placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
-    return BinQuery(planner, scene, cell_bin, placed, Neighbours.AVOID).ways_out
+    return PickProblem(planner, scene, cell_bin, placed, Neighbours.AVOID).extraction
 
 
-def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: WaysOut) -> None:
+def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:
     found = climbed(mailer.leaving, mailer.carrying, mailer.first, np.random.default_rng(0))
     assert found
     for d in found:
@@ -120,7 +120,7 @@ def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mai
         assert d[2] >= 0.0
 
 
-def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: WaysOut) -> None:
+def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: Extraction) -> None:
     found = planned(mailer)
     assert found
     width = float(mailer.shape.extents.max())

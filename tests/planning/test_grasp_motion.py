@@ -10,11 +10,11 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
-from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_motion import GraspMotion
-from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.grasp_selection import feasible_grasps, tips
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 BIN = "bin_E"
@@ -36,34 +36,34 @@ def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn:
     return name, pose([x, y, z], R=R)
 
 
-def query_of(planner: Planner, scene: Scene, name: str) -> BinQuery:
-    return BinQuery(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), Neighbours.AVOID)
+def problem_of(planner: Planner, scene: Scene, name: str) -> PickProblem:
+    return PickProblem(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN))
 
 
 def grasps_of(planner: Planner, scene: Scene, name: str) -> tuple[GraspMotion, ...]:
-    return feasible_grasps(query_of(planner, scene, name), 1, [])[0]
+    return feasible_grasps(problem_of(planner, scene, name), ())[0]
 
 
-def met(query: BinQuery, face: str) -> frozenset[str]:
-    return query.contacts.met(outward_of(face, query.target.T_world_item[:3, :3]))
+def met(problem: PickProblem, face: str) -> frozenset[str]:
+    return problem.contacts.met(outward_of(face, problem.target.T_world_item[:3, :3]))
 
 
 def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: Planner) -> None:
     liner = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0)
     book = on_floor(cell, "laugh_out_loud_joke_book", 0.25, 0.0, up=0.0355)
     scene = scene_of(cell, liner, book)
-    query = query_of(planner, scene, "laugh_out_loud_joke_book")
-    assert "peva_shower_curtain_liner" in met(query, "+z")
-    assert "peva_shower_curtain_liner" not in met(query, "-z")
+    problem = problem_of(planner, scene, "laugh_out_loud_joke_book")
+    assert "peva_shower_curtain_liner" in met(problem, "+z")
+    assert "peva_shower_curtain_liner" not in met(problem, "-z")
     assert grasps_of(planner, scene, "laugh_out_loud_joke_book")
 
 
 def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(cell: Cell, planner: Planner) -> None:
     cards = on_floor(cell, "staples_index_cards", 0.25, 0.0)
     bar = on_floor(cell, "dove_beauty_bar", 0.25, 0.0715)  # beside it, 2 mm away, and higher
-    query = query_of(planner, scene_of(cell, cards, bar), "staples_index_cards")
-    assert "dove_beauty_bar" in query.contacts.beside
-    assert "dove_beauty_bar" not in met(query, "+z")
+    problem = problem_of(planner, scene_of(cell, cards, bar), "staples_index_cards")
+    assert "dove_beauty_bar" in problem.contacts.beside
+    assert "dove_beauty_bar" not in met(problem, "+z")
 
 
 def test_a_lance_that_rises_passes_what_a_level_one_meets(cell: Cell, planner: Planner) -> None:
@@ -93,19 +93,19 @@ def test_under_a_large_item_nothing_is_held_and_it_is_named(cell: Cell, planner:
     flat = on_floor(cell, name, 0.25, 0.0)
     up = float(cell.item(name).shape.extents[2]) + 0.001
     cover = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0, up=up, yaw=np.pi / 2)
-    query = query_of(planner, scene_of(cell, flat, cover), name)
-    found, reasons = feasible_grasps(query, 1, [])
+    problem = problem_of(planner, scene_of(cell, flat, cover), name)
+    found, reasons = feasible_grasps(problem, ())
     assert not found
     assert "peva_shower_curtain_liner" in {reason.in_the_way for reason in reasons}
 
 
 def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: Planner) -> None:
     name = next(n for (n, _), item in cell.items.items() if not item.suction and cell.item(n) is item)
-    query = query_of(planner, scene_of(cell, on_floor(cell, name, 0.2, 0.0)), name)
-    found, reasons = feasible_grasps(query, 1, [])
+    problem = problem_of(planner, scene_of(cell, on_floor(cell, name, 0.2, 0.0)), name)
+    found, reasons = feasible_grasps(problem, ())
     assert not found
     assert [reason.what for reason in reasons] == ["cannot be held by suction"]
-    assert not {"contacts", "ways_out"} & set(vars(query))
+    assert not {"contacts", "extraction"} & set(vars(problem))
 
 
 def test_a_light_item_is_pressed_where_it_is_carried(
@@ -115,14 +115,14 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     bar = on_floor(cell, "dove_beauty_bar", 0.2, 0.0, yaw=np.pi / 2)
     mailer = on_floor(cell, "scotch_bubble_mailer", 0.2, 0.0, up=cell.item(bar[0]).shape.extents[2])
     scene = scene_of(cell, bar, mailer)
-    query = query_of(planner, scene, "scotch_bubble_mailer")
+    problem = problem_of(planner, scene, "scotch_bubble_mailer")
     found = grasps_of(planner, scene, "scotch_bubble_mailer")
-    assert found and not any(query.tips(f.grasp) for f in found)
+    assert found and not any(tips(problem, f.grasp) for f in found)
     out = found[0].grasp.T_item_tip.copy()
     out[0, 3] = 0.1
-    assert query.tips(replace(found[0].grasp, T_item_tip=out))
-    assert not query.tips(replace(found[0].grasp, T_item_tip=out, kind="frontal"))
-    monkeypatch.setattr(BinQuery, "tips", lambda query, grasp: True)
+    assert tips(problem, replace(found[0].grasp, T_item_tip=out))
+    assert not tips(problem, replace(found[0].grasp, T_item_tip=out, kind="frontal"))
+    monkeypatch.setattr(grasp_selection, "tips", lambda problem, grasp: True)
     assert grasps_of(planner, scene, "scotch_bubble_mailer")  # better so than not at all
 
 
@@ -130,5 +130,5 @@ def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: Planner) -> N
     ball = on_floor(cell, "rawlings_baseball", 0.25, 0.0)
     scene = scene_of(cell, ball)
     grasps = [f.grasp for f in grasps_of(planner, scene, ball[0]) if f.grasp.kind == "top-down"]
-    query = query_of(planner, scene, ball[0])
-    assert grasps and not any(query.tips(grasp) for grasp in grasps)
+    problem = problem_of(planner, scene, ball[0])
+    assert grasps and not any(tips(problem, grasp) for grasp in grasps)

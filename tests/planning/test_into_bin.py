@@ -14,9 +14,11 @@ from pickcli.errors import Reason, UnknownNameError
 from pickcli.geometry import Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.bin_placements import LEAST_SLENDERNESS, bin_spots
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.settle import settle
 from pickcli.verification.held_pose import pose_in_tool
@@ -37,7 +39,7 @@ def scene(scene_with: SceneWith) -> Scene:
 @pytest.fixture(scope="module")
 def moved(planner: Planner, cell: Cell, scene: Scene) -> Plan:
     home = cell.configurations["home"]
-    return plan_pick(planner, scene, FROM, ITEM, Start(home.q, home.tool_state), seed=2, into=INTO)
+    return plan_pick(planner, scene, PickQuery(FROM, ITEM, into=INTO), Start(home.q, home.tool_state), seed=2)
 
 
 def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
@@ -187,4 +189,4 @@ def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) ->
 def test_a_place_that_is_not_in_the_cell_is_named(planner: Planner, cell: Cell, scene: Scene) -> None:
     home = Start(cell.configurations["home"].q, cell.configurations["home"].tool_state)
     with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
-        plan_pick(planner, scene, FROM, ITEM, home, into="bin_X")
+        plan_pick(planner, scene, PickQuery(FROM, ITEM, into="bin_X"), home)

@@ -14,9 +14,11 @@ from pickcli.geometry import pose
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.move import plan_move
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.load_check import held_wrenches
@@ -41,7 +43,7 @@ def test_a_free_item_is_picked_and_certified(
     planner: Planner, scene_with: SceneWith, home: Start, bin_name: str
 ) -> None:
     scene = scene_with(("crayola_24_ct", bin_name, 0.25, 0.0))
-    plan = plan_pick(planner, scene, bin_name, "crayola_24_ct", home, seed=3)
+    plan = plan_pick(planner, scene, PickQuery(bin_name, "crayola_24_ct"), home, seed=3)
     kinds = [s.kind for s in plan.segments]
     assert list(dict.fromkeys(kinds)) == ORDER
     verdict = verify(plan, scene)
@@ -53,20 +55,20 @@ def test_same_query_same_motion_and_with_another_seed_another(
     planner: Planner, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("dove_beauty_bar", "bin_H", 0.2, 0.03))
-    first = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=1)
-    again = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=1)
+    first = plan_pick(planner, scene, PickQuery("bin_H", "dove_beauty_bar"), home, seed=1)
+    again = plan_pick(planner, scene, PickQuery("bin_H", "dove_beauty_bar"), home, seed=1)
     assert motion_hash(first) == motion_hash(again)
     np.testing.assert_array_equal(first.trajectory.positions, again.trajectory.positions)
-    other = plan_pick(planner, scene, "bin_H", "dove_beauty_bar", home, seed=2)
+    other = plan_pick(planner, scene, PickQuery("bin_H", "dove_beauty_bar"), home, seed=2)
     assert motion_hash(other) != motion_hash(first)
     assert verify(other, scene).reasons == ()
 
 
 def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: SceneWith, home: Start) -> None:
     scene = scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0))
-    first = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home)
+    first = plan_pick(planner, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
     assert first.grasp is not None
-    second = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home, exclude=[first.grasp])
+    second = plan_pick(planner, scene, PickQuery("bin_B", "kleenex_tissue_box", exclude=(first.grasp,)), home)
     assert second.grasp is not None
     apart = np.linalg.norm(first.grasp.T_item_tip[:3, 3] - second.grasp.T_item_tip[:3, 3])
     is_other = (first.grasp.face, first.grasp.kind) != (second.grasp.face, second.grasp.kind)
@@ -77,7 +79,7 @@ def test_heavy_items_go_slower_than_the_cup_allows(
     planner: Planner, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("dasani_water_bottle", "bin_K", 0.2, 0.0))
-    plan = plan_pick(planner, scene, "bin_K", "dasani_water_bottle", home)
+    plan = plan_pick(planner, scene, PickQuery("bin_K", "dasani_water_bottle"), home)
     tool = planner.cell.robot.tool
     assert plan.grasp is not None
     assert plan.speed_scale <= 0.5
@@ -93,8 +95,8 @@ def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
     airtight = dict.fromkeys(box.item.seals, 1.0)
     scene = scene.moved(replace(box, item=replace(box.item, seals=airtight)))
     careful = Planner(cell, settings=replace(planner.settings, load_ratio=share))
-    fast = plan_pick(planner, scene, "bin_B", "kleenex_tissue_box", home)
-    plan = plan_pick(careful, scene, "bin_B", "kleenex_tissue_box", home)
+    fast = plan_pick(planner, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
+    plan = plan_pick(careful, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
     assert fast.grasp is not None and plan.grasp is not None
     assert plan.grasp.T_item_tip == pytest.approx(fast.grasp.T_item_tip)
     assert fast.grasp.load_ratio > 1.2 * share
@@ -114,10 +116,13 @@ def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: Scen
         ("crayola_24_ct", "bin_E", 0.33, 0.0), ("kleenex_paper_towels", "bin_E", 0.12, 0.0)
     )  # fmt: skip
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, scene, "bin_E", "crayola_24_ct", home)
+        plan_pick(planner, scene, PickQuery("bin_E", "crayola_24_ct"), home)
     assert "kleenex_paper_towels" in str(caught.value)
     ignoring = Neighbours.IGNORE
-    assert plan_pick(planner, scene, "bin_E", "crayola_24_ct", home, neighbours=ignoring).grasp is not None
+    assert (
+        plan_pick(planner, scene, PickQuery("bin_E", "crayola_24_ct", neighbours=ignoring), home).grasp
+        is not None
+    )
 
 
 def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
@@ -134,27 +139,27 @@ def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
         T = pose([*liner.T_world_item[:2, 3], top + height / 2], R=placed.T_world_item[:3, :3])
         scene, top = scene.moved(replace(placed, T_world_item=T)), top + height
     with pytest.raises(NoPlanError) as caught:
-        plan_pick(planner, scene, "bin_K", liner.id, home)
+        plan_pick(planner, scene, PickQuery("bin_K", liner.id), home)
     assert caught.value.in_the_way == (bar.id, book.id)
     with pytest.raises(NoPlanError) as caught:  # the bar hangs in the air: it would fall onto the liner
-        plan_pick(planner, scene.without(book.id), "bin_K", liner.id, home)
+        plan_pick(planner, scene.without(book.id), PickQuery("bin_K", liner.id), home)
     assert caught.value.in_the_way == (bar.id,)
     alone = scene.without(book.id).without(bar.id)
-    assert verify(plan_pick(planner, alone, "bin_K", liner.id, home), alone).is_accepted
+    assert verify(plan_pick(planner, alone, PickQuery("bin_K", liner.id), home), alone).is_accepted
 
 
 def test_what_cannot_be_sucked_says_why(planner: Planner, scene_with: SceneWith, home: Start) -> None:
     scene = scene_with(("fitness_gear_3lb_dumbbell", "bin_B", 0.2, 0.0))
     with pytest.raises(NoPlanError, match="pinching"):
-        plan_pick(planner, scene, "bin_B", "fitness_gear_3lb_dumbbell", home)
+        plan_pick(planner, scene, PickQuery("bin_B", "fitness_gear_3lb_dumbbell"), home)
 
 
 def test_unknown_names_are_named(planner: Planner, scene_with: SceneWith, home: Start) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
     with pytest.raises(UnknownNameError, match="bin_Z"):
-        plan_pick(planner, scene, "bin_Z", "crayola_24_ct", home)
+        plan_pick(planner, scene, PickQuery("bin_Z", "crayola_24_ct"), home)
     with pytest.raises(UnknownNameError, match="crayola_24_ct"):
-        plan_pick(planner, scene, "bin_B", "crayola_24", home)
+        plan_pick(planner, scene, PickQuery("bin_B", "crayola_24"), home)
 
 
 def test_a_move_arrives_and_a_blocked_goal_is_explained(

@@ -12,10 +12,10 @@ from pickcli.errors import NoPlanError
 from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.pick import Start, plan_pick
-from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify
@@ -49,7 +49,7 @@ def told_to_touch(plan: Plan, scene: Scene, name: str) -> Plan:
 
 def test_the_planner_refuses_to_lift_under_something(planner: Planner, under: Scene, home: Start) -> None:
     with pytest.raises(NoPlanError, match="rests on the target") as caught:
-        plan_pick(planner, under, BIN, CASE, home)
+        plan_pick(planner, under, PickQuery(BIN, CASE), home)
     assert caught.value.in_the_way == (BOOK,)
 
 
@@ -57,7 +57,7 @@ def test_the_second_opinion_refuses_it_by_the_depth_alone(
     planner: Planner, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
-    plan = plan_pick(planner, alone, BIN, CASE, home)
+    plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
     assert verify(plan, alone).is_accepted
     reasons = verify(told_to_touch(plan, under, BOOK), under).reasons
     assert any(r.what == "planned contact too deep" and BOOK in r.detail for r in reasons)
@@ -67,7 +67,7 @@ def test_the_second_opinion_refuses_to_take_away_what_others_need(
     planner: Planner, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
-    plan = plan_pick(planner, alone, BIN, CASE, home)
+    plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
     reasons = verify(replace(plan, scene_hash=scene_hash(under)), under).reasons
     assert BOOK in {r.in_the_way for r in reasons if r.what == "takes away what others need"}
 
@@ -76,9 +76,9 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     planner: Planner, under: Scene, cell: Cell
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
-    query = BinQuery(planner, under, cell.pod.bins[BIN], under.find(CASE), Neighbours.AVOID)
-    assert BOOK in query.contacts.beside
-    flying = query.ways_out.leaving
+    problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE))
+    assert BOOK in problem.contacts.beside
+    flying = problem.extraction.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
     assert flying.is_valid(np.zeros(6))
     assert flying.first_invalid_edge(np.stack([np.zeros(6), up])) == 0
@@ -88,7 +88,7 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
     planner: Planner, cell: Cell, home: Start
 ) -> None:
     thin = lying_on(cell, BIN, BOOK, None, PoseNoise())
-    plan = plan_pick(planner, thin, BIN, BOOK, home)
+    plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
     assert verify(plan, thin).is_accepted
     for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
         tool = replace(cell.robot.tool, cup_stroke=stroke)
@@ -106,7 +106,7 @@ def test_poses_that_contradict_each_other_are_not_planned_with(
     (case,) = scene.items
     sunk = scene.moved(replace(case, T_world_item=pose((0.0, 0.0, -0.01)) @ case.T_world_item))
     with pytest.raises(NoPlanError, match="poses contradict each other"):
-        plan_pick(planner, sunk, BIN, CASE, home)
+        plan_pick(planner, sunk, PickQuery(BIN, CASE), home)
 
 
 def test_beside_a_neighbour_it_is_lifted_without_being_pushed_into_it(
@@ -124,7 +124,7 @@ def test_beside_a_neighbour_it_is_lifted_without_being_pushed_into_it(
         T = pose((0.0, side * away, low)) @ target.T_world_item
         beside.append(replace(target, id=f"bar{side}", item=bar, T_world_item=T))
     scene = replace(scene, items=(target, *beside))
-    plan = plan_pick(planner, scene, BIN, target.id, home)
+    plan = plan_pick(planner, scene, PickQuery(BIN, target.id), home)
     assert verify(plan, scene).reasons == ()
     lift = next(s for s in plan.segments if s.kind is SegmentKind.LIFT)
     assert {"bar-1", "bar1"} <= set(lift.touching)

@@ -16,11 +16,13 @@ from pickcli.geometry import pose
 from pickcli.grasping.candidates import sample_grasps
 from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.pick import Start, plan_pick
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.recovery_plan import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.planning.stages import grasp_selection
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.verification.verify import verify
 
@@ -34,7 +36,7 @@ def home(cell: Cell) -> Start:
 
 
 def stopped_at_contact(planner: Planner, scene: Scene, home: Start, bin_name: str, item: str) -> Start:
-    plan = plan_pick(planner, scene, bin_name, item, home)
+    plan = plan_pick(planner, scene, PickQuery(bin_name, item), home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     return Start(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
 
@@ -75,7 +77,7 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
 def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scene, StoppedMotion, Start]:
     """Stopped at contact, with a soap bar seen 1 mm from the lance, where 3 mm are wanted."""
     free = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(planner, free, "bin_B", "crayola_24_ct", home)
+    plan = plan_pick(planner, free, PickQuery("bin_B", "crayola_24_ct"), home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0), ("dove_beauty_bar", "bin_B", 0.16, 0.043))
     bar = scene.find("dove_beauty_bar")
@@ -148,7 +150,7 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
     planner: Planner, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
-    plan = plan_pick(planner, scene, "bin_B", "crayola_24_ct", home)
+    plan = plan_pick(planner, scene, PickQuery("bin_B", "crayola_24_ct"), home)
     taken = next(s.t_start for s in plan.segments if s.held is not None)
     stopped = StoppedMotion(plan, taken + after)
     placed = scene.find("crayola_24_ct")

@@ -12,9 +12,9 @@ from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.tool import ToolState
 from pickcli.motion.plan import Plan
 from pickcli.planning.move import plan_move
-from pickcli.planning.pick import Start
 from pickcli.planning.planning_context import Planner
 from pickcli.planning.retrace import StoppedMotion, back_to_start
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.verify import verify

@@ -13,7 +13,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, Spot, spots
+from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, TotePlacement, spots
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from support.tool_states import DOWN, STRAIGHT
 
@@ -42,13 +42,13 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
     return T[:3, 3] - reach, T[:3, 3] + reach
 
 
-def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[Spot, ...]:
+def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[TotePlacement, ...]:
     places = spots(scene, held, tool_state)
     assert not isinstance(places, Reason)
     return places
 
 
-def released_pose(spot: Spot, held: AttachedItem) -> Array:
+def released_pose(spot: TotePlacement, held: AttachedItem) -> Array:
     """Pose (4, 4) in the world of the item at the moment of release."""
     return np.asarray(spot.release @ held.T_tip_item)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,9 +10,11 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError, Reason
 from pickcli.geometry import Array, pose
-from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
+from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
@@ -73,7 +74,8 @@ class FakeCrew:
     duration: float = DURATION
     held: str | None = None
     releases_into: str | None = None
-    planned: list[tuple[str, int, tuple[Grasp, ...]]] = field(default_factory=list)  # item, seed, excluded
+    # Of each plan asked for: item, seed, excluded grasps.
+    planned: list[tuple[str, int, tuple[Grasp | GraspKind, ...]]] = field(default_factory=list)
     perceived: list[Scene] = field(default_factory=list)
     executed: list[Plan] = field(default_factory=list)
     collided: tuple[Collision, ...] = ()  # the world's own record, whatever the executions tell
@@ -103,19 +105,20 @@ class FakeCrew:
     def now(self) -> Scene:
         return self.scene if self.held is None else self.scene.without(self.held)
 
-    def plan(self, scene: Scene, bin_name: str, item: str, into: str, q: Array, tool_state: ToolState,
-             seed: int, exclude: Sequence[Grasp]) -> Plan:  # fmt: skip
+    def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
         self.perceived.append(scene)
-        self.planned.append((item, seed, tuple(exclude)))
+        item, into = query.item, query.into
+        self.planned.append((item, seed, query.exclude))
         if item in self.no_plan:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
-        if self.blocked.get(item) in {placed.id for placed in scene.in_location(bin_name)}:
+        if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.bin_name)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
-        grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(exclude)), *[0.0] * 5)
+        grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)
 
-    def recover(self, scene: Scene, q: Array, tool_state: ToolState, seed: int, level: RecoveryLevel,
-                stopped: StoppedMotion | None) -> Plan:  # fmt: skip
+    def recover(
+        self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
+    ) -> Plan:
         self.levels.append(level)
         n_rounds = self.levels.count(RecoveryLevel.AS_PLANNED)
         missing = self.stuck[min(n_rounds, len(self.stuck)) - 1] if self.stuck else frozenset()

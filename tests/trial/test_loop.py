@@ -9,8 +9,10 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError, NoPlanError, Reason
-from pickcli.motion.plan import Grasp, GraspKind
-from pickcli.scene.scene import TOTE
+from pickcli.motion.plan import Grasp, GraspKind, Plan
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.attempt_runner import TrialSettings
@@ -95,9 +97,9 @@ def test_where_no_other_kind_of_grasp_is_left_another_place_is_taken(cell: Cell)
     fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     plan = fake.plan
 
-    def plan_one_kind(*args):  # type: ignore[no-untyped-def]
-        found = plan(*args)
-        if any(isinstance(excluded, GraspKind) for excluded in args[-1]):
+    def plan_one_kind(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+        found = plan(scene, query, start, seed)
+        if any(isinstance(excluded, GraspKind) for excluded in query.exclude):
             raise NoPlanError("pick", [Reason("no face within reach")])
         return found
 
@@ -166,7 +168,9 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
 
     def refusals_after(bin_name: str) -> int:
         trial.open[tape.index] = tape.refused()
-        plan = fake.plan(fake.scene, bin_name, "dasani_water_bottle", TOTE, fake.q, fake.tool_state, 0, ())
+        plan = fake.plan(
+            fake.scene, PickQuery(bin_name, "dasani_water_bottle"), Start(fake.q, fake.tool_state), 0
+        )
         done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
                        plan=plan, execution=Execution(1.0))  # fmt: skip
         trial._note(bottle, done)

@@ -14,7 +14,8 @@ from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
-from pickcli.scene.scene import TOTE
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.start_state import Start
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.suction import NO_LOAD, Release
@@ -44,7 +45,7 @@ def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -
 def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena) -> None:
     cell = arena.now().cell
     fake = FakeCrew(arena.now())
-    plan = fake.plan(arena.now(), "bin_A", "crayola_24_ct", TOTE, arena.q, arena.tool_state, 0, ())
+    plan = fake.plan(arena.now(), PickQuery("bin_A", "crayola_24_ct"), Start(arena.q, arena.tool_state), 0)
     before = arena.q.copy()
     done = arena.execute(replace(plan, cell_fingerprint=cell.fingerprint))
     assert "refusing to start" in done.stopped

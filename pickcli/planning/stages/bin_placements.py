@@ -27,7 +27,7 @@ LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is 
 
 
 def bin_spots(
-    planner: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Bin, n_most: int = 8
+    context: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Bin, n_most: int = 8
 ) -> tuple[PlacedItem, ...] | Reason:
     """The item where it could be let go in a bin, the best place first; or why there is none.
 
@@ -41,7 +41,7 @@ def bin_spots(
     T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
     uncertainty = scene.noise.bound(placed.item)
     free = FreeItem(placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3], uncertainty)
-    flying = FreeItemChecker(planner.model, scene, free, while_resting_on(cell_bin.floor, placed.id))
+    flying = FreeItemChecker(context.model, scene, free, while_resting_on(cell_bin.floor, placed.id))
     places = _places(cell_bin, reach, uncertainty + HOVER)
     fitting = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
     if not fitting:

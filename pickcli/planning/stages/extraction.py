@@ -20,7 +20,7 @@ from pickcli.planning.stages.planned_extraction import planned_corridors
 N_FEW, N_MANY = 4, 40  # simple ways out at most
 
 
-class Ways(Enum):
+class CorridorSet(Enum):
     """How many ways out a grasp may choose from."""
 
     FEW = "the shortest simple ones"
@@ -28,7 +28,7 @@ class Ways(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class WaysOut:
+class Extraction:
     """The ways out of one item in one bin.
 
     shape: of the item, grown by its uncertainty. leaving: the item while it may touch what it rests on, over
@@ -52,9 +52,9 @@ class WaysOut:
             return self._planned or simple
         return simple
 
-    def pushes(self, ways: Ways) -> tuple[Array, ...]:
+    def pushes(self, ways: CorridorSet) -> tuple[Array, ...]:
         """What each way does to the tool, (K, 4, 4) as in ``cartesian.corridor``; () where there is none."""
-        return self._few if ways is Ways.FEW else self._many
+        return self._few if ways is CorridorSet.FEW else self._many
 
     @cached_property
     def _few(self) -> tuple[Array, ...]:

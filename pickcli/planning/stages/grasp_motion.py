@@ -21,11 +21,12 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.grasping.cup_press import cup_press
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.stages.extraction import Ways
+from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.tool_clearance import tool_ways_in, tool_ways_out
 from pickcli.scene.scene import Scene
 
@@ -62,32 +63,32 @@ class GraspMotion:
 
 
 def plan_grasp_motion(
-    query: BinQuery, grasp: Grasp, rng: np.random.Generator, ways: Ways = Ways.FEW
+    problem: PickProblem, grasp: Grasp, rng: np.random.Generator, ways: CorridorSet = CorridorSet.FEW
 ) -> GraspMotion | Failures:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
 
     Args:
-        query: The pick.
+        problem: The pick.
         grasp: Where the cup sits on the target.
         rng: Source of the arm's random seeds.
         ways: Out of the bin, among which one is chosen.
     """
-    planner, where = query.planner, f"{grasp.kind} grasp on face {grasp.face}"
-    if isinstance(query.corridors, Reason):
-        return Failures.of(query.corridors)
-    ways_in = tool_ways_in(query, grasp)
+    context, where = problem.context, f"{grasp.kind} grasp on face {grasp.face}"
+    if isinstance(problem.extraction.corridors, Reason):
+        return Failures.of(problem.extraction.corridors)
+    ways_in = tool_ways_in(problem, grasp)
     if isinstance(ways_in, Reason):
         return Failures.of(ways_in.within(where))
     contact = ways_in[0].contact
-    ways_out = tool_ways_out(query, grasp, contact, ways)
+    ways_out = tool_ways_out(problem, grasp, contact, ways)
     if isinstance(ways_out, Reason):
         return Failures.of(ways_out.within(where))
-    solutions = planner.arm.solve(contact, grasp.tool_state, _seeds(query, rng))
+    solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
-    lines = _Lines.of(query, grasp, contact, where)
+    lines = _Lines.of(problem, grasp, contact, where)
     failures, pressed = Failures(), lines.checker(lines.pressing)
-    for q_contact in solutions[: planner.settings.solutions_per_grasp]:
+    for q_contact in solutions[: context.settings.solutions_per_grasp]:
         if not pressed.is_valid(q_contact):
             failures += pressed.explain(q_contact).at(f"{where}, contact")
             continue
@@ -103,10 +104,10 @@ def plan_grasp_motion(
     return failures
 
 
-def _seeds(query: BinQuery, rng: np.random.Generator) -> Array:
+def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
     """The configuration in front of the bin, the same along the rail, and random ones."""
-    arm, cell = query.planner.arm, query.planner.cell
-    front = cell.configurations[query.cell_bin.name].q
+    arm, cell = problem.context.arm, problem.context.cell
+    front = cell.configurations[problem.cell_bin.name].q
     along = np.repeat(front[None], 4, axis=0)
     along[:, 0] = np.linspace(0.25, 1.0, 4)
     return np.vstack([front[None], along, arm.random_seeds(rng, 7)])
@@ -128,7 +129,7 @@ class _Lines:
     """Follows the lines of one grasp, each in its mode.
 
     Attributes:
-        planner: What proves them.
+        context: What proves them.
         scene: The scene as it is seen.
         contact: (4, 4) pose of the tool in the world when the cup is pressed on.
         where: The grasp, as reasons call it.
@@ -139,7 +140,7 @@ class _Lines:
         carrying: With the target when it touches nothing any more.
     """
 
-    planner: Planner
+    context: Planner
     scene: Scene
     contact: Array
     where: str
@@ -150,14 +151,15 @@ class _Lines:
     carrying: Mode
 
     @classmethod
-    def of(cls, query: BinQuery, grasp: Grasp, contact: Array, where: str) -> _Lines:
-        state, contacts, target = grasp.tool_state, query.contacts, query.target
-        press = query.press(grasp)
+    def of(cls, problem: PickProblem, grasp: Grasp, contact: Array, where: str) -> _Lines:
+        state, contacts, target = grasp.tool_state, problem.contacts, problem.target
+        tool, excess = problem.context.cell.robot.tool, problem.context.model.cup_excess
+        press = cup_press(grasp, tool, problem.scene.noise, target.T_world_item[:3, :3], excess)
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
         T_tip_item = inverse(contact) @ target.T_world_item
-        attached = AttachedItem(target.item, T_tip_item, query.uncertainty, target.id)
+        attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
         return cls(
-            query.planner, query.scene, contact, where, attached,
+            problem.context, problem.scene, contact, where, attached,
             approaching=Mode(state, None, contacts.while_approaching()),
             pressing=Mode(state, None, contacts.while_pressing(press)),
             lifting=Mode(state, attached, contacts.while_lifting(press)),
@@ -166,12 +168,12 @@ class _Lines:
 
     def checker(self, mode: Mode) -> SceneChecker:
         """What proves lines in one mode."""
-        return self.planner.checker_for(self.scene, mode)
+        return self.context.checker_for(self.scene, mode)
 
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
-        settings, kind = self.planner.settings, SegmentKind
-        contact_speed = SLOWER_THAN_ALLOWED * self.planner.cell.robot.tool.contact_speed
+        settings, kind = self.context.settings, SegmentKind
+        contact_speed = SLOWER_THAN_ALLOWED * self.context.cell.robot.tool.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
         lines = (
             _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),
@@ -185,7 +187,7 @@ class _Lines:
 
     def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
         """Lift and retreat with the target; free of all contact once the first stretch has ended."""
-        settings, kind = self.planner.settings, SegmentKind
+        settings, kind = self.context.settings, SegmentKind
         freeing = _Line(kind.LIFT, self.lifting, self.contact, poses.freed, settings.lift_speed)
         freed = self._followed((freeing,), q_contact)
         if isinstance(freed, Reason):
@@ -204,7 +206,7 @@ class _Lines:
     def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Reason:
         """The lines one after the other as segments, from a configuration (n,) at the start of the first."""
         found: list[MotionSegment] = []
-        arm = self.planner.arm
+        arm = self.context.arm
         for line in lines:
             checker, where = self.checker(line.mode), f"{self.where}, {line.kind}"
             waypoints = follow_line(arm, checker, line.T_a, line.T_b, line.mode.tool_state, q, where)

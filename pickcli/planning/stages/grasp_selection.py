@@ -10,11 +10,13 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.candidates import CandidateSet, sample_grasps
+from pickcli.grasping.cup_press import overtravel
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
-from pickcli.planning.bin_query import BinQuery
-from pickcli.planning.stages.extraction import Ways
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
+from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import with_room
 from pickcli.seeds import derived_rng
 
@@ -22,64 +24,83 @@ SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where i
 
 
 def feasible_grasps(
-    query: BinQuery, seed: int, exclude: Sequence[Grasp | GraspKind]
+    problem: PickProblem, exclude: Sequence[Grasp | GraspKind]
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     """At most ``wanted`` grasps, best first, and the reasons against the others.
 
-    exclude: grasps that failed before, or kinds of them
+    Args:
+        problem: The pick.
+        exclude: Grasps that failed before, or kinds of them.
     """
-    rng = derived_rng(seed, "grasps", query.target.id)
+    rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    for search, ways in ((USUAL, Ways.FEW), (WIDE, Ways.MANY)):
-        candidates = _candidates(query, search, exclude, rng)
+    for search, ways in ((USUAL, CorridorSet.FEW), (WIDE, CorridorSet.MANY)):
+        candidates = _candidates(problem, search, exclude, rng)
         failures += Failures(tuple(candidates.rejected))
-        if candidates.grasps and (obstacles := (*query.blockers, *query.contradictions)):
-            return (), failures + Failures(obstacles)
-        if candidates.grasps and isinstance(query.corridors, Reason):
-            return (), failures + query.corridors
-        feasible, against = _tried(query, candidates.grasps, ways, rng)
+        if candidates.grasps and (against := check_target(problem)).reasons:
+            return (), failures + against
+        if candidates.grasps and isinstance(problem.extraction.corridors, Reason):
+            return (), failures + problem.extraction.corridors
+        feasible, against = _tried(problem, candidates.grasps, ways, rng)
         failures += against
-        if feasible or not query.target.item.suction:
+        if feasible or not problem.target.item.suction:
             return feasible, failures
     return (), failures
 
 
 def _candidates(
-    query: BinQuery, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
+    problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
-    target, tool, most = query.target, query.planner.cell.robot.tool, query.planner.settings.load_ratio
-    found = sample_grasps(target.id, target.item, query.T_bin_item, tool, query.cell_bin, rng, search, most)
+    target, tool, most = problem.target, problem.context.cell.robot.tool, problem.context.settings.load_ratio
+    found = sample_grasps(
+        target.id, target.item, problem.T_bin_item, tool, problem.cell_bin, rng, search, most
+    )
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 
 def _tried(
-    query: BinQuery, grasps: Sequence[Grasp], ways: Ways, rng: np.random.Generator
+    problem: PickProblem, grasps: Sequence[Grasp], ways: CorridorSet, rng: np.random.Generator
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     feasible: list[GraspMotion] = []
-    roomy, failures = with_room(query, grasps, ways)
-    for grasp in _steady_first(query, roomy if ways is Ways.FEW else _in_turns(roomy), feasible):
-        result = plan_grasp_motion(query, grasp, rng, ways)
+    roomy, failures = with_room(problem, grasps, ways)
+    for grasp in _steady_first(problem, roomy if ways is CorridorSet.FEW else _in_turns(roomy), feasible):
+        result = plan_grasp_motion(problem, grasp, rng, ways)
         if isinstance(result, Failures):
             failures += result
             continue
         feasible.append(result)
-        if len(feasible) >= query.planner.settings.wanted:
+        if len(feasible) >= problem.context.settings.wanted:
             break
     return tuple(feasible), failures
 
 
 def _steady_first(
-    query: BinQuery, grasps: Iterable[Grasp], feasible: Sequence[GraspMotion]
+    problem: PickProblem, grasps: Iterable[Grasp], feasible: Sequence[GraspMotion]
 ) -> Iterator[Grasp]:
     """Grasps in their order; those that tip the target only where no other was found feasible by then."""
     tipping = []
     for grasp in grasps:
-        if query.tips(grasp):
+        if tips(problem, grasp):
             tipping.append(grasp)
         else:
             yield grasp
     if not feasible:
         yield from tipping
+
+
+def tips(problem: PickProblem, grasp: Grasp) -> bool:
+    """Whether a cup from above tips the target, because it presses beside what carries it.
+
+    Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no matter
+    of balance: it rolls wherever the cup meets it.
+    """
+    target = problem.target
+    if grasp.kind != "top-down" or target.can_roll:
+        return False
+    tip = target.T_world_item @ grasp.T_item_tip
+    tool = problem.context.cell.robot.tool
+    press = tool.cup_stiffness * overtravel(grasp, tool, problem.scene.noise)
+    return not problem.contacts.supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3])
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

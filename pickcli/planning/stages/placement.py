@@ -17,11 +17,11 @@ from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind, SegmentLimits
-from pickcli.planning.bin_query import BinQuery
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.bin_placements import bin_spots
 from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
-from pickcli.planning.stages.tote_placements import Spot, spots
-from pickcli.scene.scene import Scene
+from pickcli.planning.stages.tote_placements import TotePlacement, spots
+from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_rng
 
 WANTED_IN_TOTE, WANTED_IN_BIN = 4, 2  # motions among which the best whole one is chosen
@@ -52,35 +52,36 @@ class PlaceMotion:
 
 
 def plan_placement(
-    query: BinQuery, chosen: GraspMotion, cell_bin: Bin | None, seed: int
+    problem: PickProblem, chosen: GraspMotion, into: str
 ) -> tuple[PlaceMotion, ...] | Failures:
     """Motions that let the item go, all proven, the best place first; or every reason.
 
     Args:
-        query: The pick.
+        problem: The pick.
         chosen: How the item is held.
-        cell_bin: Where it is brought, None for the tote.
-        seed: Of the inverse kinematics.
+        into: Where it is brought, the tote or a bin.
     """
-    return _into_tote(query, chosen, seed) if cell_bin is None else _into_bin(query, chosen, cell_bin, seed)
+    if into == TOTE:
+        return _into_tote(problem, chosen)
+    return _into_bin(problem, chosen, problem.context.cell.pod.bins[into])
 
 
-def _into_tote(query: BinQuery, chosen: GraspMotion, seed: int) -> tuple[PlaceMotion, ...] | Failures:
-    planner, state = query.planner, chosen.grasp.tool_state
-    places = spots(query.scene, chosen.attached, state)
+def _into_tote(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
+    context, state = problem.context, chosen.grasp.tool_state
+    places = spots(problem.scene, chosen.attached, state)
     if isinstance(places, Reason):
         return Failures.of(places)
-    rng = derived_rng(seed, "drop", query.target.id)
-    named = [c.q for c in planner.cell.configurations.values() if c.kind in ("tote", "drop")]
-    carrying = Mode(state, chosen.attached, query.contacts.while_transferring())
-    checker = planner.checker_for(query.scene, carrying)
+    rng = derived_rng(problem.seed, "drop", problem.target.id)
+    named = [c.q for c in context.cell.configurations.values() if c.kind in ("tote", "drop")]
+    carrying = Mode(state, chosen.attached, problem.contacts.while_transferring())
+    checker = context.checker_for(problem.scene, carrying)
     found: list[PlaceMotion] = []
     failures = Failures()
     for spot in places:
-        seeds = np.vstack([chosen.end, *named, planner.arm.random_seeds(rng, 4)])
-        solutions = planner.arm.solve(spot.above, state, seeds)
+        seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, 4)])
+        solutions = context.arm.solve(spot.above, state, seeds)
         for q in solutions[checker.are_valid(solutions)]:
-            motion = _dropped(query, spot, q, carrying)
+            motion = _dropped(problem, spot, q, carrying)
             if not isinstance(motion, Reason):
                 found.append(motion)
                 break
@@ -91,33 +92,33 @@ def _into_tote(query: BinQuery, chosen: GraspMotion, seed: int) -> tuple[PlaceMo
     return tuple(found) or failures + none
 
 
-def _dropped(query: BinQuery, spot: Spot, q: Array, carrying: Mode) -> PlaceMotion | Reason:
+def _dropped(problem: PickProblem, spot: TotePlacement, q: Array, carrying: Mode) -> PlaceMotion | Reason:
     """Down to one spot and up again, from a configuration (n,) above the tote."""
-    planner, state = query.planner, carrying.tool_state
-    checker = planner.checker_for(query.scene, carrying)
-    down = follow_line(planner.arm, checker, spot.above, spot.release, state, q, "place")
+    context, state = problem.context, carrying.tool_state
+    checker = context.checker_for(problem.scene, carrying)
+    down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
     if isinstance(down, Reason):
         return down
-    limits = SegmentLimits(max_tool_speed=planner.settings.place_speed)
+    limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
     place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
     # The way up is the way down without the item: a part of the volume that was just proven free.
-    empty = Mode(state, None, query.contacts.after_dropping())
+    empty = Mode(state, None, problem.contacts.after_dropping())
     depart = replace(place.backwards(SegmentKind.DEPART), mode=empty)
-    return PlaceMotion(query.scene, (place,), (depart,), TOTE_COST * spot.cost)
+    return PlaceMotion(problem.scene, (place,), (depart,), TOTE_COST * spot.cost)
 
 
-def _into_bin(
-    query: BinQuery, chosen: GraspMotion, cell_bin: Bin, seed: int
-) -> tuple[PlaceMotion, ...] | Failures:
-    planner, target = query.planner, query.target
-    places = bin_spots(planner, query.scene, target, query.T_bin_item[:3, :3], cell_bin)
+def _into_bin(problem: PickProblem, chosen: GraspMotion, cell_bin: Bin) -> tuple[PlaceMotion, ...] | Failures:
+    context, target = problem.context, problem.target
+    places = bin_spots(context, problem.scene, target, problem.T_bin_item[:3, :3], cell_bin)
     if isinstance(places, Reason):
         return Failures.of(places)
-    rng = derived_rng(seed, "set down", target.id, cell_bin.name)
+    rng = derived_rng(problem.seed, "set down", target.id, cell_bin.name)
     found: list[PlaceMotion] = []
     failures = Failures()
     for k, placed in enumerate(places):
-        there = BinQuery(planner, query.scene.moved(placed), cell_bin, placed, query.neighbours, seed)
+        there = PickProblem(
+            context, problem.scene.moved(placed), cell_bin, placed, problem.neighbours, problem.seed
+        )
         if there.contacts.beside:
             failures += _too_close(there, f"place {k} in {cell_bin.name}")
             continue
@@ -131,17 +132,17 @@ def _into_bin(
     return tuple(found) or failures
 
 
-def _too_close(there: BinQuery, where: str) -> Failures:
+def _too_close(there: PickProblem, where: str) -> Failures:
     """What else than the floor the item would touch where it is set down."""
     items, names = frozenset(placed.id for placed in there.scene.items), sorted(there.contacts.beside)
     return Failures(tuple(Reason("too close", where, name, name if name in items else "") for name in names))
 
 
-def _set_down(there: BinQuery, picked: GraspMotion, cost: float) -> PlaceMotion:
+def _set_down(there: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
     """The segments of a pick from there, each backwards."""
     kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
     inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
     off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
     # Away from the item the cup need not be as slow as it meets it.
-    off = replace(off, limits=SegmentLimits(max_tool_speed=there.planner.settings.approach_speed))
+    off = replace(off, limits=SegmentLimits(max_tool_speed=there.context.settings.approach_speed))
     return PlaceMotion(there.scene, inward, (off, *rest), cost)

@@ -27,7 +27,7 @@ LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from poin
 
 
 @dataclass(frozen=True, eq=False)
-class Spot:
+class TotePlacement:
     """One way to release the item: tool poses (4, 4) in the world above the tote and at release."""
 
     above: Array
@@ -64,7 +64,7 @@ class _Pile:
 
 def spots(
     scene: Scene, held: AttachedItem, tool_state: ToolState, n_most: int = 30
-) -> tuple[Spot, ...] | Reason:
+) -> tuple[TotePlacement, ...] | Reason:
     """Places in the tote where the item fits between the walls, lowest pile first.
 
     Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
@@ -93,7 +93,7 @@ def _orientations(is_level: bool) -> list[tuple[float, Array]]:
 
 def _best(
     scene: Scene, held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile
-) -> list[Spot]:
+) -> list[TotePlacement]:
     """The best few release poses, on a grid, for one tool orientation."""
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
@@ -116,7 +116,7 @@ def _best(
     for i in order[:PER_ORIENTATION]:
         release = pose([*(centres[i] - T[:2, 3]), tip[i]], R=R)
         above = shifted(release, np.array([0.0, 0.0, rise[i]]))
-        found.append(Spot(above, release, float(cost[i])))
+        found.append(TotePlacement(above, release, float(cost[i])))
     return found
 
 

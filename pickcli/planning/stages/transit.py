@@ -44,7 +44,7 @@ class Coarse:
 
 
 def plan_coarse(
-    planner: Planner,
+    context: Planner,
     checker: SceneChecker,
     q_start: Array,
     goals: Array,
@@ -56,15 +56,15 @@ def plan_coarse(
 
     extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
     """
-    space = planner.space
+    space = context.space
     least = [estimated_duration(space, np.stack([q_start, g])) for g in goals]
     order = np.argsort([d + e for d, e in zip(least, extra, strict=True)], kind="stable")
     straight = _straight(checker, q_start, goals, least, order)
     if straight is not None and straight.goal == order[0]:
         return straight  # nothing can beat a straight edge to the best goal
-    searched = _searched(planner, checker, q_start, goals[order[:PROMISING]], seed, where)
+    searched = _searched(context, checker, q_start, goals[order[:PROMISING]], seed, where)
     if isinstance(searched, Failures) and straight is None:
-        searched = _searched(planner, checker, q_start, goals[order], seed, where)
+        searched = _searched(context, checker, q_start, goals[order], seed, where)
     if isinstance(searched, Failures):
         return straight or searched
     found = Coarse(searched.waypoints, int(order[searched.goal]), searched.duration, searched.source)
@@ -87,35 +87,35 @@ def _straight(
 
 
 def _searched(
-    planner: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
+    context: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
 ) -> Coarse | Failures:
     """What roadmap and planner find."""
-    stored = _stored(planner, checker, q_start, goals)
+    stored = _stored(context, checker, q_start, goals)
     if stored is not None:
         return stored
-    settings = planner.settings
+    settings = context.settings
     options = QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts)
     try:
         route = query(
-            planner.roadmap, checker, planner.space, q_start, goals, seed=seed, options=options, label=where
+            context.roadmap, checker, context.space, q_start, goals, seed=seed, options=options, label=where
         )
     except NoPlanError as error:
         return error.failures.within(where)
-    if planner.recorder is not None:
+    if context.recorder is not None:
         found = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
-        planner.recorder.record(found)
-    duration = estimated_duration(planner.space, route.path.waypoints)
+        context.recorder.record(found)
+    duration = estimated_duration(context.space, route.path.waypoints)
     return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
 
 
-def _stored(planner: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
+def _stored(context: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
     """A stored motion between two named configurations, if it is proven in the scene as it is."""
-    for database in filter(None, (planner.database, planner.learned)):
+    for database in filter(None, (context.database, context.learned)):
         for g, goal in enumerate(goals):
             motion = database.between(q_start, goal, _payload(checker))
             if motion is not None and checker.is_valid_path(motion.path.waypoints):
                 waypoints = motion.path.waypoints
-                return Coarse(waypoints, g, estimated_duration(planner.space, waypoints), "database")
+                return Coarse(waypoints, g, estimated_duration(context.space, waypoints), "database")
     return None
 
 

@@ -1,0 +1,133 @@
+"""One pick: what is asked, and the planning problem that follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pickcli.cell.station import Bin
+from pickcli.collision.free_flyer import FreeItem
+from pickcli.collision.stage_contacts import PickContacts
+from pickcli.errors import UnknownNameError
+from pickcli.geometry import Array, inverse
+from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.planning.pick_settings import Neighbours
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.stages.extraction import Extraction
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.seeds import derived_seed
+
+
+@dataclass(frozen=True)
+class PickQuery:
+    """What is asked of a pick.
+
+    Attributes:
+        bin_name: Bin that is picked from.
+        item: Instance id or name of the target.
+        into: Where the item is brought, the tote or a bin, onto its floor.
+        exclude: Grasps that failed before, or kinds of them.
+        neighbours: What motions inside the bin do about other items.
+    """
+
+    bin_name: str
+    item: str
+    into: str = TOTE
+    exclude: tuple[Grasp | GraspKind, ...] = ()
+    neighbours: Neighbours = Neighbours.AVOID
+
+
+@dataclass(frozen=True, eq=False)
+class PickProblem:
+    """Taking one target out of its bin.
+
+    Attributes:
+        context: What it is planned with.
+        scene: Poses as perceived; their noise bounds inflate the shapes.
+        cell_bin: Bin that the target is in.
+        target: The item that is picked.
+        neighbours: What motions inside the bin do about other items.
+        seed: Of all random choices.
+    """
+
+    context: Planner
+    scene: Scene
+    cell_bin: Bin
+    target: PlacedItem
+    neighbours: Neighbours = Neighbours.AVOID
+    seed: int = 0
+
+    @classmethod
+    def of(cls, context: Planner, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
+        """The problem that a query poses.
+
+        Raises:
+            UnknownNameError: The bin, the item, or the place where it is brought is not there.
+        """
+        bins = context.cell.pod.bins
+        if query.bin_name not in bins:
+            raise UnknownNameError("bin", query.bin_name, list(bins))
+        if query.into not in (TOTE, *bins):
+            raise UnknownNameError("place", query.into, [TOTE, *bins])
+        target = scene.find(query.item, query.bin_name)
+        return cls(context, scene, bins[query.bin_name], target, query.neighbours, seed)
+
+    def label(self, into: str) -> str:
+        """What plans and messages call the pick.
+
+        Args:
+            into: Where the item is brought.
+        """
+        told = f"pick {self.target.id} from {self.cell_bin.name}"
+        return told if into == TOTE else f"{told} into {into}"
+
+    @cached_property
+    def T_world_bin(self) -> Array:
+        """(4, 4) pose of the bin frame where the pod really stands."""
+        return np.asarray(self.scene.T_world_pod @ self.cell_bin.T_pod_bin)
+
+    @cached_property
+    def T_bin_item(self) -> Array:
+        """(4, 4) pose of the target in the bin frame."""
+        return np.asarray(inverse(self.T_world_bin) @ self.target.T_world_item)
+
+    @property
+    def uncertainty(self) -> float:
+        """How far any point of the target may be from where its pose says, m."""
+        return self.scene.noise.bound(self.target.item)
+
+    @property
+    def ignored(self) -> frozenset[str]:
+        """Ids of the neighbours that count as not there."""
+        if self.neighbours is Neighbours.AVOID:
+            return frozenset()
+        here = self.scene.in_location(self.cell_bin.name)
+        return frozenset(placed.id for placed in here if placed.id != self.target.id)
+
+    @cached_property
+    def contacts(self) -> PickContacts:
+        """Who may touch whom, stage by stage."""
+        stretch = self.context.settings.lift_contact
+        return PickContacts(self.scene, self.target, frozenset(self.cell_bin.floor), self.ignored, stretch)
+
+    @cached_property
+    def extraction(self) -> Extraction:
+        """The ways out of the bin for the target by itself."""
+        shape = self.target.item.shape.inflated(self.uncertainty)
+        free = FreeItem(
+            self.target.item, self.target.T_world_item, self.T_world_bin[:3, :3], self.uncertainty
+        )
+        checkers, contacts, scene = self.context.checkers, self.contacts, self.scene
+        beside = tuple(checkers.item(scene, free, alone) for alone in contacts.rolling_along())
+        return Extraction(
+            self.cell_bin,
+            self.T_world_bin,
+            self.T_bin_item,
+            shape,
+            leaving=checkers.item(scene, free, contacts.item_while_lifting(), beside),
+            carrying=checkers.item(scene, free, contacts.while_carrying()),
+            first=self.context.settings.lift_contact,
+            seed=derived_seed(self.seed, "exit", self.target.id),
+        )

@@ -1,0 +1,94 @@
+"""Transit: the coarse motion of the empty tool to one of several grasps, the fastest whole way in first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pickcli.cell.tool import MOVING, ToolState
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures
+from pickcli.motion.segment import SegmentKind
+from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import RESERVE
+from pickcli.planning.stages.grasp_motion import GraspMotion
+from pickcli.planning.stages.transit import plan_coarse
+from pickcli.planning.start_state import Start
+from pickcli.seeds import derived_seed
+
+SCORE_COST = 0.2  # s that a grasp's score of 1 is worth
+
+
+@dataclass(frozen=True, eq=False)
+class GraspTransit:
+    """A grasp with the transit to it.
+
+    Attributes:
+        in_bin: The motion inside the bin.
+        transit: From the start to where that begins.
+        cost: About the seconds to the end of the retreat, and what the grasp's score is worth.
+    """
+
+    in_bin: GraspMotion
+    transit: MotionSegment
+    cost: float
+
+
+def transits_to_grasps(
+    problem: PickProblem, grasps: Sequence[GraspMotion], start: Start
+) -> Iterator[GraspTransit | Failures]:
+    """Grasps with the transits to them, the fastest whole way in first, and why others are not reached.
+
+    All grasps with one tool state go to the planner as one goal set. Losers stay as fallbacks, planned when
+    they are asked for.
+
+    Args:
+        problem: The pick.
+        grasps: Feasible motions in the bin.
+        start: Where the robot is.
+    """
+    states = problem.context.cell.robot.tool.states
+    groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
+    heads: dict[ToolState, GraspTransit] = {}
+    todo = list(groups)
+    while todo or heads:
+        for state in filter(groups.__getitem__, todo):
+            head = _reached(problem, groups[state], start)
+            if isinstance(head, Failures):
+                yield head
+            else:
+                heads[state] = head
+        if not heads:
+            return
+        best = min(heads, key=lambda state: (heads[state].cost, state))
+        chosen = heads.pop(best)
+        yield chosen
+        groups[best].remove(chosen.in_bin)
+        todo = [best]
+
+
+def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -> GraspTransit | Failures:
+    """The fastest way into one of several grasps with one tool state."""
+    context, state = problem.context, group[0].grasp.tool_state
+    # While the tool changes its state on the way, the volume that it sweeps must be free.
+    mode = Mode(state if state == start.tool_state else MOVING, reserve=RESERVE)
+    goals = np.stack([f.start for f in group])
+    extra = [_cost(problem, f) for f in group]
+    seed = derived_seed(problem.seed, "transit", problem.target.id, state)
+    checker = context.checker_for(problem.scene, mode)
+    coarse = plan_coarse(context, checker, start.q, goals, extra, seed, "transit")
+    if isinstance(coarse, Failures):
+        return coarse
+    transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
+    return GraspTransit(group[coarse.goal], transit, coarse.duration + extra[coarse.goal])
+
+
+def _cost(problem: PickProblem, f: GraspMotion) -> float:
+    """About the seconds from the pre-approach to the end of the retreat, and what the grasp is worth."""
+    space, worth = problem.context.space, problem.context.settings.load_worth
+    segments = (*f.inward, *f.outward)
+    duration = float(sum(estimated_duration(space, segment.waypoints) for segment in segments))
+    return duration + SCORE_COST * f.grasp.score + worth * f.grasp.load_ratio
