@@ -39,6 +39,7 @@ MAX_NAME = 60  # characters of an unknown name that are compared and repeated
 MAX_PATH = 300  # characters of a name that may be a path
 MAX_KNOWN = 16  # names that are listed where none is like the one given
 MAX_MEANT = 3  # names that are suggested
+MIN_PREFIX = 3  # letters that a name begins with to be meant by them
 
 
 class UnknownNameError(InputError):
@@ -82,8 +83,8 @@ def suggestion(name: str, known: Collection[str]) -> str:
 
     Returns:
         "did you mean 'bin_C'?" with the names that differ in case and separators alone, else those that
-        contain the name as words (`A` for `bin_A`), else those spelt most alike. Without any, or with too
-        many that are equally alike, the known names.
+        contain the name as words (`A` for `bin_A`), else those that begin with it, else those spelt most
+        alike. Without any, or with too many that are equally alike, the known names.
     """
     if meant := _meant(name[:MAX_NAME], sorted(known)):
         return f"did you mean {' or '.join(map(repr, meant))}?"
@@ -103,6 +104,11 @@ def _meant(name: str, known: Sequence[str]) -> Sequence[str]:
     holding = [other for other in known if _holds(_words(other), words)]
     if 0 < len(holding) <= MAX_MEANT:
         return holding
+    beginning = [
+        other for other in known if len(name) >= MIN_PREFIX and other.lower().startswith(name.lower())
+    ]
+    if 0 < len(beginning) <= MAX_MEANT:
+        return beginning
     closest = difflib.get_close_matches(name, known, n=MAX_MEANT + 1)
     ratios = [difflib.SequenceMatcher(None, other, name).ratio() for other in closest]
     alike = [other for other, ratio in zip(closest, ratios, strict=True) if ratio == ratios[0]]

@@ -83,7 +83,8 @@ def cell_file(name_or_path: str | Path) -> Path:
         with suppress(OSError):  # e.g. a name that is too long for a file
             if candidate.is_file():
                 return candidate
-    raise UnknownNameError("cell", str(name_or_path), cell_names())
+    hint = "it is a folder without cell.yaml" if path.is_dir() else ""
+    raise UnknownNameError("cell", str(name_or_path), cell_names(), hint=hint)
 
 
 def _inside(source: Source, folder: Path, name: str) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from itertools import pairwise
 
 from pickcli.cell.cell_schema import CellModel
@@ -11,6 +10,7 @@ from pickcli.cell.pod import flat_from
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import UrdfChain
+from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source
 
 # The most of any joint that is built: m/s or rad/s, and their derivatives.
@@ -33,9 +33,8 @@ def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> Non
 def _refer(source: Source, key: Key, kind: str, name: str, known: Sequence[str]) -> None:
     """Note a name that does not exist."""
     if name not in known:
-        close = [] if source.is_full else get_close_matches(name, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known[:12])}"
-        source.add(key, f"no {kind} is named {name!r}; {hint}")
+        hint = "" if source.is_full else f"; {suggestion(name, known)}"
+        source.add(key, f"no {kind} is named {shortened(name)!r}{hint}")
 
 
 def _unique(source: Source, keys: Sequence[Key], names: Sequence[str]) -> None:
@@ -113,7 +112,10 @@ def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
     for role in ("flange_link", "lance_link", "cup_link"):
         _refer(source, ("tool", role), "link", getattr(tool, role), names)
     if names[-3:] != [tool.flange_link, tool.lance_link, tool.cup_link]:
-        source.add(("tool",), f"expected the chain to end with them; it ends {', '.join(names[-3:])}")
+        source.add(
+            ("tool",),
+            f"expected the chain to end with flange, lance and cup link; it ends {', '.join(names[-3:])}",
+        )
     _check_states(source, model, chain)
 
 

@@ -10,7 +10,7 @@ import click
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
 from pickcli.commands.options import cell_option, json_option
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError
 

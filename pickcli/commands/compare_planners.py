@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.options import cell_option, json_option, seed_option
+from pickcli.commands.param_types import WholeNumber
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
@@ -27,7 +28,7 @@ GEOMETRIC = (
 DEFAULT = ",".join([*GEOMETRIC, SEARCH])
 HEAD = ("planner", "solved", "planning ms", "p95", "whole ms", "p95", "as found", "length", "duration s",
         "x bound", "best x bound")  # fmt: skip
-PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
+PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 
 
 @click.command("compare-planners")
@@ -38,9 +39,9 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"])
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
               help=f"The kernel's RRTConnect, OMPL's, and {SEARCH!r}: the database's.")  # fmt: skip
-@click.option("--tries", type=click.IntRange(1, 1000), default=3, show_default=True, metavar="N",
+@click.option("--tries", type=WholeNumber(1, 1000), default=3, show_default=True, metavar="N",
               help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
-@click.option("--iterations", type=click.IntRange(1), default=3000, show_default=True,
+@click.option("--iterations", type=WholeNumber(1), default=3000, show_default=True,
               help=f"Most iterations of a planner for one path; {SEARCH!r} keeps to its own.")  # fmt: skip
 @seed_option
 @json_option

@@ -14,7 +14,7 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.commands.planner import (
     CONFIGURATION,
     artifact_options,

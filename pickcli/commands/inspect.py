@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene
 

@@ -12,7 +12,7 @@ import click
 from click.exceptions import Exit
 
 from pickcli import __version__
-from pickcli.errors import ApcError, printable
+from pickcli.errors import ApcError, printable, suggestion
 
 # name -> what it does, in one line. The command lives in pickcli.commands.<name with underscores>
 # as an object called ``command``.
@@ -49,6 +49,14 @@ class LazyGroup(click.Group):
         command = module.command
         assert isinstance(command, click.Command)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is named first. Raises UsageError, with what was meant, where there is none."""
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            ctx.fail(f"unknown command {args[0]!r}; {suggestion(args[0], COMMANDS)}")
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list in ``apc --help``, without importing anything."""
@@ -117,7 +125,7 @@ def _outcome() -> int:
     except Exit as done:  # --help, --version
         return done.exit_code
     except click.UsageError as error:
-        error.show()
+        _with_help(error).show()
         return 2
     except Terminated:
         click.echo("terminated", err=True)
@@ -141,6 +149,14 @@ def _outcome() -> int:
         click.echo(f"apc: error: {printable(str(where))}: {error.strerror}", err=True)
         return 3
     return code if isinstance(code, int) else 0
+
+
+def _with_help(error: click.UsageError) -> click.UsageError:
+    """The error; of an option that is missing with what belongs there, as its help says it."""
+    if not isinstance(error, click.MissingParameter) or not isinstance(error.param, click.Option):
+        return error
+    metavar = "" if error.ctx is None else error.param.make_metavar(error.ctx)
+    return click.MissingParameter(f"{metavar}: {error.param.help}", error.ctx, error.param)
 
 
 def _flushed(code: int) -> int:

@@ -11,7 +11,8 @@ from pickcli.commands.report import emit_json
 
 
 @click.command("make-order")
-@click.option("--task", type=click.Choice(["pick", "stow"]), default="pick", show_default=True,
+@click.option("--task", type=click.Choice(["pick", "stow"], case_sensitive=False), default="pick",
+              show_default=True,
               help="Move targets into the tote, or the tote's items into bins.")  # fmt: skip
 @click.option("--year", type=click.Choice(["2015", "2016"]), default="2016", show_default=True,
               help="Whose rules, items and numbers per bin. There was no stow in 2015.")  # fmt: skip

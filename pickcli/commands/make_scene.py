@@ -16,7 +16,7 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.path_type import PATH, refuse_suffix
+from pickcli.commands.param_types import PATH, refuse_suffix
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -63,8 +63,8 @@ def command(
     refuse_output(output, overwrite, *inputs)
     if picture is not None:
         refuse_output(picture, overwrite, *inputs)
-        refuse_suffix(picture, (".png",), "a picture")
         refuse_same(output, picture)
+        refuse_suffix(picture, (".png",), "a picture")
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
 

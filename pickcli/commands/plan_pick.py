@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Where the item is brought: tote, or a bin, onto its floor.",
 )
-@click.option("--neighbours", type=click.Choice(["avoid", "ignore"]), default="avoid", show_default=True,
+@click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
+              show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
 @verify_option
 @artifact_options

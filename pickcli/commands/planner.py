@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from math import inf
@@ -11,9 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.building import build_report
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json, plan_summary, plan_text
-from pickcli.errors import InputError, RejectedError, UnknownNameError
+from pickcli.errors import InputError, RejectedError, UnknownNameError, shortened, suggestion
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
@@ -164,25 +165,44 @@ def named_state(cell: Cell, text: str | None) -> ToolState:
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
     """A named configuration with its cup, or n numbers with commas (any cup: None). Raises InputError."""
-    import numpy as np
 
     if text in cell.configurations:
         named = cell.configurations[text]
         return named.q, named.tool_state
-    if "," not in text:
-        raise UnknownNameError("configuration", text, list(cell.configurations))
-    try:
-        q = np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise InputError(f"configuration {text!r}: {error}; write numbers with commas") from None
-    names = cell.robot.joint_names
-    if len(q) != len(names):
-        raise InputError(
-            f"configuration {text!r}: expected {len(names)} numbers ({' '.join(names)}), got {len(q)}"
-        )
+    q = _numbers(cell, text)
     if faults := _beyond_limits(cell.robot, q):
         raise InputError(f"configuration {text!r}: {'; '.join(faults)}; {_unit_advice(cell.robot, q)}")
     return q, None
+
+
+def _numbers(cell: Cell, text: str) -> Array:
+    """The configuration (n,) written as numbers with commas. Raises InputError, also for an unknown name."""
+    import numpy as np
+
+    names = cell.robot.joint_names
+    how = f"write {len(names)} numbers with commas ({','.join(names)})"
+    if not re.search(r"[-+.,;\d]", text[:2]):
+        known, hint = list(cell.configurations), suggestion(text, cell.configurations)
+        if hint.startswith("known"):
+            hint = f"apc inspect {cell.name} lists the names; or {how}"
+        raise UnknownNameError("configuration", text, known, hint=hint)
+    parts, told = text.split(","), f"configuration {shortened(text)!r}"
+    for part in parts:
+        if not _is_number(part):
+            raise InputError(f"{told}: {shortened(part)!r} is not a number; {how}")
+    if len(parts) != len(names):
+        raise InputError(
+            f"configuration {shortened(text)!r}: got {len(parts)} of {len(names)} numbers; {how}"
+        )
+    return np.array([float(part) for part in parts])
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _beyond_limits(robot: Robot, q: Array) -> list[str]:

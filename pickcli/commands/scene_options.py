@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pickcli.commands.options import json_option
-from pickcli.commands.path_type import PATH
+from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, scene_options
 
@@ -38,12 +38,14 @@ def command(
     Example:
       apc verify plan.json --scene scene.json --write
     """
-    from pickcli.errors import RejectedError, StaleError
+    from pickcli.errors import InputError, RejectedError, StaleError
     from pickcli.motion.plan_file import read_plan, write_plan
     from pickcli.verification.verify import verify
 
     plan = read_plan(plan_path)
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
+    if stopped is not None and plan.recovery is None:
+        raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
     scene = open_scene(scene_path, cell_name)
     try:
         verdict = verify(plan, scene, stopped)

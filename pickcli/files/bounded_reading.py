@@ -18,20 +18,21 @@ _KINDS = {
 
 
 def read_bytes(
-    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+    path: Path, max_bytes: int, what_to_do: str = "", wanted: FileKind | None = None
 ) -> bytes:  # fmt: skip
     """The bytes of a regular file of at most ``max_bytes``.
 
     Args:
         path: The file, or a link to it.
         max_bytes: The most that such a file has. What is larger is not read any farther.
-        what_to_do: Advice at the end of the message where the file is not there.
+        what_to_do: Advice at the end of the message where the file is not there; "" for that of its kind.
         wanted: What it should be; None for any file.
 
     Raises:
         InputError: There is no such file, it is a device, pipe, socket or folder, of another kind, too large
             or unreadable.
     """
+    what_to_do = what_to_do or "check the name" + ("" if wanted is None else f" ({wanted.origin})")
     try:
         refuse_special_file(path, what_to_do)
         with open(path, "rb") as file:
@@ -48,7 +49,7 @@ def read_bytes(
 
 
 def read_text(
-    path: Path, max_bytes: int, what_to_do: str = "check the name", wanted: FileKind | None = None
+    path: Path, max_bytes: int, what_to_do: str = "", wanted: FileKind | None = None
 ) -> str:  # fmt: skip
     """``read_bytes`` as UTF-8 text. Raises InputError also for bytes that are none."""
     content = read_bytes(path, max_bytes, what_to_do, wanted)

@@ -89,6 +89,8 @@ def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
         expected = f"{word} {detail['ctx'][bound]} entries"
     else:
         expected = _TYPES.get(kind) or detail["msg"].removeprefix("Input should ")
+        expected = re.sub(r"^String should match pattern", "text that matches", expected)
+        expected = re.sub(r"^String should have", "text of", expected)
         expected = expected.removeprefix("be ").removeprefix("have ")
     is_part = bool(key) and str(key[-1]) not in _fields(model, key[:-1])  # of a list or mapping
     if meaning == NO_MEANING or (is_part and kind in (*_TYPES, *_BOUNDS)):

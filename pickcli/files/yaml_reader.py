@@ -119,7 +119,9 @@ def parse_yaml(text: str, path: Path) -> Source:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        what = f"not YAML: {error.problem or error.context}; is a bracket open, or the file cut off?"
+        is_tab = re.search(r"\t", text.split("\n")[line - 1][:column])
+        cure = "indent with spaces, not tabs" if is_tab else "is a bracket open, or the file cut off?"
+        what = f"not YAML: {error.problem or error.context}; {cure}"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{path}: not YAML: {error}") from None

@@ -46,9 +46,19 @@ def _check_item(
 ) -> None:
     """The cell knows the item."""
     if (item.name, item.year) not in cell.items:
-        known = [name for name, year in cell.items if year == item.year]
-        hint = "" if source.is_full else f"; {suggestion(item.name, known)}"
-        source.add(key, f"unknown item {shortened(item.name)!r} of {item.year}{hint}")
+        source.add(
+            key, f"unknown item {shortened(item.name)!r} of {item.year}{_what_is_known(source, item, cell)}"
+        )
+
+
+def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell) -> str:
+    """What to write instead of an item that the cell does not know; "" where it will not be told."""
+    if source.is_full:
+        return ""
+    known = [name for name, year in cell.items if year == item.year]
+    if known:
+        return f"; {suggestion(item.name, known)}"
+    return f"; there are items of {' and '.join(sorted({str(year) for _, year in cell.items}))}"
 
 
 def check_places(source: Source, scene: Scene) -> None:

@@ -59,6 +59,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
         held=_held(source, model.held, cell),
     )
+    source.check()  # whether the poses are any, before it is asked where they are
     check_places(source, scene)
     check_standing(source, scene)
     check_overlaps(source, scene)

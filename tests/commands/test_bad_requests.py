@@ -47,7 +47,7 @@ def test_unknown_names(options: tuple[str, ...], told: str, made: Made, out: Pat
 @pytest.mark.parametrize(
     ("q", "told"),
     [
-        ("0.2,0,0", "expected 8 numbers (rail joint_s"),
+        ("0.2,0,0", "got 3 of 8 numbers; write 8 numbers with commas (rail,joint_s,"),
         ("9,0,0,0,0,0,0,0", "rail is 9 m, its limits are 0.05 to 1.15 m; correct it"),
         ("0.2,nan,0,0,0,0,0,0", "joint_s is nan"),
         ("0.2,0,0,0,0,0,0,inf", "joint_t is inf"),
@@ -56,7 +56,11 @@ def test_unknown_names(options: tuple[str, ...], told: str, made: Made, out: Pat
         ("200,0,0,0,0,0,0,9", "rail is 200 m, its limits are 0.05 to 1.15 m; joint_t is 9 rad"),
         ("200,0,0,0,0,0,0,0", "lengths are in m, not mm"),
         ("hom", "did you mean 'home'"),
-        ("", "unknown configuration"),
+        ("", "unknown configuration ''; apc inspect apc2016_delft lists the names; or write 8 numbers"),
+        ("nope", "apc inspect apc2016_delft lists the names"),
+        ("0.2", "got 1 of 8 numbers"),
+        ("0.2 0 0 0 0 0 0 0", "is not a number; write 8 numbers with commas"),
+        ("[0.2,0,0,0,0,0,0,0]", "'[0.2' is not a number"),
     ],
 )
 def test_configurations_that_are_none(q: str, told: str, made: Made, out: Path) -> None:
@@ -203,11 +207,35 @@ def test_impossible_noise(noise: str, made: Made, out: Path) -> None:
 
 @pytest.mark.parametrize(
     "argv",
-    [("nosuch",), ("verify",), ("plan-pick",), ("inspect", "a", "b"), ("inspect", "--nosuch", "a"),
+    [("verify",), ("plan-pick",), ("inspect", "a", "b"), ("inspect", "--nosuch", "a"),
      ("build-roadmap", "-o", "x.h5", "--planner", "PRM")],
 )  # fmt: skip
 def test_wrong_usage(argv: tuple[str, ...]) -> None:
     misused(apc(*argv), "--help")
+
+
+@pytest.mark.parametrize(
+    ("argv", "told"),
+    [
+        (("plan-pik",), "unknown command 'plan-pik'; did you mean 'plan-pick'?"),
+        (("plan_pick", "--help"), "did you mean 'plan-pick'?"),
+        (("order",), "did you mean 'make-order'?"),
+        (("zzz",), "known: build-roadmap"),
+        (("plan-pick", "-o", "x.json"), "Missing option '--scene'. FILE: Scene file (see apc make-scene)"),
+        (("make-order", "-o", "x.json", "--seed", "1.5"), "'1.5' is not a valid whole number"),
+    ],
+)
+def test_usage_is_told_with_what_was_meant(argv: tuple[str, ...], told: str) -> None:
+    misused(apc(*argv), told)
+
+
+def test_choices_may_be_written_in_any_case(out: Path) -> None:
+    assert apc("make-order", "--task", "PICK", "-o", out).code == 0
+
+
+def test_a_plan_that_is_no_way_back_has_none_that_stopped(made: Made) -> None:
+    answer = apc("verify", made.plan, "--scene", made.scene, "--stopped", made.move)
+    refused(answer, 3, made.plan, "is no way back after a stop")
 
 
 def test_films_are_gifs(made: Made, tmp_path: Path) -> None:

@@ -30,11 +30,11 @@ def test_the_search_keeps_to_its_own_iterations_and_the_table_says_so() -> None:
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        (("--pairs", "home"), "'home' is no pair; write A:B"),
+        (("--pairs", "home"), "--pairs: 'home' is not a pair; write A:B"),
         (("--pairs", "home:home"), "home:home is no motion"),
         (("--pairs", "home:bin_Z"), "unknown configuration 'bin_Z'"),
         (("--pairs", "home:tote_10h"), "tote_10h is not free"),
-        (("--planners", "RRTConect"), "'RRTConect' is none; known: RRTConnect"),
+        (("--planners", "RRTConect"), "unknown planner 'RRTConect'; did you mean 'RRTConnect'?"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(argv: tuple[str, ...], message: str) -> None:

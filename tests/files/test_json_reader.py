@@ -119,3 +119,8 @@ def test_what_python_writes_is_told_in_yaml_too(word: str, advice: str, tmp_path
     with pytest.raises(InputError, match=f"f.yaml:2:5: b: expected .*, got {word}; {advice}"):
         parse_yaml(f"a: 1\nb:  {word}", tmp_path / "f.yaml")
     assert parse_yaml(f"a: '{word}'", tmp_path / "f.yaml").data == {"a": word}
+
+
+def test_a_tab_that_indents_yaml_is_told_as_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"f\.yaml:2:1: not YAML: .*; indent with spaces, not tabs"):
+        parse_yaml("a:\n\tb: 1\n", tmp_path / "f.yaml")

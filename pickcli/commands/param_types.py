@@ -1,4 +1,4 @@
-"""Paths on the command line, and which of them are refused before any work."""
+"""Types of options and arguments, and names of outputs that are refused before any work."""
 
 from __future__ import annotations
 
@@ -44,3 +44,9 @@ def refuse_suffix(path: Path, suffixes: Collection[str], what: str) -> None:
     """
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: {what} is written as {' or '.join(suffixes)}; name such a file")
+
+
+class WholeNumber(click.IntRange):
+    """A whole number between bounds."""
+
+    name = "whole number"
