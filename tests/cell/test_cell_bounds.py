@@ -68,7 +68,7 @@ def test_a_figure_goes_as_far_as_stated_and_no_farther(
 
 def test_a_name_that_resembles_none_lists_the_known_ones(cell_copy: CellCopy, refused: Refused) -> None:
     cell_copy.yaml.replace("{a: carriage, b: rail_drive,", "{a: qqqq, b: rail_drive,")
-    assert "no link is named 'qqqq'; known: rail_base, carriage, " in refused(cell_copy.load)
+    assert "no link is named 'qqqq'; known: arm_base, carriage, " in refused(cell_copy.load)
 
 
 def test_one_mistake_is_one_line(cell_copy: CellCopy, refused: Refused) -> None:
