@@ -17,7 +17,8 @@ from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FOLLOWING
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.supports import SolidContact, Supports, supports_of
+from pickcli.scene.solid_contact import SolidContact
+from pickcli.scene.supports import Supports, supports_of
 
 SLIP = 0.001  # m that the target may go deeper into what it touches than it lies: lines are only nearly so
 ALONE_SLIP = 0.0005  # the same for the target by itself, which leaves the arm the rest

@@ -1,4 +1,4 @@
-"""From a stored file to a drawn one."""
+"""Drawing of a stored file."""
 
 from __future__ import annotations
 
@@ -17,17 +17,30 @@ SUFFIXES = (".png", ".html")
 
 
 def refuse_suffix(output: Path) -> None:
-    """Raise InputError, before any work, for a kind of picture that cannot be drawn."""
+    """Refuse, before any work, a kind of picture that cannot be drawn.
+
+    Args:
+        output: The picture's file.
+
+    Raises:
+        InputError: If the suffix is not one of SUFFIXES.
+    """
     if output.suffix.lower() not in SUFFIXES:
         raise InputError(f"{output}: a picture is written as {' or '.join(SUFFIXES)}; name such a file")
 
 
 def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
-    """Draw a roadmap or database of a cell as a PNG or an HTML page, by the suffix of ``output``.
+    """Draw a roadmap or database of a cell as a PNG or an HTML page.
 
-    ``replace``: whether a file that is there may be replaced.
-    Raises like reading (StaleError for another cell's file), and InputError for another suffix or a place
-    that cannot be written.
+    Args:
+        stored: File of the roadmap or database.
+        output: The picture's file; its suffix says which kind.
+        cell: The cell that the file was made for.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        StaleError: If the file was made for another cell.
+        InputError: If the suffix is another, or a file cannot be read or written.
     """
     refuse_suffix(output)
     picture = picture_of(stored, cell)
@@ -43,14 +56,32 @@ def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
 
 
 def picture_of(stored: Path, cell: Cell) -> Picture:
-    """What is drawn of a stored file."""
+    """The picture of a stored file.
+
+    Args:
+        stored: File of a roadmap or database.
+        cell: The cell that it was made for.
+
+    Returns:
+        The picture.
+    """
     if kind_of(stored) is ROADMAP:
         return roadmap_picture(cell, read_roadmap(stored, cell), read_gaps(stored))
     return database_picture(cell, read_database(stored, cell), read_missing(stored))
 
 
 def cell_of(fingerprint: str) -> Cell:
-    """The cell under data/cells with that fingerprint. Raises InputError if none has it."""
+    """The cell under data/cells with a fingerprint.
+
+    Args:
+        fingerprint: Hexadecimal digits.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: If no cell has it.
+    """
     cells = [load_cell(name) for name in cell_names()]
     for cell in cells:
         if cell.fingerprint == fingerprint:

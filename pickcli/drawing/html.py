@@ -23,7 +23,14 @@ _SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12}  # opacity
 
 
 def html_bytes(picture: Picture) -> bytes:
-    """The picture as one HTML file with everything in it. Same picture, same bytes."""
+    """A picture as one HTML file with everything in it. Same picture, same bytes.
+
+    Args:
+        picture: The picture.
+
+    Returns:
+        Bytes of the file.
+    """
     figure = make_subplots(
         1, 2, column_widths=[0.75, 0.25], specs=[[{"type": "scene"}, {"type": "bar"}]],
         subplot_titles=("", picture.coverage.title),

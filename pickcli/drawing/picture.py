@@ -1,4 +1,4 @@
-"""What a picture shows, whoever draws it."""
+"""Contents of a picture, independent of what draws it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,12 @@ class Colour(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class DrawnBox:
-    """A box: corners (8, 3) in the world, m, in the order of the bits zyx of their number."""
+    """A box.
+
+    Attributes:
+        corners: (8, 3) m in the world, in the order of the bits zyx of their number.
+        ink: Colour.
+    """
 
     corners: Array
     ink: Colour
@@ -39,7 +44,13 @@ class DrawnBox:
 
 @dataclass(frozen=True, eq=False)
 class DrawnLine:
-    """A path (K, 3) of the tip of the cup, or the skeleton of the arm, in the world, m."""
+    """A path of the tip of the cup, or the skeleton of the arm.
+
+    Attributes:
+        points: (K, 3) m in the world.
+        ink: Colour.
+        name: Label.
+    """
 
     points: Array
     ink: Colour
@@ -48,7 +59,14 @@ class DrawnLine:
 
 @dataclass(frozen=True, eq=False)
 class DrawnNode:
-    """A named place (3,) of the tip in the world, m. is_main: in larger print."""
+    """A named place of the tip.
+
+    Attributes:
+        place: (3,) m in the world.
+        ink: Colour.
+        name: Label.
+        is_main: Whether the label is in larger print.
+    """
 
     place: Array
     ink: Colour
@@ -58,7 +76,12 @@ class DrawnNode:
 
 @dataclass(frozen=True)
 class CoverageBar:
-    """What is covered of one bin: counts by what became of them, the best first."""
+    """What is covered of one bin.
+
+    Attributes:
+        name: Name of the bin.
+        counts: How many pairs are of each kind, the best kind first.
+    """
 
     name: str
     counts: tuple[int, ...]
@@ -66,7 +89,13 @@ class CoverageBar:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Bars for all bins. kinds: what the counts of each bar stand for, with their colours."""
+    """Bars for all bins.
+
+    Attributes:
+        title: Heading.
+        kinds: What the counts of each bar stand for, with their colours.
+        bars: One for each bin.
+    """
 
     title: str
     kinds: tuple[tuple[str, Colour], ...]
@@ -75,7 +104,17 @@ class Coverage:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """The cell in 3-D with lines (the arm first) and nodes, the coverage of its bins, and a few words."""
+    """The cell in 3-D with lines and nodes, the coverage of its bins, and a few words.
+
+    Attributes:
+        title: Heading.
+        words: Lines of text.
+        solids: Boxes of the cell.
+        lines: The arm first, then paths.
+        nodes: Named places.
+        coverage: Of the bins.
+        lines_by_ink: The legend of the lines.
+    """
 
     title: str
     words: tuple[str, ...]
@@ -83,7 +122,7 @@ class Picture:
     lines: tuple[DrawnLine, ...]
     nodes: tuple[DrawnNode, ...]
     coverage: Coverage
-    lines_by_ink: tuple[tuple[str, Colour], ...]  # the legend of the lines
+    lines_by_ink: tuple[tuple[str, Colour], ...]
 
     @property
     def bounds(self) -> tuple[Array, Array]:

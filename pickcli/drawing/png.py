@@ -22,7 +22,14 @@ _FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the ro
 
 
 def png_bytes(picture: Picture) -> bytes:
-    """The picture as PNG. No window, no global state: same picture, same bytes."""
+    """A picture as PNG. No window, no global state: same picture, same bytes.
+
+    Args:
+        picture: The picture.
+
+    Returns:
+        Bytes of the file.
+    """
     with matplotlib.rc_context({"font.size": 9}):
         figure = Figure(_SIZE, _DPI, layout="constrained")
         halves: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))

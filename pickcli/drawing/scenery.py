@@ -1,4 +1,4 @@
-"""The cell as boxes, the arm as a skeleton, and where the tip of the cup goes."""
+"""Scenery: the cell as boxes, the arm as a skeleton, and paths of the tip of the cup."""
 
 from __future__ import annotations
 
@@ -27,7 +27,14 @@ _CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
 def solids(cell: Cell) -> tuple[DrawnBox, ...]:
-    """Pod, tote and obstacles; what is larger than the robot's surroundings (the floor) is left out."""
+    """Boxes of pod, tote and obstacles, without what is larger than the robot's surroundings (the floor).
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        The boxes.
+    """
     parts = [(body, cell.T_world_pod, Colour.POD) for body in cell.pod.bodies]
     parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote.bodies]
     parts += [(body, np.eye(4), Colour.OBSTACLE) for body in cell.obstacles.bodies]
@@ -39,7 +46,15 @@ def solids(cell: Cell) -> tuple[DrawnBox, ...]:
 
 
 def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
-    """The arm at home, or at its first configuration: the origins of its frames, joined."""
+    """The arm at home, or at its first configuration: the origins of its frames, joined.
+
+    Args:
+        cell: The cell.
+        arm: The arm.
+
+    Returns:
+        The line.
+    """
     named = list(cell.configurations.values())
     q = next((each.q for each in named if each.kind == "home"), named[0].q)
     frames = np.asarray(arm.chain(cell.robot.tool.default_state).fk(q))[:, :3, 3]
@@ -48,13 +63,29 @@ def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
 
 
 def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
-    """Where the tip of the cup is in a named configuration."""
+    """Where the tip of the cup is in a named configuration.
+
+    Args:
+        named: The configuration.
+        arm: The arm.
+
+    Returns:
+        The node.
+    """
     ink = _INKS.get(named.kind, Colour.OTHER)
     return DrawnNode(arm.tip(named.q, named.tool_state)[:3, 3], ink, named.name, named.kind in _MAIN)
 
 
 def tool_path(waypoints: Array, arm: Arm) -> Array:
-    """(K, 3) of the tip along a polyline (N, n) in joint space, the tool in its default state."""
+    """The path of the tip along a polyline in joint space, the tool in its default state.
+
+    Args:
+        waypoints: (N, n) configurations.
+        arm: The arm.
+
+    Returns:
+        (K, 3) m in the world.
+    """
     counts = np.maximum(np.ceil(np.abs(np.diff(waypoints, axis=0)).max(axis=1) / STEP).astype(int), 1)
     pieces = [
         a + (b - a) * (np.arange(n) / n)[:, None]

@@ -25,7 +25,16 @@ _ANY_POD, _NOMINAL = (
 
 
 def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
-    """Edges as paths of the tip; per bin, how many of its important pairs have a second route."""
+    """Picture of a roadmap: edges as paths of the tip; per bin, how many important pairs have a second route.
+
+    Args:
+        cell: The cell.
+        roadmap: The roadmap.
+        gaps: Pairs without an edge or second route.
+
+    Returns:
+        The picture.
+    """
     arm = Arm(cell.robot)
     lines = [
         DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.stand), " to ".join(_names(roadmap, m)))
@@ -50,7 +59,16 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
 
 
 def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence[Missing]) -> Picture:
-    """Motions as paths of the tip; per bin, how many of those wanted are stored."""
+    """Picture of a database: motions as paths of the tip; per bin, how many of those wanted are stored.
+
+    Args:
+        cell: The cell.
+        database: The stored motions.
+        missing: Pairs that have no motion, with the reasons.
+
+    Returns:
+        The picture.
+    """
     arm = Arm(cell.robot)
     lines = [
         DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.mark.stand),

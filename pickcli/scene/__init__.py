@@ -1,5 +1,5 @@
 """What stands in the cell now, how well that is known, and what rests on what.
 
 Read `scene`, then `scene_file`, `scene_schema` and `scene_checks`; `touching`, `solid_overlap` and
-`patches` measure how solids meet, from which `supports` follows.
+`patches` measure how solids meet, from which `solid_contact` and `supports` follow.
 """

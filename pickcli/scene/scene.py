@@ -1,4 +1,4 @@
-"""A scene: the cell as it stands now, with items and where they lie."""
+"""Scenes: the cell as it stands now, with items and where they lie."""
 
 from __future__ import annotations
 
@@ -19,56 +19,91 @@ TOTE = "tote"  # the location of delivered items; the other locations are bin na
 
 @dataclass(frozen=True, eq=False)
 class PlacedItem:
-    """One instance of an item. ``id`` is unique in the scene (name, or name#2 for a second copy)."""
+    """One instance of an item.
+
+    Attributes:
+        id: Unique in the scene: the item's name, or name#2 for a second copy.
+        item: What it is.
+        location: Name of a bin, or TOTE.
+        T_world_item: (4, 4) pose.
+    """
 
     id: str
     item: Item
-    location: str  # bin name, or TOTE
-    T_world_item: Array  # (4, 4)
+    location: str
+    T_world_item: Array
 
     @property
     def can_roll(self) -> bool:
-        """Whether it rolls as it lies when it is pushed."""
+        """Whether the item rolls as it lies when it is pushed."""
         return self.item.can_roll(self.T_world_item[:3, :3])
 
 
 @dataclass(frozen=True, eq=False)
 class HeldItem:
-    """What is in the cup. ``id`` may also stand among the scene's items: where it was seen."""
+    """What is in the cup.
+
+    Attributes:
+        id: May also stand among the scene's items: that is where it was seen.
+        item: What it is.
+        T_tip_item: (4, 4) pose in the tool frame, as it hangs.
+    """
 
     id: str
     item: Item
-    T_tip_item: Array  # (4, 4) as it hangs in the tool frame
+    T_tip_item: Array
 
 
 @dataclass(frozen=True, eq=False)
 class PoseNoise:
-    """Bounds of the error of every item pose: the true pose lies within them."""
+    """Bounds of the error of every item pose: the true pose lies within them.
 
-    position: float = 0.0  # m, per item, norm of the translation error
-    angle: float = 0.0  # rad, rotation error
+    Attributes:
+        position: m, norm of the translation error, for each item.
+        angle: rad, rotation error.
+    """
+
+    position: float = 0.0
+    angle: float = 0.0
 
     def bound(self, item: Item) -> float:
-        """How far, in m, any point of the item can be from where the pose says."""
+        """How far any point of an item can be from where its pose says.
+
+        Args:
+            item: The item.
+
+        Returns:
+            m.
+        """
         radius = float((item.shape.extents**2).sum() ** 0.5) / 2
         return self.position + self.angle * radius
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Cell + where the pod stands now + items and their poses + what the cup holds, None if nothing."""
+    """The cell, where the pod stands now, items with their poses, and what the cup holds.
+
+    Attributes:
+        cell: The cell.
+        T_world_pod: (4, 4) pose of the pod now.
+        items: Items in their places.
+        noise: Bounds of the error of the item poses in this scene.
+        seed: Seed that the scene was made with.
+        pod_error: How far the pod may stand from ``T_world_pod``.
+        held: What the cup holds, None if nothing.
+    """
 
     cell: Cell
-    T_world_pod: Array  # (4, 4) as it stands now
+    T_world_pod: Array
     items: tuple[PlacedItem, ...]
-    noise: PoseNoise  # of the item poses in this scene
+    noise: PoseNoise
     seed: int = 0
-    pod_error: Displacement = UNMOVED  # how far the pod may stand from T_world_pod
+    pod_error: Displacement = UNMOVED
     held: HeldItem | None = None
 
     @cached_property
     def pod_bodies(self) -> tuple[Body, ...]:
-        """The pod's bodies in its frame, each grown to wherever the error of its pose may put it."""
+        """The pod's bodies in its frame, each grown to wherever the error of the pod's pose may put it."""
         return _swept(self.cell.pod, self.pod_error)
 
     @property
@@ -85,7 +120,7 @@ class Scene:
 
     @property
     def T_nominal_pod(self) -> Array:
-        """(4, 4) where the pod stands, seen from its place."""
+        """(4, 4) pose of the pod, seen from its nominal place."""
         return np.asarray(inverse(self.cell.T_world_pod) @ self.T_world_pod)
 
     @property
@@ -94,9 +129,17 @@ class Scene:
         return self.cell.pod.displacement.allows(self.T_nominal_pod)
 
     def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
-        """The instance with that id, else the first with that item name (in that location if given).
+        """Find an item by its id, or else by its name.
 
-        Raises UnknownNameError.
+        Args:
+            id_or_name: Id of an instance, or name of an item: the first with that name.
+            location: Bin or TOTE that it must be in; None for any.
+
+        Returns:
+            The instance.
+
+        Raises:
+            UnknownNameError: If there is none.
         """
         from pickcli.errors import UnknownNameError
 
@@ -112,21 +155,52 @@ class Scene:
         raise UnknownNameError("item", id_or_name, [i.id for i in here], location or "scene", hint)
 
     def item(self, item_id: str) -> Item:
-        """What an instance is, in the cup or not. Raises UnknownNameError."""
+        """What an instance is, in the cup or not.
+
+        Args:
+            item_id: Id of the instance.
+
+        Returns:
+            The item.
+
+        Raises:
+            UnknownNameError: If there is none.
+        """
         if self.held is not None and self.held.id == item_id:
             return self.held.item
         return self.find(item_id).item
 
     def in_location(self, location: str) -> tuple[PlacedItem, ...]:
-        """All items of a bin or of the tote."""
+        """All items of a bin or of the tote.
+
+        Args:
+            location: Name of a bin, or TOTE.
+
+        Returns:
+            The instances.
+        """
         return tuple(i for i in self.items if i.location == location)
 
     def moved(self, placed: PlacedItem) -> Scene:
-        """The scene with one instance (same id) replaced by ``placed``."""
+        """The scene with one instance replaced.
+
+        Args:
+            placed: The instance as it is now; its id tells which one it replaces.
+
+        Returns:
+            The changed scene.
+        """
         return replace(self, items=tuple(placed if i.id == placed.id else i for i in self.items))
 
     def without(self, item_id: str) -> Scene:
-        """The scene without one instance."""
+        """The scene without one instance.
+
+        Args:
+            item_id: Id of the instance.
+
+        Returns:
+            The changed scene.
+        """
         return replace(self, items=tuple(i for i in self.items if i.id != item_id))
 
 

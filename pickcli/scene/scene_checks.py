@@ -20,7 +20,16 @@ MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin befor
 
 
 def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
-    """Ids of their own, known items and known places; raises at once, for the rest needs them."""
+    """Check that ids are unique and that items and places exist; raises at once, as other checks need them.
+
+    Args:
+        source: The file, for places in messages.
+        model: The scene as it stands in the file.
+        cell: Its cell.
+
+    Raises:
+        InputError: With every mistake and its place.
+    """
     locations = [*cell.pod.bins, TOTE]
     seen: dict[str, PlacedItemModel] = {}
     for i, item in enumerate(model.items):
@@ -62,7 +71,12 @@ def _what_is_known(source: Source, item: PlacedItemModel | HeldModel, cell: Cell
 
 
 def check_places(source: Source, scene: Scene) -> None:
-    """Every item lies about where its location says: catches poses in another frame."""
+    """Check that every item lies about where its location says, which catches poses in another frame.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
     for i, placed in enumerate(scene.items):
         if placed.location == TOTE:
             continue
@@ -89,7 +103,12 @@ def check_places(source: Source, scene: Scene) -> None:
 
 
 def check_held(source: Source, scene: Scene) -> None:
-    """What the cup holds begins at the tip, as far as its pose is uncertain and the bellows give way."""
+    """Check that what the cup holds begins at the tip, as far as its pose is uncertain and bellows give way.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
     if scene.held is None:
         return
     item, tool = PosedSolid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
@@ -113,7 +132,12 @@ def _ball(radius: float, z: float) -> PosedSolid:
 
 
 def check_standing(source: Source, scene: Scene) -> None:
-    """No item stands in shelf, tote or obstacles deeper than its pose, and the pod's, is uncertain."""
+    """Check that no item stands in what does not move deeper than its pose, and the pod's, is uncertain.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
     corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
     pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
     every = PosedSolids.of(scene, scene.items, scene.standing)
@@ -134,7 +158,12 @@ def check_standing(source: Source, scene: Scene) -> None:
 
 
 def check_overlaps(source: Source, scene: Scene) -> None:
-    """No two items stand in each other deeper than their poses are uncertain."""
+    """Check that no two items stand in each other deeper than their poses are uncertain.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
     every = PosedSolids.of(scene, scene.items, ())
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(solids), 0.0)

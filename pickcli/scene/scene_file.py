@@ -1,7 +1,7 @@
 """Scene files: which items lie where, as JSON. See docs/formats/scene.md.
 
-The interface for anyone who has poses from elsewhere, so everything in it is checked and every mistake is
-told with line and column.
+They are the interface for anyone who has poses from elsewhere, so everything in them is checked and every
+mistake is reported with line and column.
 """
 
 from __future__ import annotations
@@ -34,9 +34,18 @@ _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
 
 def read_scene(path: Path, cell: Cell | None = None) -> Scene:
-    """The scene in a file; its cell is loaded by name unless given.
+    """Read a scene file.
 
-    Raises InputError with every mistake and its place, StaleError if the file was made for another cell.
+    Args:
+        path: The file.
+        cell: The scene's cell; loaded by its name if None.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: With every mistake and its place.
+        StaleError: If the file was made for another cell.
     """
     source = read_yaml(Path(path), SCENE)  # JSON is YAML, and so every value has a line and a column
     model = validate(source, SceneModel)
@@ -69,18 +78,31 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
 
 
 def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
-    """Write a scene file: the old one or the new one, whole. Raises InputError if it cannot be written.
+    """Write a scene file in one step: a kill or a full disk leaves the old file or none.
 
-    replace: whether a file that is there may be replaced
+    Args:
+        scene: The scene.
+        path: The file.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the file cannot be written.
     """
     write_text(Path(path), _to_text(scene), replace)
 
 
 def scene_hash(scene: Scene) -> str:
-    """SHA-256 (hex) of what the validity of a motion in this scene depends on.
+    """SHA-256 of what the validity of a motion in a scene depends on.
 
     The cell, what its cup bears, where the pod stands, the bounds of both errors, every item's figures and
-    pose, and what the cup holds; not the seed and not the order of the items. Survives writing and reading.
+    pose, and what the cup holds; not the seed and not the order of the items. It survives writing and
+    reading.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        Hexadecimal digits.
     """
     return digest(
         {
@@ -157,7 +179,14 @@ def _to_text(scene: Scene) -> str:
 
 
 def held_values(held: HeldItem) -> dict[str, Any]:
-    """What the cup holds as it stands in the file: id, name, year, position and quaternion."""
+    """What the cup holds as it stands in the file.
+
+    Args:
+        held: The item in the cup.
+
+    Returns:
+        Id, name, year, position and quaternion as JSON values.
+    """
     return {"id": held.id, "name": held.item.name, "year": held.item.year, **_pose_values(held.T_tip_item)}
 
 

@@ -1,4 +1,4 @@
-"""What may stand in a scene file: names, types and ranges. See docs/formats/scene.md."""
+"""Schema of scene files: names, types and ranges. See docs/formats/scene.md."""
 
 from __future__ import annotations
 

@@ -23,33 +23,60 @@ _ROUNDING = 1e-9  # m, a distance between two solids that may be rounding alone
 
 @dataclass(frozen=True, eq=False)
 class PosedSolid:
-    """A shape where it stands."""
+    """A shape where it stands.
+
+    Attributes:
+        shape: The shape.
+        T: (4, 4) pose in any common frame.
+    """
 
     shape: Shape
-    T: Array  # (4, 4) in any common frame
+    T: Array
 
     @property
     def center(self) -> Array:
-        """Its middle (3,)."""
+        """Centre of the shape, (3,)."""
         return np.asarray(self.T[:3, 3])
 
     def support(self, direction: Array) -> Array:
-        """The point (3,) of the solid farthest along a direction (3,)."""
+        """The point of the solid that is farthest along a direction.
+
+        Args:
+            direction: (3,).
+
+        Returns:
+            (3,).
+        """
         return np.asarray(
             self.center + self.T[:3, :3] @ _local_support(self.shape, self.T[:3, :3].T @ direction)
         )
 
     def shrunk(self, by: float) -> PosedSolid:
-        """The solid with ``by`` m taken off every side (a sliver where it is thinner than that)."""
+        """The solid with every side moved inwards (a sliver where it is thinner than that).
+
+        Args:
+            by: m.
+
+        Returns:
+            The smaller solid.
+        """
         by = min(by, 0.49 * float(self.shape.extents.min()))
         return PosedSolid(self.shape.inflated(-by), self.T)
 
 
 def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> float:
-    """How deep two solids stand in each other, m; 0 where it is at most ``tolerance``.
+    """How deep two solids stand in each other.
 
-    Exact for two boxes; for round ones never under the true depth and 0 whenever a motion of the
-    tolerance parts them.
+    Exact for two boxes; for round ones never under the true depth, and 0 whenever a motion of the tolerance
+    parts them.
+
+    Args:
+        a: One solid.
+        b: The other, in the same frame.
+        tolerance: m of depth that does not count.
+
+    Returns:
+        m; 0 where it is at most the tolerance.
     """
     pair = PosedSolids.standing([(solid.shape, solid.T) for solid in (a, b)])
     depth = -float(gaps(pair, np.array([0]), np.array([1])).width[0])

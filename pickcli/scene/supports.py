@@ -14,51 +14,29 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pickcli.geometry import Array, perpendiculars
+from pickcli.geometry import Array
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem, Scene
+from pickcli.scene.solid_contact import SolidContact, can_balance, friction_cones
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
 
-CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
 GRAVITY = 9.81  # m/s^2
-FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
 LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
 CHOCKED = np.radians(10.0)  # the same for what can roll: what keeps it must be more than a bend of the floor
 LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll
 SETTLED = np.radians(1.5)  # rad by which a face that lies on another may be askew, on top of that
 N_TILTS = 8  # directions in which the world is tilted
-MOST_FORCE = 4.0  # weights: what needs more is wedged, and wedges slip
-UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
-
-
-@dataclass(frozen=True, eq=False)
-class SolidContact:
-    """Two solids that touch, or may: their poses are uncertain.
-
-    a: id of the item
-    b: id of the other item, or name of the pod's body
-    gap: m, negative where they overlap
-    normal: (3,) unit vector in the world from a to b
-    """
-
-    a: str
-    b: str
-    gap: float
-    normal: Array
-
-    @property
-    def flipped(self) -> SolidContact:
-        """The same contact seen from the other of the two."""
-        return SolidContact(self.b, self.a, self.gap, -self.normal)
 
 
 @dataclass(frozen=True, eq=False)
 class Supports:
     """The support relation of one scene. Make it with ``supports_of``.
 
-    solids: the scene's items in their order, then everything that stands
-    gaps: all pairs of an item and a solid that may touch
+    Attributes:
+        scene: The scene.
+        solids: The scene's items in their order, then everything that stands.
+        gaps: All pairs of an item and a solid that may touch.
     """
 
     scene: Scene
@@ -67,7 +45,7 @@ class Supports:
 
     @cached_property
     def touching(self) -> Mapping[str, tuple[SolidContact, ...]]:
-        """By item id: all that it touches or may touch, seen from it."""
+        """By item id: all contacts that it has or may have, seen from it."""
         found: dict[str, list[SolidContact]] = {placed.id: [] for placed in self.scene.items}
         names = self.solids.names
         for a, b, gap, normal in zip(
@@ -77,7 +55,7 @@ class Supports:
             found[one.a].append(one)
             if one.b in found:
                 found[one.b].append(one.flipped)
-        for name in [name for name, contacts in found.items() if not any(_carries(c) for c in contacts)]:
+        for name in [name for name, contacts in found.items() if not any(c.carries for c in contacts)]:
             for below in self._below(name):
                 found[name].append(below)
                 if below.b in found:
@@ -85,21 +63,42 @@ class Supports:
         return {name: tuple(contacts) for name, contacts in found.items()}
 
     def carriers(self, item_id: str) -> tuple[str, ...]:
-        """Ids of items and names of bodies that an item rests on: wholly where there is but one."""
-        return tuple(c.b for c in self.touching[item_id] if _carries(c))
+        """What an item rests on: wholly where there is but one.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            Ids of items and names of bodies.
+        """
+        return tuple(c.b for c in self.touching[item_id] if c.carries)
 
     def lying_on(self, item_id: str) -> tuple[str, ...]:
-        """Ids of the items that rest on an item, wholly or partly."""
+        """What rests on an item, wholly or partly.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            Ids of items.
+        """
         contacts = self.touching[item_id]
-        return tuple(c.b for c in contacts if c.b in self._items and _carries(c.flipped))
+        return tuple(c.b for c in contacts if c.b in self._items and c.flipped.carries)
 
     def near(
         self, item_id: str, reach: float, also: frozenset[str] = frozenset()
     ) -> tuple[SolidContact, ...]:
-        """All solids whose gap to an item may be below ``reach`` m, as poses may be off; seen from it.
+        """All solids whose gap to an item may be below a reach, as poses may be off.
 
-        The pod's bodies count as grown to wherever the error of its pose may put them. also: names of solids
-        that are told of wherever they stand
+        The pod's bodies count as grown to wherever the error of its pose may put them.
+
+        Args:
+            item_id: Id of the item.
+            reach: m.
+            also: Names of solids that are reported wherever they stand.
+
+        Returns:
+            Contacts, seen from the item.
         """
         solids, k = self._grown, self._index[item_id]
         where = self._items[item_id].location
@@ -116,7 +115,15 @@ class Supports:
         )
 
     def stays(self, item_id: str, without: Iterable[str] = ()) -> bool:
-        """Whether an item keeps its balance on what it touches when the items ``without`` are gone."""
+        """Whether an item keeps its balance on what it touches when others are gone.
+
+        Args:
+            item_id: Id of the item.
+            without: Ids of the items that are gone.
+
+        Returns:
+            True if it does.
+        """
         gone = frozenset(without)
         if (item_id, gone) not in self._known:
             self._known[item_id, gone] = self._is_balanced(item_id, gone)
@@ -126,26 +133,42 @@ class Supports:
         """Whether an item keeps its balance on what it touches while something presses on it.
 
         Args:
-            item_id: Of the item.
-            force: (3,) with which it is pressed, N, world axes.
-            point: (3,) where, m in the world.
+            item_id: Id of the item.
+            force: (3,) N with which it is pressed, world axes.
+            point: (3,) m in the world, where it is pressed.
+
+        Returns:
+            True if it does.
         """
         placed = self._items[item_id]
         centre, weight = placed.T_world_item[:3, 3], placed.item.mass * GRAVITY
         borne = weight * _UP - force
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
         size = float(placed.item.shape.extents.max()) / 2
-        return _can_balance(self._holding(item_id, frozenset()), wrench, size)
+        return can_balance(self._holding(item_id, frozenset()), wrench, size)
 
     def lies_level(self, item_id: str) -> bool:
-        """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed."""
+        """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            True if it does.
+        """
         return self._lies_level(item_id, frozenset())
 
     def falling(self, item_id: str) -> tuple[str, ...]:
-        """Ids of the items that would fall or roll away if an item were gone, what must go first at the head.
+        """Items that would fall or roll away if an item were gone.
 
-        Those that lie on it or lean on it, and those that lie or lean on such. What can roll on a level floor
-        and is not pushed stays: see ``rolling``.
+        Those that lie on it or lean on it, and those that lie or lean on these. What can roll on a level
+        floor and is not pushed stays: see ``rolling``.
+
+        Args:
+            item_id: Id of the item that is taken away.
+
+        Returns:
+            Ids, what must be moved first at the head.
         """
         below = self._chain(self.carriers, item_id)
         gone, todo = frozenset({item_id}), [item_id]
@@ -158,7 +181,14 @@ class Supports:
         return tuple(sorted(gone - {item_id}, key=lambda name: (-self._bottom[name], name)))
 
     def rolling(self, item_id: str) -> tuple[str, ...]:
-        """Ids of the items that stay if an item that they touch goes, but roll as soon as they are pushed."""
+        """Items that stay if an item that they touch is taken away, but roll as soon as they are pushed.
+
+        Args:
+            item_id: Id of the item that is taken away.
+
+        Returns:
+            Ids.
+        """
         gone = frozenset({item_id, *self.falling(item_id)})
         left = [c.b for c in self.touching[item_id] if c.b in self.touching and c.b not in gone]
         return tuple(name for name in left if self._lies_level(name, gone) and not self.stays(name, gone))
@@ -168,7 +198,7 @@ class Supports:
 
         contact: of the one that goes, seen from that. below: all that the target rests on
         """
-        if _carries(contact.flipped):
+        if contact.flipped.carries:
             return True  # it lies on what goes, be it only in part
         if self.stays(name, gone):
             return False
@@ -182,8 +212,8 @@ class Supports:
         if not placed.can_roll:
             return False
         left = [c for c in self.touching[name] if c.b not in gone]
-        slopes = [np.hypot(c.normal[0], c.normal[1]) for c in left if _carries(c)]
-        if not slopes or any(_carries(c.flipped) for c in left if c.b in self._items):
+        slopes = [np.hypot(c.normal[0], c.normal[1]) for c in left if c.carries]
+        if not slopes or any(c.flipped.carries for c in left if c.b in self._items):
             return False
         return bool(max(slopes) <= np.sin(LEVEL))
 
@@ -236,15 +266,17 @@ class Supports:
         centre, cones = self._items[name].T_world_item[:3, 3], self._holding(name, gone)
         size = self._items[name].item.shape.extents.max() / 2
         wrenches = [np.concatenate([w, np.zeros(3)]) for w in self._weights(self._items[name])]
-        on_it = [c for c in left if c.b in self._items and _carries(c.flipped)]
+        on_it = [c for c in left if c.b in self._items and c.flipped.carries]
         wrenches += [wrench for contact in on_it for wrench in self._pressed(contact, centre)]
-        return all(_can_balance(cones, wrench, float(size)) for wrench in wrenches)
+        return all(can_balance(cones, wrench, float(size)) for wrench in wrenches)
 
     def _holding(self, name: str, gone: frozenset[str]) -> Array:
         """(6, 4 N) unit wrenches about an item's centre of what is left around it and not on it."""
-        left = [c for c in self.touching[name] if c.b not in gone and not _carries(c.flipped)]
+        left = [c for c in self.touching[name] if c.b not in gone and not c.flipped.carries]
         centre = self._items[name].T_world_item[:3, 3]
-        return np.concatenate([_NO_PUSH, *(_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1)
+        return np.concatenate(
+            [_NO_PUSH, *(friction_cones(self._patch(c) - centre, -c.normal) for c in left)], axis=1
+        )
 
     def _pressed(self, contact: SolidContact, centre: Array) -> Iterator[Array]:
         """Wrenches (6,) that hold an item up on which another lies, for each place where the other may press.
@@ -309,28 +341,3 @@ def supports_of(scene: Scene) -> Supports:
     return Supports(
         scene, solids, Gaps(found.a[close], found.b[close], found.width[close], found.normal[close])
     )
-
-
-def _carries(contact: SolidContact) -> bool:
-    """Whether b bears weight of a."""
-    return bool(contact.normal[2] <= -CARRIES)
-
-
-def _cones(arms: Array, normal: Array) -> Array:
-    """(6, 4 N) wrenches about the centre of unit forces on the edges of friction cones.
-
-    arms: (N, 3) from the centre to the points; normal: (3,) along which they push
-    """
-    u, v = perpendiculars(normal)
-    forces = normal + FRICTION * np.array([u, -u, v, -v])
-    all_forces = np.tile(forces, (len(arms), 1))
-    return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
-
-
-def _can_balance(cones: Array, wrench: Array, size: float) -> bool:
-    """Whether contact forces, not too large, make up a wrench (6,) in weights and weights times m."""
-    from scipy.optimize import nnls
-
-    scale = np.array([1.0, 1.0, 1.0, *3 * [1.0 / size]])
-    forces, rest = nnls(cones * scale[:, None], wrench * scale)
-    return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)

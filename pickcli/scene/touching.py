@@ -25,16 +25,20 @@ _NO_WAY = 1e-9  # length under which a vector is no direction
 
 @dataclass(frozen=True, eq=False)
 class PosedSolids:
-    """N solids where they stand.
+    """N solids where they stand, in arrays.
 
-    names: (N,) ids of items, names of bodies
-    half: (N, 3) m, half extents of the box around each in its own frame
-    bound: (N,) m, how far any point of each may be from where its pose says
+    Attributes:
+        names: (N,) ids of items, names of bodies.
+        shapes: (N,) shapes.
+        T: (N, 4, 4) poses in the world.
+        half: (N, 3) m, half extents of the box around each in its own frame.
+        kinds: (N,) number of each shape's kind.
+        bound: (N,) m, how far any point of each may be from where its pose says.
     """
 
     names: tuple[str, ...]
     shapes: tuple[Shape, ...]
-    T: Array  # (N, 4, 4) in the world
+    T: Array
     half: Array
     kinds: NDArray[np.intp]
     bound: Array
@@ -43,7 +47,16 @@ class PosedSolids:
     def of(
         cls, scene: Scene, items: Sequence[PlacedItem], bodies: Sequence[tuple[Body, Array]]
     ) -> PosedSolids:
-        """Items with the noise of their scene, then bodies with the pose (4, 4) of what they stand in."""
+        """Items and bodies of a scene.
+
+        Args:
+            scene: Its noise bounds the error of the items' poses.
+            items: The items.
+            bodies: Bodies with the pose (4, 4) of what they stand in.
+
+        Returns:
+            The items, then the bodies.
+        """
         standing = [(placed.item.shape, placed.T_world_item) for placed in items]
         standing += [(body.shape, T @ body.T_parent_shape) for body, T in bodies]
         names = (*(placed.id for placed in items), *(body.name for body, _ in bodies))
@@ -52,7 +65,14 @@ class PosedSolids:
 
     @classmethod
     def standing(cls, solids: Sequence[tuple[Shape, Array]]) -> PosedSolids:
-        """Shapes exactly at their poses (4, 4), without names."""
+        """Shapes exactly at their poses, without names.
+
+        Args:
+            solids: Shapes with their poses (4, 4).
+
+        Returns:
+            The solids.
+        """
         shapes = tuple(shape for shape, _ in solids)
         return cls(
             ("",) * len(shapes),
@@ -64,9 +84,14 @@ class PosedSolids:
         )
 
     def half_widths(self, of: NDArray[np.intp], directions: Array) -> Array:
-        """(P, D) m from the centres of solids ``of`` (P,) to the planes that touch them.
+        """Distances from the centres of solids to the planes that touch them.
 
-        directions: (P, D, 3) unit vectors in the world
+        Args:
+            of: (P,) indices of solids.
+            directions: (P, D, 3) unit vectors in the world.
+
+        Returns:
+            (P, D) m.
         """
         local = np.abs(directions @ self.T[of, :3, :3])
         half, kind = self.half[of], self.kinds[of][:, None]
@@ -81,9 +106,14 @@ class PosedSolids:
         return self.half_widths(np.arange(n), np.broadcast_to(np.eye(3), (n, 3, 3)))
 
     def near(self, n_items: int, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Pairs (P,), (P,) whose upright boxes come within ``reach`` m and both bounds, the first an item.
+        """Pairs whose upright boxes come within a reach, and both bounds, of each other.
 
-        n_items: how many of the solids, the first ones, are items
+        Args:
+            n_items: How many of the solids, the first ones, are items.
+            reach: m.
+
+        Returns:
+            Indices (P,) and (P,) of both; the first is an item.
         """
         half = self.upright + self.bound[:, None] + reach / 2
         low, high = self.T[:, :3, 3] - half, self.T[:, :3, 3] + half
@@ -96,8 +126,11 @@ class PosedSolids:
 class Gaps:
     """P pairs of solids and how far apart they are.
 
-    width: (P,) m, the widest gap; negative where they overlap, by that much
-    normal: (P, 3) unit vector across that gap, from ``a`` to ``b``
+    Attributes:
+        a: (P,) indices of one solid.
+        b: (P,) indices of the other.
+        width: (P,) m, the widest gap; negative where they overlap, by that much.
+        normal: (P, 3) unit vector across that gap, from ``a`` to ``b``.
     """
 
     a: NDArray[np.intp]
@@ -107,7 +140,16 @@ class Gaps:
 
 
 def gaps(solids: PosedSolids, a: NDArray[np.intp], b: NDArray[np.intp]) -> Gaps:
-    """The widest gap of each pair a (P,), b (P,) over the directions that part boxes and round solids."""
+    """The widest gap of each pair over the directions that part boxes and round solids.
+
+    Args:
+        solids: The solids.
+        a: (P,) indices of one solid.
+        b: (P,) indices of the other.
+
+    Returns:
+        The gaps.
+    """
     between = solids.T[b, :3, 3] - solids.T[a, :3, 3]
     directions = _directions(solids, a, b, between)
     lengths = np.linalg.norm(directions, axis=2)

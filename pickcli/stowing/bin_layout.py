@@ -1,4 +1,4 @@
-"""Where the items of one bin go, before physics lets them come to rest.
+"""Layout of the items of one bin, before physics lets them come to rest.
 
 Whoever stocks a pod lays things side by side so that all can be seen, stacks only what is left over, and puts
 right what turned out badly.
@@ -20,7 +20,12 @@ N_LAYOUTS = 3  # of the best fillings; the search copies the best, so they may b
 
 @dataclass(frozen=True)
 class ItemInstance:
-    """One instance to be placed."""
+    """One instance to be placed.
+
+    Attributes:
+        id: Unique in the scene.
+        item: What it is.
+    """
 
     id: str
     item: Item
@@ -34,10 +39,18 @@ def lay_out(
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
 ) -> list[tuple[PlacedItem, ...]]:
-    """The contents of a bin a little above where they will lie, best first; none if they found no room.
+    """Layouts of the contents of a bin, a little above where they will lie.
 
-    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
-    tell: called before every step of the search
+    Args:
+        scene: The scene that the bin is in.
+        bin_name: Name of the bin.
+        contents: What is to be placed.
+        seed: Seed of all random choices.
+        may_raise: Whether things may stand higher than the mouth, brought in lying and raised inside.
+        tell: Called before every step of the search.
+
+    Returns:
+        Layouts, the best first; none if the contents found no room.
     """
     cell_bin = scene.cell.pod.bins[bin_name]
     items = [entry.item for entry in contents]

@@ -1,4 +1,4 @@
-"""Many alternative fillings of one bin, side by side in arrays, changed by moving one thing at a time."""
+"""Many alternative packings of one bin, side by side in arrays, changed by moving one item at a time."""
 
 from __future__ import annotations
 
@@ -28,11 +28,15 @@ WASTE = 20.0  # cost per m from the corner while room must be saved
 
 @dataclass(eq=False)
 class BinPackings:
-    """F alternative fillings of a bin with the same M items.
+    """F alternative packings of a bin with the same M items.
 
-    cost: (F,) of each, for how its items lie and for the order and access they leave
-    is_cramming: (F,) where instead only room is saved, until everything is in
-    may_raise: whether things may stand higher than the mouth
+    Attributes:
+        cell_bin: The bin.
+        items: The M items.
+        lying: (F, M) how they lie.
+        cost: (F,) for how the items lie, and for the order and access that they leave.
+        is_cramming: (F,) where instead only room is saved, until everything is in.
+        may_raise: Whether things may stand higher than the mouth.
     """
 
     cell_bin: Bin
@@ -44,7 +48,19 @@ class BinPackings:
 
     @classmethod
     def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
-        """With every item outside; every other filling is begun with care, the rest by cramming."""
+        """Packings with every item outside.
+
+        Every other packing is begun with care, the rest by cramming.
+
+        Args:
+            cell_bin: The bin.
+            items: The items.
+            n: How many packings.
+            may_raise: Whether things may stand higher than the mouth.
+
+        Returns:
+            The packings.
+        """
         shape = (n, len(items))
         low, high = (np.tile(corner, (*shape, 1)) for corner in WAITING)
         lying = Placements(
@@ -54,21 +70,45 @@ class BinPackings:
         return cls(cell_bin, items, lying, np.full(n, np.inf), np.arange(n) % 2 == 1, may_raise)
 
     def holds(self, k: int) -> Bools:
-        """(F,) which hold item k."""
+        """Which packings hold an item.
+
+        Args:
+            k: Index of the item.
+
+        Returns:
+            (F,).
+        """
         return np.asarray(self.lying.own[:, k] < OUTSIDE)
 
     def is_full(self) -> Bools:
-        """(F,) which hold every item."""
+        """Which packings hold every item.
+
+        Returns:
+            (F,).
+        """
         return np.asarray((self.lying.own < OUTSIDE).all(axis=1))
 
     def poses(self, filling: int) -> Array:
-        """``T_bin_item`` (M, 4, 4) of one filling."""
+        """Poses of all items of one packing.
+
+        Args:
+            filling: Index of the packing.
+
+        Returns:
+            ``T_bin_item`` (M, 4, 4).
+        """
         T = np.tile(np.eye(4), (len(self.items), 1, 1))
         T[:, :3, :3], T[:, :3, 3] = self.lying.R[filling], self.lying.centre[filling]
         return T
 
     def move(self, k: int, rng: np.random.Generator, tolerance: float = 0.0) -> None:
-        """Put item k elsewhere in every filling that gets better so, or worse by about the tolerance."""
+        """Put an item elsewhere in every packing that gets better, or worse by about the tolerance at most.
+
+        Args:
+            k: Index of the item.
+            rng: Source of random numbers.
+            tolerance: Cost.
+        """
         of = np.repeat(np.arange(len(self.cost)), N_SPOTS)
         there = self._without(k, of)
         spots = random_placements(
@@ -85,14 +125,19 @@ class BinPackings:
         self.cost[rows] = cost[best[rows]]
 
     def tidy_up(self) -> None:
-        """Where everything is in, order counts from now on."""
+        """From now on let order count in the packings that hold everything."""
         rows = np.flatnonzero(self.is_cramming & self.is_full())
         self.is_cramming[rows] = False
         own, any_cost = self.lying.own[rows].sum(axis=1), np.full(len(rows), np.inf)
         self.cost[rows] = self._costs(self.lying.boxes[rows], own, self.is_cramming[rows], any_cost)
 
     def copy(self, of: Indices, to: Indices) -> None:
-        """Give up fillings ``to`` for copies of the fillings ``of``."""
+        """Give up some packings for copies of others.
+
+        Args:
+            of: Indices of those that are copied.
+            to: Indices of those that are given up.
+        """
         for part in (*_parts(self.lying), self.cost, self.is_cramming):
             part[to] = part[of]
 

@@ -15,7 +15,12 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class BoxArrays:
-    """Lower and upper corners (..., 3), m."""
+    """Upright boxes in arrays of any shape (...).
+
+    Attributes:
+        low: (..., 3) m, lower corners.
+        high: (..., 3) m, upper corners.
+    """
 
     low: Array
     high: Array
@@ -27,12 +32,12 @@ class BoxArrays:
 
     @property
     def column(self) -> BoxArrays:
-        """(..., N, 1, 3), for pairs with others."""
+        """The boxes (..., N, 1, 3), for pairs with others."""
         return BoxArrays(self.low[..., None, :], self.high[..., None, :])
 
     @property
     def row(self) -> BoxArrays:
-        """(..., 1, N, 3), for pairs with others."""
+        """The boxes (..., 1, N, 3), for pairs with others."""
         return BoxArrays(self.low[..., None, :, :], self.high[..., None, :, :])
 
     def __getitem__(self, index: Any) -> BoxArrays:
@@ -40,14 +45,30 @@ class BoxArrays:
         return BoxArrays(self.low[index], self.high[index])
 
     def replaced(self, k: int, by: BoxArrays) -> BoxArrays:
-        """With box k of each row (..., N, 3) replaced by one of ``by`` (..., 3)."""
+        """The boxes with one box of each row replaced.
+
+        Args:
+            k: Index of the box in its row (..., N, 3).
+            by: (..., 3) the new boxes.
+
+        Returns:
+            The changed boxes.
+        """
         low, high = self.low.copy(), self.high.copy()
         low[..., k, :], high[..., k, :] = by.low, by.high
         return BoxArrays(low, high)
 
 
 def gap(a: BoxArrays, b: BoxArrays) -> Array:
-    """Horizontal distance of boxes, m, negative where one is over the other."""
+    """Horizontal distance of boxes.
+
+    Args:
+        a: Boxes (..., 3).
+        b: Boxes (..., 3).
+
+    Returns:
+        (...) m, negative where one is over the other.
+    """
     return np.asarray(
         np.maximum(
             np.maximum(a.low[..., 0] - b.high[..., 0], b.low[..., 0] - a.high[..., 0]),
@@ -57,5 +78,13 @@ def gap(a: BoxArrays, b: BoxArrays) -> Array:
 
 
 def lies_on(upper: BoxArrays, lower: BoxArrays) -> Bools:
-    """Whether a box is over another."""
+    """Whether boxes are over others.
+
+    Args:
+        upper: Boxes (..., 3).
+        lower: Boxes (..., 3).
+
+    Returns:
+        (...).
+    """
     return np.asarray((gap(upper, lower) < 0.0) & (upper.middle[..., 2] > lower.middle[..., 2]))

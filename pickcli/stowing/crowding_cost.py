@@ -1,4 +1,4 @@
-"""What it costs to put things in each other's way in a bin.
+"""Crowding cost: what it costs to put things in each other's way in a bin.
 
 People stow so that everything can be seen and reached: tall things behind low ones, a finger's width apart.
 Which items are targets is unknown here; every item counts the same.
@@ -22,7 +22,15 @@ TALL = 0.06  # m that something in front must be higher to hide what is behind i
 
 
 def crowding(cell_bin: Bin, boxes: BoxArrays) -> Array:
-    """Cost (...) of each row of N boxes (..., N, 3) among each other and in their bin."""
+    """Cost of boxes among each other and in their bin.
+
+    Args:
+        cell_bin: The bin.
+        boxes: Rows of N boxes (..., N, 3), bin frame.
+
+    Returns:
+        (...) cost of each row.
+    """
     one, other = boxes.column, boxes.row
     between = gap(one, other)
     pairs = TIGHT * _shortfall(between, FINGER) * ~_is_low(other, one) + HIDDEN * _hidden(one, other)

@@ -23,7 +23,15 @@ WAYS = np.array(list(product(ASIDE, HEIGHTS)))
 
 
 def have_way_out(cell_bin: Bin, boxes: BoxArrays) -> Bools:
-    """Whether each of N boxes can be taken out past the others of its row: (..., N)."""
+    """Whether boxes can be taken out past the others of their row.
+
+    Args:
+        cell_bin: The bin.
+        boxes: Rows of N boxes (..., N, 3), bin frame.
+
+    Returns:
+        (..., N).
+    """
     is_other = ~np.eye(boxes.low.shape[-2], dtype=bool)
     buried = (is_other & lies_on(boxes.row, boxes.column)).any(axis=-1)
     fits, aside, rise = _ways(cell_bin, boxes)

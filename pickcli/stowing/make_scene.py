@@ -35,11 +35,21 @@ def make_scene(
 ) -> Scene:
     """Place all bin items of an order in their bins, at rest and without overlap.
 
-    bin_contents: item names by bin
-    year: which figures an item of two years has
-    on_progress: called with (bins done, bins in all, name of the bin), also between the steps of a search
-    T_world_pod: (4, 4) where the pod stands, its place if None
-    Raises InputError naming the bin whose items do not fit, and why; UnknownNameError.
+    Args:
+        bin_contents: Item names by bin.
+        cell: Whose bins and items these are.
+        seed: Seed of all random choices.
+        year: Which figures an item of two years has.
+        on_progress: Called with (bins done, bins in all, name of the bin), also between the steps of a
+            search.
+        T_world_pod: (4, 4) pose of the pod; its nominal pose if None.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: If the items of a bin do not fit; the message names the bin and why.
+        UnknownNameError: If a name is no item of the cell.
     """
     empty = Scene(cell, cell.T_world_pod if T_world_pod is None else T_world_pod, (), PoseNoise(), seed)
     ids: dict[str, int] = {}
@@ -58,9 +68,20 @@ def fill_bin(
     seed: int,
     tell: Callable[[], None] = lambda: None,
 ) -> tuple[PlacedItem, ...]:
-    """The contents of one bin at rest. Raises InputError when no layout comes to rest.
+    """Place the contents of one bin at rest.
 
-    tell: called before every step, for who waits for it; decides nothing
+    Args:
+        scene: The scene that the bin is in.
+        bin_name: Name of the bin.
+        contents: What is to be placed.
+        seed: Seed of all random choices.
+        tell: Called before every step; decides nothing.
+
+    Returns:
+        The items in their places.
+
+    Raises:
+        InputError: If no layout comes to rest.
     """
     tell()
     if not contents:

@@ -1,6 +1,6 @@
-"""Fill a bin as people do: the large things first, then tidied until it looks right.
+"""Packing search: fill a bin as people do, the large things first, then tidied until it looks right.
 
-A bounded search, counted and never timed: fillings are begun at random and improved by moving one thing at a
+A bounded search, counted and never timed: packings are begun at random and improved by moving one thing at a
 time, at first also for the worse; now and then the worst are given up for copies of the best.
 """
 
@@ -33,10 +33,17 @@ def fill(
     may_raise: bool = False,
     tell: Callable[[], None] = lambda: None,
 ) -> BinPackings:
-    """Fillings of a bin, in no order; those that are not full lack what found no room.
+    """Search packings of a bin.
 
-    may_raise: whether things may stand higher than the mouth, brought in lying and raised inside
-    tell: called before every step of the search, for who waits for it; decides nothing
+    Args:
+        cell_bin: The bin.
+        items: What is to be put in.
+        rng: Source of random numbers.
+        may_raise: Whether things may stand higher than the mouth, brought in lying and raised inside.
+        tell: Called before every step of the search; decides nothing.
+
+    Returns:
+        Packings, in no order; those that are not full lack what found no room.
     """
     fillings = _all_in(cell_bin, items, may_raise, rng, tell)
     n_moves = N_MOVES * len(items) if fillings.is_full().any() else 0

@@ -1,4 +1,4 @@
-"""Random places for one item in each of many alternative fillings of the same bin.
+"""Sampling of placements for one item in each of many alternative packings of the same bin.
 
 Items stand nearly parallel to the walls, so each is represented by the upright box around it, in the bin
 frame; boxes that do not overlap hold items that do not.
@@ -38,11 +38,15 @@ ON_EDGE = 3.0  # cost of standing on an edge
 
 @dataclass(frozen=True, eq=False)
 class Placements:
-    """How items (...) lie, bin frame.
+    """How items lie in the bin frame, in arrays of any shape (...).
 
-    R: (..., 3, 3) and centre: (..., 3), the pose; boxes: (..., 3) around them
-    pitch: rad, of what they lie on; is_level: whether others can lie on them
-    own: cost of lying so, infinite where it cannot be
+    Attributes:
+        R: (..., 3, 3) orientations.
+        centre: (..., 3) m, centres.
+        boxes: (..., 3) upright boxes around them.
+        pitch: (...) rad, slope of what they lie on.
+        is_level: (...) whether others can lie on them.
+        own: (...) cost of lying so, infinite where it cannot be.
     """
 
     R: Array
@@ -56,10 +60,18 @@ class Placements:
 def random_placements(
     cell_bin: Bin, item: Item, there: Placements, is_snug: Bools, may_raise: bool, rng: np.random.Generator
 ) -> Placements:
-    """A place (N,) for one item in each of N fillings.
+    """Draw a placement for one item in each of N packings.
 
-    there: M items in each, (N, M); is_snug: (N,) where no room is wasted: square and close together
-    may_raise: whether it may stand higher than the mouth, brought in lying and raised inside
+    Args:
+        cell_bin: The bin.
+        item: The item.
+        there: (N, M) how the M items lie that are in each packing.
+        is_snug: (N,) where no room is wasted: square and close together.
+        may_raise: Whether the item may stand higher than the mouth, brought in lying and raised inside.
+        rng: Source of random numbers.
+
+    Returns:
+        (N,) placements.
     """
     n = len(there.own)
     kinds, weights = zip(*stable_poses(item), strict=True)
@@ -93,7 +105,15 @@ def random_placements(
 
 
 def from_corner(cell_bin: Bin, boxes: BoxArrays) -> Array:
-    """Distance (...) from the back plus that from the nearer side, m: what wastes room."""
+    """Distance of boxes from the back of a bin plus that from its nearer side: what wastes room.
+
+    Args:
+        cell_bin: The bin.
+        boxes: Boxes (..., 3), bin frame.
+
+    Returns:
+        (...) m.
+    """
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[..., 1] - lower[1], upper[1] - boxes.high[..., 1])
     return np.asarray(upper[0] - boxes.high[..., 0] + to_side)

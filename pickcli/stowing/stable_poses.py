@@ -1,4 +1,4 @@
-"""How an item can lie on a floor: which side is down, and what it covers then."""
+"""Stable poses: which side of an item can be down, and what it covers then."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ WEIGHTS = (0.5, 0.3, 0.2)  # of the flattest stance, the next and the tallest
 class StablePose:
     """One side down.
 
-    R_up_item: (3, 3) before any turn about the vertical
-    height: m
-    is_level: whether its top is flat, so that others can lie on it
-    is_on_edge: whether it stands so thin that it needs something to stand beside; thin along y
-    can_roll: whether it rolls along its y axis (a lying cylinder) or anywhere (a sphere)
+    Attributes:
+        R_up_item: (3, 3) orientation before any turn about the vertical.
+        height: m.
+        is_level: Whether its top is flat, so that others can lie on it.
+        is_on_edge: Whether it stands so thin that it needs something to stand beside; thin along y.
+        can_roll: Whether it rolls along its y axis (a lying cylinder) or anywhere (a sphere).
     """
 
     R_up_item: Array
@@ -37,7 +38,14 @@ class StablePose:
 
 @cache
 def stable_poses(item: Item) -> list[tuple[StablePose, float]]:
-    """Every stance in which the item stays, with its probability, the flattest first."""
+    """Every pose in which an item stays, with its probability.
+
+    Args:
+        item: The item.
+
+    Returns:
+        Poses and probabilities, the flattest first.
+    """
     found = {round(s.height, 6): s for s in (_stance(item, up) for up in range(3)) if s is not None}
     ranked = [found[height] for height in sorted(found)]
     weights = np.array(WEIGHTS[: len(ranked)])

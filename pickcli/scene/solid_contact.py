@@ -1,0 +1,75 @@
+"""Contacts between solids: which of them carry weight, and what forces they can exert."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array, perpendiculars
+
+CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
+FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
+MOST_FORCE = 4.0  # weights: what needs more is wedged, and wedges slip
+UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
+
+
+@dataclass(frozen=True, eq=False)
+class SolidContact:
+    """Two solids that touch, or may: their poses are uncertain.
+
+    Attributes:
+        a: Id of the item.
+        b: Id of the other item, or name of the pod's body.
+        gap: m, negative where they overlap.
+        normal: (3,) unit vector in the world from a to b.
+    """
+
+    a: str
+    b: str
+    gap: float
+    normal: Array
+
+    @property
+    def flipped(self) -> SolidContact:
+        """The contact as seen from the other of the two."""
+        return SolidContact(self.b, self.a, self.gap, -self.normal)
+
+    @property
+    def carries(self) -> bool:
+        """Whether b bears weight of a."""
+        return bool(self.normal[2] <= -CARRIES)
+
+
+def friction_cones(arms: Array, normal: Array) -> Array:
+    """Wrenches of unit forces on the edges of friction cones.
+
+    Args:
+        arms: (N, 3) m, from the centre of an item to the points at which it is pushed.
+        normal: (3,) direction in which they push.
+
+    Returns:
+        (6, 4 N) about the centre.
+    """
+    u, v = perpendiculars(normal)
+    forces = normal + FRICTION * np.array([u, -u, v, -v])
+    all_forces = np.tile(forces, (len(arms), 1))
+    return np.concatenate([all_forces.T, np.cross(np.repeat(arms, 4, axis=0), all_forces).T])
+
+
+def can_balance(cones: Array, wrench: Array, size: float) -> bool:
+    """Whether contact forces that are not too large make up a wrench.
+
+    Args:
+        cones: (6, K) wrenches of unit forces.
+        wrench: (6,) in weights of the item, and weights times m.
+        size: m, half the extent of the item.
+
+    Returns:
+        True if they do.
+    """
+    from scipy.optimize import nnls
+
+    scale = np.array([1.0, 1.0, 1.0, *3 * [1.0 / size]])
+    forces, rest = nnls(cones * scale[:, None], wrench * scale)
+    return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)
