@@ -143,7 +143,7 @@ def test_files_are_drawn_by_their_kind_and_by_the_suffix(cell: Cell, tmp_path: P
     for stored_file, name in zip(stored, ("a.png", "b.html"), strict=True):
         with pytest.raises(InputError, match="exists by now"):
             draw(stored_file, tmp_path / name, cell, replace=False)
-    with pytest.raises(InputError, match=r"a picture is \.png or \.html"):
+    with pytest.raises(InputError, match=r"written as \.png or \.html"):
         draw(stored[0], tmp_path / "c.svg", cell)
     with pytest.raises(StaleError):
         draw(stored[0], tmp_path / "d.png", replace(cell, fingerprint="0" * 64))
