@@ -111,7 +111,7 @@ def _as_known(scene: Scene) -> Scene:
 def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
     """Whether any face within reach as an item lies would hold it, whatever is around it."""
     cell_bin = scene.cell.pod.bins[placed.location]
-    T_bin_item = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
+    T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
     rng = derived_rng("has grasp", placed.id)
     found = sample_grasps(placed.id, placed.item, T_bin_item, tool, cell_bin, rng, WIDE)
     return bool(found.grasps)

@@ -11,8 +11,8 @@ from itertools import product
 
 import numpy as np
 
+from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
-from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array, rotation_rpy
@@ -71,7 +71,7 @@ def pushes(corridor: Corridor, T_world_bin: Array, about: Array) -> Array:
 
 
 def corridors(
-    cell_bin: Bin,
+    cell_bin: Place,
     T_bin_item: Array,
     shape: Shape,
     leaving: FreeItemChecker,
@@ -131,26 +131,26 @@ def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
     return rotation_rpy(roll, pitch, yaw)
 
 
-def _turns(cell_bin: Bin, T_bin_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
+def _turns(cell_bin: Place, T_bin_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
     """Turns (yaw, pitch, roll) to try: none, and what makes the item narrower or lower where it is tight."""
     R = T_bin_item[:3, :3]
     yaws = np.radians(np.arange(-24.0, 25.0, 2.0))
     pitches = np.radians(np.arange(-8.0, 9.0, 1.0))
     widths = [shape.reach(_turned(float(a), 0.0) @ R)[1] for a in yaws]
-    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, cell_bin.mouth_width) else 0.0
+    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, cell_bin.access.width) else 0.0
     heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
-    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.mouth_height) else 0.0
+    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.access.height) else 0.0
     level = [(0.0, 0.0, 0.0), (yaw, 0.0, 0.0), (yaw, pitch, 0.0)]
     flattest = float(pitches[int(np.argmin(heights))])
     return list(dict.fromkeys([*level, *_rolls(cell_bin, R, shape, flattest)]))
 
 
-def _rolls(cell_bin: Bin, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
+def _rolls(cell_bin: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
     """The least roll to either side with which an item fits through the mouth that does not as it lies.
 
     flattest: rad, the pitch with which it is lowest, which is tried as well
     """
-    room = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - 2 * LEAST_LIP_DISTANCE
+    room = np.array([cell_bin.access.width, cell_bin.access.height]) - 2 * LEAST_LIP_DISTANCE
 
     def fits(pitch: float, roll: float) -> bool:
         return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= room).all())
@@ -170,29 +170,36 @@ def _is_tighter(halves: list[float], room: float) -> bool:
 
 
 def _options(
-    cell_bin: Bin, low: Array, high: Array, turns: tuple[float, float, float], first: float, half_width: float
+    cell_bin: Place,
+    low: Array,
+    high: Array,
+    turns: tuple[float, float, float],
+    first: float,
+    half_width: float,
 ) -> list[Corridor] | Reason:
     """Corridors that fit through the mouth, shortest way first.
 
     low, high: corners (3,) in the bin frame of the box around the item once it is turned, m
     half_width: m, of the item as it lies
     """
-    spare = np.array([cell_bin.mouth_width, cell_bin.mouth_height]) - (high - low)[1:]
+    spare = np.array([cell_bin.access.width, cell_bin.access.height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
         size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])
-        mouth = f"{cell_bin.mouth_width * 1e3:.0f} x {cell_bin.mouth_height * 1e3:.0f}"
+        mouth = f"{cell_bin.access.width * 1e3:.0f} x {cell_bin.access.height * 1e3:.0f}"
         return Reason("does not fit through the mouth", "lift", f"{size} mm wide and tall, mouth {mouth} mm")
     side, above = np.minimum(LIP_DISTANCE, spare / 2)
-    half = cell_bin.mouth_width / 2 - side
+    half = cell_bin.access.width / 2 - side
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
-    heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.mouth_height - above - high[2])
+    heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.access.height - above - high[2])
     moves = [
         np.array([dx, least + dy, dz, *turns])
         for dz, dx, dy in product(heights, BACK, ASIDE)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
     moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
-    to_middle = float(np.clip(sum(cell_bin.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE))
+    to_middle = float(
+        np.clip(sum(cell_bin.room.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE)
+    )
     return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width, to_middle)]
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pickcli.cell.device import Device
 from pickcli.cell.item import Item
+from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
 from pickcli.cell.station import Obstacles, Pod, Tote
 from pickcli.cell.tool import ToolState
@@ -56,6 +57,15 @@ class Cell:
     clearance: float  # m, margin that every planned motion keeps outside of planned contacts
     max_tool_speed: float | None = None  # m/s of the tool's tip, in every motion
     fingerprint: str = field(default="")  # SHA-256 over all that the validity of a motion depends on
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """Everything that can hold items, by name: the bins of the pod, then the tote."""
+        return {**self.pod.bins, self.tote.place.name: self.tote.place}
+
+    def T_world_place(self, place: Place) -> Array:
+        """Pose (4, 4) of a place's frame in the world, the pod where it nominally stands."""
+        return place.in_world(self.T_world_pod)
 
     def item(self, name: str, year: int = 2016) -> Item:
         """The item of that name, of the year if it has one, else of the other. Raises UnknownNameError."""

@@ -7,12 +7,15 @@ back wall is solid: nothing of ours belongs there.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pickcli.cell.cell_schema import PodModel, RowModel
+from pickcli.cell.place import Access, Carrier, Place, Room
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Body, Shape, ShapeKind, box
-from pickcli.cell.station import Bin, Pod
+from pickcli.cell.station import Pod
 from pickcli.geometry import pose
 
 
@@ -20,12 +23,15 @@ def build_pod(figures: PodModel) -> Pod:
     """Boxes (pod frame), bins and bounding groups of the shelf."""
     groups = {row_name(row): _row_bodies(figures, i) for i, row in enumerate(figures.rows)}
     groups.update(_frame_bodies(figures))
+    bodies = tuple(body for group in groups.values() for body in group)
+    displacement = Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw)
     bins = [b for row in figures.rows for b in _row_bins(figures, row)]
+    solids = frozenset(body.name for body in bodies)
     return Pod(
-        bodies=tuple(body for bodies in groups.values() for body in bodies),
-        bins={b.name: b for b in bins},
-        groups={name: tuple(body.name for body in bodies) for name, bodies in groups.items()},
-        displacement=Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw),
+        bodies=bodies,
+        bins={b.name: replace(b, solids=solids, displacement=displacement) for b in bins},
+        groups={name: tuple(body.name for body in group) for name, group in groups.items()},
+        displacement=displacement,
     )
 
 
@@ -118,7 +124,7 @@ def _span(
     return (x_0, min(y_0, y_1), 0.0), (x_1, max(y_0, y_1), height)
 
 
-def _row_bins(figures: PodModel, row: RowModel) -> list[Bin]:
+def _row_bins(figures: PodModel, row: RowModel) -> list[Place]:
     inner, outer = figures.divider, figures.divider + figures.divider_thickness
     mouths = ((outer, figures.post), (-inner, inner), (-figures.post, -outer))
     insides = ((outer, figures.side_wall), (-inner, inner), (-figures.side_wall, -outer))
@@ -130,20 +136,17 @@ def _row_bins(figures: PodModel, row: RowModel) -> list[Bin]:
 
 def _bin(
     figures: PodModel, row: RowModel, name: str, mouth: tuple[float, float], inside: tuple[float, float]
-) -> Bin:
+) -> Place:
     y, z = sum(mouth) / 2, row.lip_top
-    return Bin(
-        name=name,
-        T_pod_bin=pose((0.0, y, z)),
-        mouth_width=mouth[1] - mouth[0],
-        mouth_height=row.hanging_lip - z,
+    room = Room(
+        x_range=(0.0, figures.back_wall),
         y_range=(inside[0] - y, inside[1] - y),
-        depth=figures.back_wall,
         floor_front=row.floor_front - z,
         floor_back=row.floor_front - figures.floor_drop - z,
-        slope_from=figures.lip_depth,
-        floor_flat_from=flat_from(figures),
         ceiling_front=row.ceiling_front - z,
         ceiling_back=row.ceiling_front - figures.floor_drop - z,
-        floor=floor_names(row),
+        slope_from=figures.lip_depth,
+        floor_flat_from=flat_from(figures),
     )
+    access = Access.from_front(mouth[1] - mouth[0], row.hanging_lip - z)
+    return Place(name, Carrier.POD, pose((0.0, y, z)), access, room, floor_names(row))

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pickcli.cell.cell_schema import ToteModel
+from pickcli.cell.place import Access, Carrier, Place, Room
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Tote
 from pickcli.geometry import pose
+
+TOTE = "tote"  # the place of delivered items; the other places are bins
 
 Corner = tuple[float, float, float]
 
 
 def build_tote(figures: ToteModel) -> Tote:
-    """Boxes in the world frame and the frame at the centre of the inner floor."""
+    """Boxes in the world frame, and the place between them."""
     (x0, y0, z0), (x1, y1, z1) = figures.inner.lower, figures.inner.upper
     w = figures.wall_thickness
     floor = box("tote_floor", (x0 - w, y0 - w, z0 - w), (x1 + w, y1 + w, z0))
@@ -24,11 +27,17 @@ def build_tote(figures: ToteModel) -> Tote:
         (outer_low[0], outer_low[1]),
         (outer_high[0], outer_high[1]),
     )
-    return Tote(
-        T_world_tote=pose(((x0 + x1) / 2, (y0 + y1) / 2, z0)),
-        inner=(x1 - x0, y1 - y0, z1 - z0),
-        bodies=(floor, *walls, *flange),
+    bodies = (floor, *walls, *flange)
+    place = Place(
+        name=TOTE,
+        carrier=Carrier.WORLD,
+        T_carrier_place=pose(((x0 + x1) / 2, (y0 + y1) / 2, z0)),
+        access=Access.from_above(x1 - x0, y1 - y0, z1 - z0),
+        room=Room.box(x1 - x0, y1 - y0, z1 - z0),
+        support=(floor.name,),
+        solids=frozenset(body.name for body in bodies),
     )
+    return Tote(place, bodies)
 
 
 def _ring(

@@ -98,7 +98,7 @@ def _refuse_impossible(scene: Scene, bin_name: str, item: str, into: str) -> Non
     placed = scene.find(item, bin_name)
     if into == bin_name:
         raise InputError(f"--into: the item is taken from {into}; name the tote or another bin")
-    if into != TOTE and (sizes := bins[into].too_small_for(placed.item.shape.extents)):
+    if into != TOTE and (sizes := bins[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(
             f"--into: {placed.id} fits in no way into {into}: it has {sizes}; name another place"
         )

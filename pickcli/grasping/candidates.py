@@ -12,7 +12,7 @@ from math import cos, sin
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
@@ -44,7 +44,7 @@ class CandidateSet:
 
 
 def sample_grasps(
-    item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator,
+    item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Place, rng: np.random.Generator,
     search: Search = USUAL, most: float = HOLDS,
 ) -> CandidateSet:  # fmt: skip
     """Candidates for an item whose pose (4, 4) in the bin frame is known.
@@ -83,7 +83,7 @@ def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
 
 
 def _reachable(
-    face: Face, T_bin_item: Array, tool: Tool, cell_bin: Bin, rng: np.random.Generator, n: int
+    face: Face, T_bin_item: Array, tool: Tool, cell_bin: Place, rng: np.random.Generator, n: int
 ) -> list[Array]:
     """Up to n random places on a face for which a level lance clears the lips of the mouth."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
@@ -92,7 +92,7 @@ def _reachable(
     is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
     gained = PIVOT_LENGTH * -T[:, 2, 2] + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
-    is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= cell_bin.mouth_height - LANCE_CLEAR)
+    is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= cell_bin.access.height - LANCE_CLEAR)
     return list(samples[is_clear][:n])
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem
 from pickcli.collision.stage_contacts import PickContacts
 from pickcli.errors import UnknownNameError
@@ -25,7 +25,7 @@ class PickQuery:
     """What is asked of a pick.
 
     Attributes:
-        bin_name: Bin that is picked from.
+        bin_name: Place that is picked from.
         item: Instance id or name of the target.
         into: Where the item is brought, the tote or a bin, onto its floor.
         exclude: Grasps that failed before, or kinds of them.
@@ -46,7 +46,7 @@ class PickProblem:
     Attributes:
         context: What it is planned with.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        cell_bin: Bin that the target is in.
+        cell_bin: Place that the target is in.
         target: The item that is picked.
         neighbours: What motions inside the bin do about other items.
         seed: Of all random choices.
@@ -54,7 +54,7 @@ class PickProblem:
 
     context: Planner
     scene: Scene
-    cell_bin: Bin
+    cell_bin: Place
     target: PlacedItem
     neighbours: Neighbours = Neighbours.AVOID
     seed: int = 0
@@ -86,7 +86,7 @@ class PickProblem:
     @cached_property
     def T_world_bin(self) -> Array:
         """(4, 4) pose of the bin frame where the pod really stands."""
-        return np.asarray(self.scene.T_world_pod @ self.cell_bin.T_pod_bin)
+        return np.asarray(self.scene.T_world_place(self.cell_bin))
 
     @cached_property
     def T_bin_item(self) -> Array:
@@ -110,7 +110,7 @@ class PickProblem:
     def contacts(self) -> PickContacts:
         """Who may touch whom, stage by stage."""
         stretch = self.context.settings.lift_contact
-        return PickContacts(self.scene, self.target, frozenset(self.cell_bin.floor), self.ignored, stretch)
+        return PickContacts(self.scene, self.target, frozenset(self.cell_bin.support), self.ignored, stretch)
 
     @cached_property
     def extraction(self) -> Extraction:

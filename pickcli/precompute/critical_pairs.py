@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from pickcli.cell.cell import Cell, NamedConfiguration
-from pickcli.cell.station import Bin, Pod
+from pickcli.cell.place import Place
+from pickcli.cell.station import Pod
 
 Names = tuple[str, str]
 
@@ -35,17 +36,17 @@ def important_pairs(cell: Cell) -> list[Names]:
 
 def neighbouring_bins(pod: Pod) -> Iterator[Names]:
     """Bins side by side in a row, and bins of consecutive rows of which one lies above the other."""
-    rows: dict[float, list[Bin]] = {}
+    rows: dict[float, list[Place]] = {}
     for each in pod.bins.values():
-        rows.setdefault(round(float(each.T_pod_bin[2, 3]), 3), []).append(each)
+        rows.setdefault(round(float(each.T_carrier_place[2, 3]), 3), []).append(each)
     for row in rows.values():
-        for left, right in pairwise(sorted(row, key=lambda each: -float(each.T_pod_bin[1, 3]))):
+        for left, right in pairwise(sorted(row, key=lambda each: -float(each.T_carrier_place[1, 3]))):
             yield left.name, right.name
     for low, high in pairwise(rows[z] for z in sorted(rows)):
         yield from ((a.name, b.name) for a in high for b in low if _overlap(a, b))
 
 
-def _overlap(a: Bin, b: Bin) -> bool:
+def _overlap(a: Place, b: Place) -> bool:
     """Whether one mouth lies above a part of the other."""
-    apart = abs(float(a.T_pod_bin[1, 3] - b.T_pod_bin[1, 3]))
-    return apart < (a.mouth_width + b.mouth_width) / 2
+    apart = abs(float(a.T_carrier_place[1, 3] - b.T_carrier_place[1, 3]))
+    return apart < (a.access.width + b.access.width) / 2

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.free_flyer import FreeToolChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -35,13 +35,13 @@ class BinPoseSampler:
     """
 
     model: CollisionModel
-    cell_bin: Bin
+    cell_bin: Place
     tool_state: ToolState
 
     @property
     def T_world_bin(self) -> Array:
         """(4, 4) pose of the bin with the pod where it nominally stands."""
-        return self.model.cell.T_world_pod @ self.cell_bin.T_pod_bin
+        return self.model.cell.T_world_place(self.cell_bin)
 
     @property
     def _R_bin_tip(self) -> Array:
@@ -63,8 +63,8 @@ class BinPoseSampler:
         Returns:
             (n, 4, 4) in the world.
         """
-        low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.mouth_height / 2 - _BESIDE])
-        high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.mouth_height / 2 + _BESIDE])
+        low = np.array([_BEFORE[0], -_BESIDE, self.cell_bin.access.height / 2 - _BESIDE])
+        high = np.array([_BEFORE[1], _BESIDE, self.cell_bin.access.height / 2 + _BESIDE])
         places = rng.uniform(low, high, (n, 3))
         is_turned = rng.random(n) < (
             0.5 if self.model.robot.tool.has_lance(self.tool_state, IN_LINE) else 0.0
@@ -87,8 +87,8 @@ class BinPoseSampler:
             InputError: If there are none.
         """
         each = self.cell_bin
-        low = np.array([_INSIDE, each.y_range[0], each.floor_back, -_LEAN, -_LEAN])
-        high = np.array([each.depth, each.y_range[1], each.ceiling_front, _LEAN, _LEAN])
+        low = np.array([_INSIDE, each.room.y_range[0], each.room.floor_back, -_LEAN, -_LEAN])
+        high = np.array([each.room.depth, each.room.y_range[1], each.room.ceiling_front, _LEAN, _LEAN])
         drawn = rng.uniform(low, high, (_DRAWS * n, 5))
         poses = np.stack([self._pose(d[:3], d[3], d[4], 0.0) for d in drawn])
         tool = FreeToolChecker(

@@ -9,12 +9,12 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
+from pickcli.cell.place import Place
 from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.cell.shapes import Body
 from pickcli.cell.station import Pod
+from pickcli.cell.tote import TOTE as TOTE
 from pickcli.geometry import Array, inverse
-
-TOTE = "tote"  # the location of delivered items; the other locations are bin names
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class PlacedItem:
     Attributes:
         id: Unique in the scene: the item's name, or name#2 for a second copy.
         item: What it is.
-        location: Name of a bin, or TOTE.
+        location: Name of a place.
         T_world_item: (4, 4) pose.
     """
 
@@ -128,12 +128,23 @@ class Scene:
         """Whether the pod stands where the cell says that it may: what holds for any such pod holds here."""
         return self.cell.pod.displacement.allows(self.T_nominal_pod)
 
+    def T_world_place(self, place: Place) -> Array:
+        """Pose of a place's frame as the pod stands now.
+
+        Args:
+            place: A bin or the tote.
+
+        Returns:
+            (4, 4) in the world.
+        """
+        return place.in_world(self.T_world_pod)
+
     def find(self, id_or_name: str, location: str | None = None) -> PlacedItem:
         """Find an item by its id, or else by its name.
 
         Args:
             id_or_name: Id of an instance, or name of an item: the first with that name.
-            location: Bin or TOTE that it must be in; None for any.
+            location: Name of the place that it must be in; None for any.
 
         Returns:
             The instance.
@@ -174,7 +185,7 @@ class Scene:
         """All items of a bin or of the tote.
 
         Args:
-            location: Name of a bin, or TOTE.
+            location: Name of a place.
 
         Returns:
             The instances.

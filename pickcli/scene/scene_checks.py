@@ -9,7 +9,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Source
 from pickcli.geometry import inverse, pose
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids
@@ -30,7 +30,7 @@ def check_names(source: Source, model: SceneModel, cell: Cell) -> None:
     Raises:
         InputError: With every mistake and its place.
     """
-    locations = [*cell.pod.bins, TOTE]
+    locations = list(cell.places)
     seen: dict[str, PlacedItemModel] = {}
     for i, item in enumerate(model.items):
         if item.id in seen:
@@ -78,14 +78,12 @@ def check_places(source: Source, scene: Scene) -> None:
         scene: The scene.
     """
     for i, placed in enumerate(scene.items):
-        if placed.location == TOTE:
-            continue
-        bin_ = scene.cell.pod.bins[placed.location]
-        T_bin_item = inverse(scene.T_world_pod @ bin_.T_pod_bin) @ placed.T_world_item
-        p, R = T_bin_item[:3, 3], T_bin_item[:3, :3]
-        low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
-        high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
-        astray = float(np.linalg.norm(p - np.clip(p, low, high)))
+        place = scene.cell.places[placed.location]
+        if place.access.is_from_above:
+            continue  # what falls into it may still be high above it
+        T_place_item = inverse(scene.T_world_place(place)) @ placed.T_world_item
+        p, R = T_place_item[:3, 3], T_place_item[:3, :3]
+        astray = float(np.linalg.norm(p - np.clip(p, place.room.low, place.room.high)))
         if astray > MAX_ASTRAY:
             source.add(
                 ("items", i, "position"),
@@ -93,7 +91,7 @@ def check_places(source: Source, scene: Scene) -> None:
                 "middle in the world frame (docs/formats/scene.md)",
             )
             continue
-        under = bin_.floor_back - (p[2] - placed.item.shape.reach(R)[2])
+        under = place.room.floor_back - (p[2] - placed.item.shape.reach(R)[2])
         if under > SUNK + scene.noise.bound(placed.item):
             source.add(
                 ("items", i, "position"),

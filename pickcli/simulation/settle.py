@@ -89,9 +89,7 @@ def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:
     cell_bin = scene.cell.pod.bins.get(placed.location)
     if cell_bin is None:
         return None
-    lower, _ = bounds(
-        placed.item.shape, inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
-    )
+    lower, _ = bounds(placed.item.shape, inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item)
     if lower[0] < 0.0:
         return Reason("sticks out", placed.location, f"{placed.id} by {-lower[0] * 1e3:.0f} mm")
     return None

@@ -55,7 +55,7 @@ def lay_out(
     cell_bin = scene.cell.pod.bins[bin_name]
     items = [entry.item for entry in contents]
     fillings = fill(cell_bin, items, np.random.default_rng(seed), may_raise, tell)
-    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    T_world_bin = scene.T_world_place(cell_bin)
     full = np.flatnonzero(fillings.is_full())
     best = full[np.argsort(fillings.cost[full], kind="stable")][:N_LAYOUTS]
     poses = [fillings.poses(k) for k in best.tolist()]

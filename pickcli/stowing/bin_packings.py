@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 from pickcli.stowing.crowding_cost import crowding
@@ -39,7 +39,7 @@ class BinPackings:
         may_raise: Whether things may stand higher than the mouth.
     """
 
-    cell_bin: Bin
+    cell_bin: Place
     items: Sequence[Item]
     lying: Placements
     cost: Array
@@ -47,7 +47,7 @@ class BinPackings:
     may_raise: bool
 
     @classmethod
-    def empty(cls, cell_bin: Bin, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
+    def empty(cls, cell_bin: Place, items: Sequence[Item], n: int, may_raise: bool) -> BinPackings:
         """Packings with every item outside.
 
         Every other packing is begun with care, the rest by cramming.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 
@@ -21,7 +21,7 @@ LOW = 0.022  # m, how far what is low rises above the base of its neighbour
 TALL = 0.06  # m that something in front must be higher to hide what is behind it
 
 
-def crowding(cell_bin: Bin, boxes: BoxArrays) -> Array:
+def crowding(cell_bin: Place, boxes: BoxArrays) -> Array:
     """Cost of boxes among each other and in their bin.
 
     Args:
@@ -54,10 +54,10 @@ def _is_low(other: BoxArrays, of: BoxArrays) -> Bools:
     return np.asarray(other.high[..., 2] <= of.low[..., 2] + LOW)
 
 
-def _at_walls(cell_bin: Bin, boxes: BoxArrays) -> Array:
+def _at_walls(cell_bin: Place, boxes: BoxArrays) -> Array:
     """Cost (..., N) of being close to the edges of the mouth and to the back."""
-    half = cell_bin.mouth_width / 2
-    gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.depth - boxes.high[..., 0])
+    half = cell_bin.access.width / 2
+    gaps = (boxes.low[..., 1] + half, half - boxes.high[..., 1], cell_bin.room.depth - boxes.high[..., 0])
     return np.asarray(TIGHT * sum(_shortfall(room, FINGER) for room in gaps))
 
 

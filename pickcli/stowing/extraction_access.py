@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, lies_on
 
@@ -22,7 +22,7 @@ HEIGHTS = (0.0, 0.5, 1.0)  # between as high as the lip demands and as the mouth
 WAYS = np.array(list(product(ASIDE, HEIGHTS)))
 
 
-def have_way_out(cell_bin: Bin, boxes: BoxArrays) -> Bools:
+def have_way_out(cell_bin: Place, boxes: BoxArrays) -> Bools:
     """Whether boxes can be taken out past the others of their row.
 
     Args:
@@ -39,13 +39,13 @@ def have_way_out(cell_bin: Bin, boxes: BoxArrays) -> Bools:
     return np.asarray(~buried & (fits & ~hindered.any(axis=-1)).any(axis=0))
 
 
-def _ways(cell_bin: Bin, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
+def _ways(cell_bin: Place, boxes: BoxArrays) -> tuple[Bools, Array, Array]:
     """Whether each of W ways leads through the mouth, and how far aside and up it goes: (W, ..., N)."""
     aside, share = WAYS.T.reshape(2, -1, *[1] * (boxes.low.ndim - 1))
-    half = cell_bin.mouth_width / 2 - ROOM
+    half = cell_bin.access.width / 2 - ROOM
     (_, y_low, z_low), (_, y_high, z_high) = np.moveaxis(boxes.low, -1, 0), np.moveaxis(boxes.high, -1, 0)
     aside = np.clip(0.0, -half - y_low, half - y_high) + aside
-    need, most = ROOM - z_low, cell_bin.mouth_height - ROOM - z_high
+    need, most = ROOM - z_low, cell_bin.access.height - ROOM - z_high
     rise = need + share * np.maximum(most - need, 0.0)
     fits = (y_low + aside >= -half - 1e-9) & (y_high + aside <= half + 1e-9) & (most >= need - 0.008)
     return fits, aside, rise

@@ -136,11 +136,11 @@ def refuse_too_much(bin_contents: Mapping[str, Sequence[str]], cell: Cell, year:
 
 def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
     """Why a bin can never hold these items, "" where it may."""
-    bin_ = cell.pod.bins[bin_name]
+    inside = cell.pod.bins[bin_name].room
     for item in items:
-        if sizes := bin_.too_small_for(item.shape.extents):
+        if sizes := inside.too_small_for(item.shape.extents):
             return f"{bin_name}: {item.name} fits in no way: it has {sizes}; take it out of this bin"
-    room = 1e3 * bin_.volume
+    room = 1e3 * inside.volume
     volume = 1e3 * sum(item.shape.volume for item in items)
     if volume <= room:
         return ""

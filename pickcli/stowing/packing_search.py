@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.stowing.bin_packings import BinPackings
 
 N_FILLINGS = 16
@@ -27,7 +27,7 @@ GOOD = 0.3  # cost after which no better is sought
 
 
 def fill(
-    cell_bin: Bin,
+    cell_bin: Place,
     items: Sequence[Item],
     rng: np.random.Generator,
     may_raise: bool = False,
@@ -60,7 +60,11 @@ def fill(
 
 
 def _all_in(
-    cell_bin: Bin, items: Sequence[Item], may_raise: bool, rng: np.random.Generator, tell: Callable[[], None]
+    cell_bin: Place,
+    items: Sequence[Item],
+    may_raise: bool,
+    rng: np.random.Generator,
+    tell: Callable[[], None],
 ) -> BinPackings:
     """Begun again until everything is in, but not for ever."""
     for _ in range(N_ROUNDS):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.item import Item
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.geometry import Array
 from pickcli.stowing.box_arrays import Bools, BoxArrays, gap
 from pickcli.stowing.stable_poses import stable_poses
@@ -58,7 +58,7 @@ class Placements:
 
 
 def random_placements(
-    cell_bin: Bin, item: Item, there: Placements, is_snug: Bools, may_raise: bool, rng: np.random.Generator
+    cell_bin: Place, item: Item, there: Placements, is_snug: Bools, may_raise: bool, rng: np.random.Generator
 ) -> Placements:
     """Draw a placement for one item in each of N packings.
 
@@ -96,7 +96,7 @@ def random_placements(
     )
     possible &= (own > 0.0) | (gap(boxes.column, there.boxes) >= GAPS[0]).all(axis=1)
     # On the slope nothing rolls down and nothing stands thin across it.
-    is_flat = middle[:, 0] - half[:, 0] >= cell_bin.floor_flat_from
+    is_flat = middle[:, 0] - half[:, 0] >= cell_bin.room.floor_flat_from
     possible &= ~((can_roll | on_edge) & is_across) | is_flat
     possible &= ~on_edge | ((own == 0.0) & _is_leaning(cell_bin, boxes, is_across))
     own = own + UPRIGHT * (height > height.min()) + ON_EDGE * on_edge
@@ -104,7 +104,7 @@ def random_placements(
     return Placements(R, centre, boxes, pitch, is_level, np.where(possible, own, np.inf))
 
 
-def from_corner(cell_bin: Bin, boxes: BoxArrays) -> Array:
+def from_corner(cell_bin: Place, boxes: BoxArrays) -> Array:
     """Distance of boxes from the back of a bin plus that from its nearer side: what wastes room.
 
     Args:
@@ -119,13 +119,15 @@ def from_corner(cell_bin: Bin, boxes: BoxArrays) -> Array:
     return np.asarray(upper[0] - boxes.high[..., 0] + to_side)
 
 
-def _room(cell_bin: Bin) -> tuple[Array, Array]:
+def _room(cell_bin: Place) -> tuple[Array, Array]:
     """Lower and upper (x, y) of the part of a bin that things may fill, bin frame, m."""
-    low, high = cell_bin.y_range
-    return np.array([FRONT, low]), np.array([cell_bin.depth, high])
+    low, high = cell_bin.room.y_range
+    return np.array([FRONT, low]), np.array([cell_bin.room.depth, high])
 
 
-def _middles(cell_bin: Bin, half: Array, there: BoxArrays, is_snug: Bools, rng: np.random.Generator) -> Array:
+def _middles(
+    cell_bin: Place, half: Array, there: BoxArrays, is_snug: Bools, rng: np.random.Generator
+) -> Array:
     """Middles (N, 2) of bases: anywhere, or a gap away from a wall or from what lies there."""
     n, m = there.low.shape[:2]
     lower, upper = _room(cell_bin)
@@ -143,11 +145,11 @@ def _middles(cell_bin: Bin, half: Array, there: BoxArrays, is_snug: Bools, rng: 
     return np.where(is_free, anywhere, beside)
 
 
-def _rest(cell_bin: Bin, middle: Array, half: Array, there: Placements) -> tuple[Array, Array, Array]:
+def _rest(cell_bin: Place, middle: Array, half: Array, there: Placements) -> tuple[Array, Array, Array]:
     """Height (N,) of what a base lies on, its pitch, and the cost of lying on it: 0 on the floor."""
     low, high = (middle - half)[:, None] - GAPS[0], (middle + half)[:, None] + GAPS[0]
     below = np.all((low < there.boxes.high[..., :2]) & (there.boxes.low[..., :2] < high), axis=2)
-    base, pitch = cell_bin.rest(middle[:, 0], half[:, 0])
+    base, pitch = cell_bin.room.rest(middle[:, 0], half[:, 0])
     raised = np.flatnonzero(below.any(axis=1))
     own = np.zeros(len(middle))
     if len(raised):
@@ -155,7 +157,7 @@ def _rest(cell_bin: Bin, middle: Array, half: Array, there: Placements) -> tuple
         highest, top = tops.argmax(axis=1), tops.max(axis=1)
         carries = below[raised] & there.is_level[raised] & (tops >= top[:, None] - LEVEL)
         carried = _carried(middle[raised], half[raised], there.boxes[raised], carries)
-        own[raised] = RAISED + HEIGHT * (top - cell_bin.floor_back) + TOSSED * (carried < LEAST_SUPPORT)
+        own[raised] = RAISED + HEIGHT * (top - cell_bin.room.floor_back) + TOSSED * (carried < LEAST_SUPPORT)
         base[raised], pitch[raised] = top, there.pitch[raised, highest]
     return base, pitch, own
 
@@ -171,28 +173,28 @@ def _carried(middle: Array, half: Array, there: BoxArrays, carries: Bools) -> Ar
     return np.asarray(is_balanced * area / np.prod(2 * half, axis=1))
 
 
-def _is_inside(cell_bin: Bin, boxes: BoxArrays) -> Bools:
+def _is_inside(cell_bin: Place, boxes: BoxArrays) -> Bools:
     lower, upper = _room(cell_bin)
-    is_below = boxes.high[:, 2] <= cell_bin.ceiling_back - CEILING_GAP
+    is_below = boxes.high[:, 2] <= cell_bin.room.ceiling_back - CEILING_GAP
     is_short = (boxes.low[:, 0] >= lower[0]) & (boxes.high[:, 0] <= upper[0] - GAPS[0])
     is_narrow = (boxes.low[:, 1] >= lower[1] + GAPS[0]) & (boxes.high[:, 1] <= upper[1] - GAPS[0])
     return np.asarray(is_below & is_short & is_narrow)
 
 
-def _enters_upright(cell_bin: Bin, height: Array) -> Bools:
+def _enters_upright(cell_bin: Place, height: Array) -> Bools:
     """Whether things of some heights (N,) in m pass the mouth as they stand."""
-    return np.asarray(height <= cell_bin.mouth_height - MOUTH_GAP)
+    return np.asarray(height <= cell_bin.access.height - MOUTH_GAP)
 
 
-def _can_be_raised(cell_bin: Bin, item: Item, height: Array) -> Bools:
+def _can_be_raised(cell_bin: Place, item: Item, height: Array) -> Bools:
     """Whether an item that came in lying can be tipped up to a height (N,), about its thinnest side."""
     thin, middle, _ = np.sort(item.shape.extents)
-    enters_lying = _enters_upright(cell_bin, thin) & (middle <= cell_bin.mouth_width)
-    clear = cell_bin.ceiling_back - cell_bin.floor_back - RAISING_GAP
+    enters_lying = _enters_upright(cell_bin, thin) & (middle <= cell_bin.access.width)
+    clear = cell_bin.room.ceiling_back - cell_bin.room.floor_back - RAISING_GAP
     return np.asarray(enters_lying & (np.hypot(height, thin) <= clear))
 
 
-def _is_leaning(cell_bin: Bin, boxes: BoxArrays, is_across: Bools) -> Bools:
+def _is_leaning(cell_bin: Place, boxes: BoxArrays, is_across: Bools) -> Bools:
     """Whether a wall stands beside the thin side, or behind it where that lies across."""
     lower, upper = _room(cell_bin)
     to_side = np.minimum(boxes.low[:, 1] - lower[1], upper[1] - boxes.high[:, 1])

@@ -80,7 +80,7 @@ def share_filled(bin_name: str, names: Sequence[str], year: int) -> float:
     """Share of a bin's clear volume that the boxes around some items take."""
     cell = _cell()
     boxes = [float(np.prod(cell.item(name, year).shape.extents)) for name in names]
-    return sum(boxes) / cell.pod.bins[bin_name].volume
+    return sum(boxes) / cell.pod.bins[bin_name].room.volume
 
 
 @cache

@@ -93,6 +93,6 @@ def _touching(
                 if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= most:
                     near.add(fixture.name)
     for cell_bin in scene.cell.pod.bins.values():  # what lies on a floor may lie on all parts of it
-        if near & set(cell_bin.floor):
-            near |= set(cell_bin.floor)
+        if near & set(cell_bin.support):
+            near |= set(cell_bin.support)
     return frozenset(near & set(segment.touching))

@@ -50,10 +50,10 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
 
 def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     tote = scene.cell.tote
-    T = inverse(tote.T_world_tote) @ placed.T_world_item
+    T = inverse(tote.place.T_carrier_place) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
-    half = np.array(tote.inner[:2]) / 2
+    half = np.array(tote.place.room.size[:2]) / 2
     beyond = float(np.maximum(high[:2] - half, -half - low[:2]).max())
     if beyond > 0.0:
         yield Reason("released beyond the tote's walls", placed.id, f"by {beyond * 1e3:.0f} mm")
@@ -66,13 +66,13 @@ def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
 def _in_bin(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     bin_name = placed.location
     cell_bin = scene.cell.pod.bins[bin_name]
-    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ placed.T_world_item
+    T = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low = T[:3, 3] - reach
     if low[0] < 0.0:
         out = f"{-low[0] * 1e3:.0f} mm out of {bin_name}"
         yield Reason("released beyond the bin's mouth", placed.id, out)
-    floor = float(cell_bin.floor_at(low[0] + 2 * reach[0]))
+    floor = float(cell_bin.room.floor_at(low[0] + 2 * reach[0]))
     most = SET_DOWN + scene.noise.bound(placed.item)
     if low[2] - floor > most:
         over = f"{1e3 * (low[2] - floor):.0f} mm over the floor of {bin_name}, at most {most * 1e3:.0f}"

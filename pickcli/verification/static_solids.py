@@ -83,4 +83,7 @@ def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
 
 def bin_at(scene: Scene, T_world_item: Array) -> str | None:
     """The bin that an item's centre is in, if any."""
-    return scene.cell.pod.bin_of_point((inverse(scene.T_world_pod) @ T_world_item)[:3, 3])
+    for name, place in scene.cell.pod.bins.items():
+        if place.holds((inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3]):
+            return name
+    return None

@@ -61,13 +61,13 @@ def _stacks(*stacks: tuple[str, ...]) -> Scene:
     """Items of bin_E in stacks side by side, each flat on the one before."""
     cell_bin, items = CELL.pod.bins["bin_E"], []
     for k, names in enumerate(stacks):
-        top = cell_bin.floor_back
+        top = cell_bin.room.floor_back
         for name in names:
             item = CELL.item(name, 2016)
             height = float(item.shape.extents[2])
             at = pose((0.3, 0.1 * (k - 1), top + height / 2))
             top += height
-            items.append(PlacedItem(name, item, "bin_E", CELL.T_world_pod @ cell_bin.T_pod_bin @ at))
+            items.append(PlacedItem(name, item, "bin_E", CELL.T_world_place(cell_bin) @ at))
     return Scene(CELL, CELL.T_world_pod, tuple(items), PoseNoise())
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -12,16 +11,13 @@ from hypothesis import strategies as st
 
 from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, corridors, pushes
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.motion_validator import Contact
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse, pose, transform_points
+from support.front_places import front_place
 
-BIN = Bin(
-    "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297,
-    0.0116, 0.21, 0.255, 0.236, ("slope", "flat"),
-)  # fmt: skip
+BIN = front_place()
 FIRST = 0.05
 MOST = 4
 
@@ -67,10 +63,10 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     x: float, y: float, size: float, yaw: float, pitch: float
 ) -> None:
     extents = (size, size * 0.7, size * 0.9)
-    T_item = BIN.T_pod_bin @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
+    T_item = BIN.T_carrier_place @ pose([x, y, -0.0297 + size / 2], rpy=[0.0, pitch, yaw])
     found = corridors(
         BIN,
-        inverse(BIN.T_pod_bin) @ T_item,
+        inverse(BIN.T_carrier_place) @ T_item,
         Shape(ShapeKind.BOX, extents),
         alone(),
         alone(),
@@ -80,13 +76,13 @@ def test_the_item_passes_the_mouth_and_ends_outside(
     assert isinstance(found, tuple) and found
     contact = T_item @ pose([0.01, -0.02, size / 2], rpy=[np.pi, 0.0, 0.3])
     for corridor in found:
-        poses = LiftPoses.of(pushes(corridor, BIN.T_pod_bin, T_item[:3, 3]) @ contact)
-        moved = inverse(BIN.T_pod_bin) @ poses.lift @ inverse(contact) @ T_item
+        poses = LiftPoses.of(pushes(corridor, BIN.T_carrier_place, T_item[:3, 3]) @ contact)
+        moved = inverse(BIN.T_carrier_place) @ poses.lift @ inverse(contact) @ T_item
         at_lift = corners(moved, extents)
         assert at_lift[:, 2].min() >= LEAST_LIP_DISTANCE - 1e-9
-        assert at_lift[:, 2].max() <= BIN.mouth_height - LEAST_LIP_DISTANCE + 1e-9
-        assert np.abs(at_lift[:, 1]).max() <= BIN.mouth_width / 2 - LEAST_LIP_DISTANCE + 1e-9
-        out = corners(inverse(BIN.T_pod_bin) @ poses.retreat[-1] @ inverse(contact) @ T_item, extents)
+        assert at_lift[:, 2].max() <= BIN.access.height - LEAST_LIP_DISTANCE + 1e-9
+        assert np.abs(at_lift[:, 1]).max() <= BIN.access.width / 2 - LEAST_LIP_DISTANCE + 1e-9
+        out = corners(inverse(BIN.T_carrier_place) @ poses.retreat[-1] @ inverse(contact) @ T_item, extents)
         assert out[:, 0].max() <= -RETREAT_DISTANCE + 1e-9
         assert np.linalg.norm(corridor.freed[:3]) <= FIRST + 1e-9
 
@@ -109,8 +105,8 @@ def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
     for c in found:
         moved = pushes(c, np.eye(4), T_bin_item[:3, 3]) @ T_bin_item
         out = corners(moved[-1], extents)
-        assert np.ptp(out[:, 1]) <= BIN.mouth_width - 2 * LEAST_LIP_DISTANCE + 1e-9
-        assert np.ptp(out[:, 2]) <= BIN.mouth_height - 2 * LEAST_LIP_DISTANCE + 1e-9
+        assert np.ptp(out[:, 1]) <= BIN.access.width - 2 * LEAST_LIP_DISTANCE + 1e-9
+        assert np.ptp(out[:, 2]) <= BIN.access.height - 2 * LEAST_LIP_DISTANCE + 1e-9
     # Some sink no side of it while it may touch what it lies on.
     first = [pushes(c, np.eye(4), T_bin_item[:3, 3])[0] @ T_bin_item for c in found]
     lowest = [corners(T, extents)[:, 2].min() for T in first]
@@ -118,11 +114,11 @@ def test_what_is_wider_than_the_mouth_rolls_until_it_fits(yaw: float) -> None:
 
 
 def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> None:
-    wide = replace(BIN, y_range=(-0.175, 0.1494))  # behind a post
+    wide = front_place(y_range=(-0.175, 0.1494))  # behind a post
     T_bin_item, extents = pose([0.2, -0.01, 0.0]), (0.145, 0.31, 0.02)
     found = corridors(wide, T_bin_item, Shape(ShapeKind.BOX, extents), alone(), alone(), FIRST, 1000)
     assert isinstance(found, tuple)
-    middle = sum(wide.y_range) / 2
+    middle = sum(wide.room.y_range) / 2
     late = [c for c in found if len(c.retreat) == 2]
     assert late
     for c in late:
@@ -132,7 +128,7 @@ def test_what_rolls_may_go_to_the_middle_of_its_bin_first_and_aside_last() -> No
 
 
 def test_a_steep_item_rolls_and_is_levelled_where_only_both_together_fit() -> None:
-    low = replace(BIN, mouth_width=0.249, mouth_height=0.175, y_range=(-0.136, 0.136))
+    low = front_place(0.249, 0.175, (-0.136, 0.136))
     T_bin_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
     shape = Shape(ShapeKind.BOX, (0.16, 0.25, 0.03))
     found = corridors(low, T_bin_item, shape, alone(), alone(), FIRST, 1000)

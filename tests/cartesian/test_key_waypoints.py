@@ -11,13 +11,10 @@ from hypothesis import strategies as st
 
 from pickcli.cartesian.key_waypoints import pick_poses
 from pickcli.cartesian.line import line
-from pickcli.cell.station import Bin
 from pickcli.geometry import inverse, is_pose, pose, rotation_angle
+from support.front_places import front_place
 
-BIN = Bin(
-    "bin_B", pose([0.0, 0.0, 1.5536]), 0.2988, 0.2319, (-0.1494, 0.1494), 0.4361, -0.0108, -0.0297,
-    0.0116, 0.21, 0.255, 0.236, ()
-)  # fmt: skip
+BIN = front_place()
 FORWARD = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 
 
@@ -25,13 +22,13 @@ FORWARD = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 def test_contact_lies_beyond_the_surface_by_the_overtravel(
     x: float, y: float, yaw: float, over: float
 ) -> None:
-    T_world_item = BIN.T_pod_bin @ pose([x, y, 0.03], rpy=[0, 0, yaw])
+    T_world_item = BIN.T_carrier_place @ pose([x, y, 0.03], rpy=[0, 0, yaw])
     T_item_tip = pose([-0.04, 0.0, 0.0], R=FORWARD)
-    poses = pick_poses(BIN.T_pod_bin, T_world_item, T_item_tip, 0.04, over)
+    poses = pick_poses(BIN.T_carrier_place, T_world_item, T_item_tip, 0.04, over)
     surface = T_world_item @ T_item_tip
     assert np.allclose(poses.contact[:3, 3] - surface[:3, 3], over * surface[:3, 2])
     assert np.allclose(poses.approach[:3, 3] - surface[:3, 3], -0.04 * surface[:3, 2])
-    assert (inverse(BIN.T_pod_bin) @ poses.preapproach)[0, 3] <= -0.06 + 1e-9
+    assert (inverse(BIN.T_carrier_place) @ poses.preapproach)[0, 3] <= -0.06 + 1e-9
     moved = poses.preapproach[:3, 3] - poses.approach[:3, 3]
     assert np.allclose(moved[1:], 0.0)  # straight along the bin's axis
     assert all(is_pose(T) for T in (poses.preapproach, poses.approach, poses.touch, poses.contact))

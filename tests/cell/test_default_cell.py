@@ -55,7 +55,7 @@ def test_bin_poses_point_into_their_bin_and_the_pivoted_cup_down(cell: Cell, let
     named = cell.configurations[f"bin_{letter}"]
     assert (named.kind, named.tool_state) == ("bin", ToolState("straight"))
     T = arm_table.chain_tip(cell.robot, named.q, STRAIGHT)
-    mouth = cell.pod.bins[f"bin_{letter}"].T_pod_bin[:3, 3]
+    mouth = cell.pod.bins[f"bin_{letter}"].T_carrier_place[:3, 3]
     assert_allclose(T[0, 3], -0.30, atol=0.01)
     assert abs(T[1, 3] - mouth[1]) < 0.06
     assert 0.08 < T[2, 3] - mouth[2] < 0.14
@@ -82,10 +82,10 @@ def test_drop_poses_span_the_tote_under_the_drop_limit(cell: Cell) -> None:
     centres = []
     for named in (c for c in cell.configurations.values() if c.kind == "drop"):
         T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.positions[named.tool_state])
-        p = T[:3, 3] - cell.tote.T_world_tote[:3, 3]
+        p = T[:3, 3] - cell.tote.place.T_carrier_place[:3, 3]
         assert p[2] == pytest.approx(0.24, abs=1e-3)
         assert T[2, 2] < -0.86
-        assert all(abs(p[:2]) < np.array(cell.tote.inner[:2]) / 2 - 0.08)
+        assert all(abs(p[:2]) < np.array(cell.tote.place.room.size[:2]) / 2 - 0.08)
         centres.append((named.tool_state, *np.round(p[:2], 2)))
     assert len(centres) == len(set(centres)) == 12
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.place import Place
 from pickcli.cell.shapes import Body
-from pickcli.cell.station import Bin
 from pickcli.geometry import Array, inverse
 
 # Row: lip top, lower edge of the hanging lip, opening, floor behind the lip and at the back, ceiling.
@@ -50,15 +50,15 @@ def free_span(cell: Cell, point: Array, axis: int) -> tuple[float, float]:
     return float(point[axis] + below), float(point[axis] + above)
 
 
-def in_bin(cell_bin: Bin, x: float, y: float, z: float) -> Array:
-    return np.asarray(cell_bin.T_pod_bin[:3, 3] + (x, y, z))
+def in_bin(cell_bin: Place, x: float, y: float, z: float) -> Array:
+    return np.asarray(cell_bin.T_carrier_place[:3, 3] + (x, y, z))
 
 
 @pytest.mark.parametrize(("name", "row", "column"), CASES)
 def test_openings_floors_and_ceilings_are_as_measured(cell: Cell, name: str, row: str, column: int) -> None:
     b = cell.pod.bins[name]
     lip, hanging, opening, front, back, ceiling = ROWS[row]
-    middle = b.mouth_height / 2
+    middle = b.access.height / 2
     low, high = free_span(cell, in_bin(b, 0.0105, 0.0, middle), axis=2)
     assert (low, high) == pytest.approx((lip, hanging), abs=RESOLUTION)
     assert high - low == pytest.approx(opening, abs=RESOLUTION)
@@ -74,8 +74,8 @@ def test_mouths_and_insides_are_as_wide_as_measured(cell: Cell, name: str, row: 
     inner, outer, mouth = COLUMNS[column]
     low, high = free_span(cell, in_bin(b, 0.2, 0.0, 0.1), axis=1)
     assert (low, high) == pytest.approx((inner, outer), abs=RESOLUTION)
-    assert (low - b.T_pod_bin[1, 3], high - b.T_pod_bin[1, 3]) == pytest.approx(b.y_range)
-    assert b.mouth_width == pytest.approx(mouth, abs=5e-4)
+    assert (low - b.T_carrier_place[1, 3], high - b.T_carrier_place[1, 3]) == pytest.approx(b.room.y_range)
+    assert b.access.width == pytest.approx(mouth, abs=5e-4)
     at_post = free_span(cell, in_bin(b, 0.01, 0.0, 0.1), axis=1)
     assert at_post[1] - at_post[0] >= mouth - 5e-4
     if column != 1:
@@ -87,11 +87,12 @@ def test_the_bin_describes_its_own_boxes(cell: Cell, name: str, row: str, column
     b = cell.pod.bins[name]
     for x in np.linspace(0.02, 0.43, 12):
         low, high = free_span(cell, in_bin(b, x, 0.0, 0.1), axis=2)
-        assert (low - b.T_pod_bin[2, 3], high - b.T_pod_bin[2, 3]) == pytest.approx(
-            (float(b.floor_at(x)), float(b.ceiling_at(x))), abs=2e-4
+        assert (low - b.T_carrier_place[2, 3], high - b.T_carrier_place[2, 3]) == pytest.approx(
+            (float(b.room.floor_at(x)), float(b.room.ceiling_at(x))), abs=2e-4
         )
-    assert free_span(cell, in_bin(b, 0.3, 0.0, 0.1), axis=0)[1] == pytest.approx(b.depth)
-    assert cell.pod.bin_of_point(in_bin(b, 0.2, 0.0, 0.1)) == name
+    assert free_span(cell, in_bin(b, 0.3, 0.0, 0.1), axis=0)[1] == pytest.approx(b.room.depth)
+    p = in_bin(b, 0.2, 0.0, 0.1)
+    assert [n for n, each in cell.pod.bins.items() if each.holds(p - each.T_carrier_place[:3, 3])] == [name]
 
 
 @pytest.mark.parametrize(("name", "row", "column"), CASES)
@@ -100,7 +101,7 @@ def test_floors_agree_with_delfts_bin_meshes(cell: Cell, name: str, row: str, co
     b = cell.pod.bins[name]
     for x in np.linspace(0.02, 0.42, 9):
         theirs = -0.011 + min((x - 0.0041) / 0.2142, 1.0) * (-0.0297 + 0.011)
-        ours = free_span(cell, in_bin(b, x, 0.0, 0.1), axis=2)[0] - b.T_pod_bin[2, 3]
+        ours = free_span(cell, in_bin(b, x, 0.0, 0.1), axis=2)[0] - b.T_carrier_place[2, 3]
         assert -2e-4 < ours - theirs < 1e-3  # never lower: what is free here is free there
 
 
@@ -121,7 +122,7 @@ def test_groups_hold_every_body_once_and_floors_are_named(cell: Cell) -> None:
     assert len(names) == len(set(names))
     assert sorted(names) == sorted(grouped)
     for b in cell.pod.bins.values():
-        assert set(b.floor) <= set(names)
+        assert set(b.support) <= set(names)
 
 
 def test_names_of_all_bodies_are_their_own(cell: Cell) -> None:
@@ -131,9 +132,9 @@ def test_names_of_all_bodies_are_their_own(cell: Cell) -> None:
 
 
 def test_the_tote_is_open_above_and_closed_elsewhere(cell: Cell) -> None:
-    floor_centre = cell.tote.T_world_tote[:3, 3]
+    floor_centre = cell.tote.place.T_carrier_place[:3, 3]
     np.testing.assert_allclose(floor_centre, (-1.0455, -0.6165, 0.580), atol=1e-9)
-    np.testing.assert_allclose(cell.tote.inner, (0.539, 0.359, 0.201), atol=1e-9)
+    np.testing.assert_allclose(cell.tote.place.room.size, (0.539, 0.359, 0.201), atol=1e-9)
     middle = floor_centre + np.array([0.0, 0.0, 0.1])
     for axis, half in ((0, 0.539 / 2), (1, 0.359 / 2)):
         ends = [t for span in spans(cell.tote.bodies, middle, np.eye(3)[axis]) for t in span]

@@ -15,7 +15,7 @@ AXES = pose(rpy=[0.02, -0.01, 0.3])[:3, :3]
 
 
 def put_in(cell: Cell, x: float, y: float, z: float, rpy: tuple[float, float, float] = (0, 0, 0)) -> Array:
-    return np.asarray(cell.T_world_pod @ cell.pod.bins["bin_E"].T_pod_bin @ pose([x, y, z], rpy=rpy))
+    return np.asarray(cell.T_world_place(cell.pod.bins["bin_E"]) @ pose([x, y, z], rpy=rpy))
 
 
 def moved(T: Array, d: Array) -> Array:

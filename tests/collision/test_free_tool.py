@@ -48,7 +48,7 @@ def test_its_clearance_is_that_of_the_arms_lance_and_cup(
 
 def in_front_of(cell: Cell, bin_name: str, x: float, R: Array) -> Array:
     cell_bin = cell.pod.bins[bin_name]
-    return np.asarray(cell.T_world_pod @ cell_bin.T_pod_bin @ pose([x, 0.0, cell_bin.mouth_height / 2], R=R))
+    return np.asarray(cell.T_world_place(cell_bin) @ pose([x, 0.0, cell_bin.access.height / 2], R=R))
 
 
 FRONTAL = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # tool z into the bin, x down

@@ -24,7 +24,7 @@ def scene(cell: Cell) -> Scene:
 
 
 def contacts_of(scene: Scene, target: str, ignored: frozenset[str] = frozenset()) -> PickContacts:
-    floor = frozenset(scene.cell.pod.bins[BIN].floor)
+    floor = frozenset(scene.cell.pod.bins[BIN].support)
     return PickContacts(scene, scene.find(target), floor, ignored, 0.053)
 
 

@@ -68,8 +68,8 @@ def test_make_scene_writes_a_scene_and_a_picture(order: Path, tmp_path: Path) ->
 
 
 def test_inspect_shows_what_rests_on_what(cell: Cell, tmp_path: Path) -> None:
-    T = cell.T_world_pod @ cell.pod.bins["bin_C"].T_pod_bin
-    floor, items, z = cell.pod.bins["bin_C"].floor_back, [], 0.0005
+    T = cell.T_world_place(cell.pod.bins["bin_C"])
+    floor, items, z = cell.pod.bins["bin_C"].room.floor_back, [], 0.0005
     for name in ("kleenex_tissue_box", "i_am_a_bunny_book"):
         height = float(cell.item(name).shape.extents[2])
         items.append(

@@ -54,7 +54,7 @@ def test_insertions_from_random_solutions(cell: Cell, arm: Arm, name: str) -> No
     """Nearly every line has a continuous path, and most random solutions at its start serve."""
     rng = np.random.default_rng(7)
     cell_bin = cell.pod.bins[name]
-    y, z = cell_bin.T_pod_bin[1, 3], cell_bin.T_pod_bin[2, 3] + cell_bin.mouth_height / 2
+    y, z = cell_bin.T_carrier_place[1, 3], cell_bin.T_carrier_place[2, 3] + cell_bin.access.height / 2
     poses = insertion(float(y), float(z))
     starts = arm.solve_spread(poses[0], STRAIGHT, rng, 16)
     complete = [arm.follow(poses, STRAIGHT, q).is_complete for q in starts]

@@ -28,9 +28,9 @@ def scene_with(cell: Cell) -> SceneWith:
         placed = []
         for name, bin_name, x, y in entries:
             item, cell_bin = cell.item(name), cell.pod.bins[bin_name]
-            floor, _ = cell_bin.rest(np.array(x - item.shape.extents[0] / 2), np.array(0.0))
+            floor, _ = cell_bin.room.rest(np.array(x - item.shape.extents[0] / 2), np.array(0.0))
             z = float(floor) + float(item.shape.extents[2]) / 2 + 0.0005
-            T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([x, y, z])
+            T = cell.T_world_place(cell_bin) @ pose([x, y, z])
             placed.append(PlacedItem(name, item, bin_name, T))
         noise = PoseNoise(0.002, float(np.radians(1.0)))
         return Scene(cell, cell.T_world_pod, tuple(placed), noise)

@@ -23,7 +23,7 @@ BIN = "bin_E"
 def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
     """Of the first of the items (name, pose in the bin's frame)."""
     cell = planner.cell
-    T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
+    T_bin = cell.T_world_place(cell.pod.bins[BIN])
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
     return PickProblem(planner, scene, cell.pod.bins[BIN], items[0], Neighbours.AVOID, seed).extraction
@@ -31,12 +31,12 @@ def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> Ext
 
 def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
     height = float(cell.item(name).shape.extents[2])
-    return name, pose([x, y, cell.pod.bins[BIN].floor_back + height / 2 + 0.0005])
+    return name, pose([x, y, cell.pod.bins[BIN].room.floor_back + height / 2 + 0.0005])
 
 
 def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
     radius = float(cell.item(name).shape.size[0])
-    T = pose([x, y, cell.pod.bins[BIN].floor_back + radius + 0.0005], rpy=[np.pi / 2, 0.0, 0.0])
+    T = pose([x, y, cell.pod.bins[BIN].room.floor_back + radius + 0.0005], rpy=[np.pi / 2, 0.0, 0.0])
     return name, T
 
 
@@ -103,9 +103,9 @@ def mailer(planner: Planner) -> Extraction:
     """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
     cell = planner.cell
     cell_bin = cell.pod.bins["bin_I"]
-    T_bin = cell.T_world_pod @ cell_bin.T_pod_bin
+    T_bin = cell.T_world_place(cell_bin)
     item = cell.item("scotch_bubble_mailer")
-    at = [0.33, sum(cell_bin.y_range) / 2, cell_bin.floor_back + item.shape.extents[2] / 2 + 0.0005]
+    at = [0.33, sum(cell_bin.room.y_range) / 2, cell_bin.room.floor_back + item.shape.extents[2] / 2 + 0.0005]
     placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
     return PickProblem(planner, scene, cell_bin, placed, Neighbours.AVOID).extraction
@@ -126,4 +126,4 @@ def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: Extraction)
     width = float(mailer.shape.extents.max())
     for D in found:
         assert is_proven(mailer.leaving, mailer.carrying, D)
-        assert np.abs(D[:, 5]).max() > np.arccos(mailer.cell_bin.mouth_width / width)
+        assert np.abs(D[:, 5]).max() > np.arccos(mailer.cell_bin.access.width / width)

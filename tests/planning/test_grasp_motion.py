@@ -22,7 +22,7 @@ BIN = "bin_E"
 
 def scene_of(cell: Cell, *placed: tuple[str, Array]) -> Scene:
     """Items (name, pose in the bin's frame) in one bin."""
-    T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
+    T_bin = cell.T_world_place(cell.pod.bins[BIN])
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     return Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
 
@@ -31,7 +31,7 @@ def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn:
     """An item level on the floor, ``up`` m above it, on its flat side or turned by ``roll``."""
     R = pose(rpy=[turn.get("roll", 0.0), turn.get("pitch", 0.0), turn.get("yaw", 0.0)])[:3, :3]
     reach = cell.item(name).shape.reach(R)
-    floor, _ = cell.pod.bins[BIN].rest(np.array(x - reach[0]), np.array(0.0))
+    floor, _ = cell.pod.bins[BIN].room.rest(np.array(x - reach[0]), np.array(0.0))
     z = float(floor) + float(reach[2]) + 0.0005 + up
     return name, pose([x, y, z], R=R)
 

@@ -97,12 +97,12 @@ def test_it_goes_in_straight_and_comes_out_empty_certified(moved: Plan, scene: S
 
 def test_it_is_let_go_just_over_the_floor_inside_the_bin(planner: Planner, moved: Plan, scene: Scene) -> None:
     cell_bin, placed = scene.cell.pod.bins[INTO], scene.find(ITEM)
-    T = inverse(scene.T_world_pod @ cell_bin.T_pod_bin) @ set_down(planner, moved) @ placed.T_world_item
+    T = inverse(scene.T_world_place(cell_bin)) @ set_down(planner, moved) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach
-    assert low[0] > 0.02 and high[0] < cell_bin.depth
-    assert cell_bin.y_range[0] < low[1] and high[1] < cell_bin.y_range[1]
-    height, _ = cell_bin.rest(np.asarray(T[0, 3]), reach[0])
+    assert low[0] > 0.02 and high[0] < cell_bin.room.depth
+    assert cell_bin.room.y_range[0] < low[1] and high[1] < cell_bin.room.y_range[1]
+    height, _ = cell_bin.room.rest(np.asarray(T[0, 3]), reach[0])
     assert 0.0 < T[2, 3] - reach[2] - float(height) < scene.noise.bound(placed.item) + 0.002
 
 
@@ -117,7 +117,7 @@ def test_the_item_stands_in_the_way_of_the_cup_that_left_it(moved: Plan, scene: 
 @pytest.mark.parametrize("kind", [SegmentKind.INSERT, SegmentKind.TRANSFER])
 def test_nothing_may_be_touched_before_the_last_stretch(moved: Plan, scene: Scene, kind: SegmentKind) -> None:
     k = next(k for k, s in enumerate(moved.segments) if s.kind is kind)
-    floor = scene.cell.pod.bins[INTO].floor
+    floor = scene.cell.pod.bins[INTO].support
     reasons = verify(with_segment(moved, k, touching=floor), scene).reasons
     assert [r.what for r in reasons] == ["touching not allowed"] * len(reasons) != []
 
@@ -180,7 +180,7 @@ def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) ->
     leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
     spots = bin_spots(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
     assert not isinstance(spots, Reason)
-    T_world_bin = scene.T_world_pod @ scene.cell.pod.bins[INTO].T_pod_bin
+    T_world_bin = scene.T_world_place(scene.cell.pod.bins[INTO])
     for spot in spots:
         R = (inverse(T_world_bin) @ spot.T_world_item)[:3, :3]
         assert abs(R[1, 2]) < 1e-9  # no roll; its pitch is that of the floor

@@ -31,7 +31,7 @@ def held(cell: Cell) -> AttachedItem:
 
 def piled(scene: Scene, *places: tuple[float, float, float]) -> Scene:
     """The scene with boxes that lie in the tote at (x, y) from its middle, their centres at z."""
-    item, T_world_tote = scene.cell.item("crayola_24_ct"), scene.cell.tote.T_world_tote
+    item, T_world_tote = scene.cell.item("crayola_24_ct"), scene.cell.tote.place.T_carrier_place
     lying = tuple(PlacedItem(f"lying {i}", item, TOTE, T_world_tote @ pose(p)) for i, p in enumerate(places))
     return replace(scene, items=(*scene.items, *lying))
 
@@ -59,12 +59,12 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 ) -> None:
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
     tote = scene.cell.tote
-    walls = np.array(tote.inner[:2]) / 2 - LEAST_WALL
+    walls = np.array(tote.place.room.size[:2]) / 2 - LEAST_WALL
     for spot in found(scene, held, tool_state):
         low, high = box(released_pose(spot, held), held)
-        middle = tote.T_world_tote[:2, 3]
+        middle = tote.place.T_carrier_place[:2, 3]
         assert np.all(low[:2] >= middle - walls - 1e-9) and np.all(high[:2] <= middle + walls + 1e-9)
-        assert low[2] - tote.T_world_tote[2, 3] <= MAX_DROP + 1e-9
+        assert low[2] - tote.place.T_carrier_place[2, 3] <= MAX_DROP + 1e-9
         for lying in scene.in_location(TOTE):
             reach = lying.item.shape.reach(lying.T_world_item[:3, :3]) + scene.noise.bound(lying.item)
             is_under = np.all((lying.T_world_item[:3, 3] + reach)[:2] > low[:2]) and np.all(
@@ -77,7 +77,7 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedItem) -> None:
     empty = found(scene_with(), held, STRAIGHT)
     first = released_pose(empty[0], held)[:3, 3]
-    floor = scene_with().cell.tote.T_world_tote
+    floor = scene_with().cell.tote.place.T_carrier_place
     x, y = (first - floor[:3, 3])[:2]
     other = found(piled(scene_with(), (x, y, 0.05)), held, STRAIGHT)
     assert other[0].cost == pytest.approx(empty[0].cost)

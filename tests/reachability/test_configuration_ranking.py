@@ -62,7 +62,7 @@ def test_they_keep_their_distance_from_limits_and_from_everything(tool_state: To
 def test_the_tip_stands_before_the_mouth_and_manipulability_is_sqrt_det_jjt(tool_state: ToolState) -> None:
     cell = small_cell()
     arm = Arm(cell.robot)
-    T_world_bin = cell.T_world_pod @ cell.pod.bins["bin_C"].T_pod_bin
+    T_world_bin = cell.T_world_place(cell.pod.bins["bin_C"])
     for each in _found(tool_state):
         q = each.configuration.q
         np.testing.assert_allclose(T_world_bin @ each.T_bin_tip, arm.tip(q, tool_state), atol=1e-12)
@@ -101,9 +101,9 @@ def test_poses_inside_are_in_the_bin_and_turn_with_the_pod() -> None:
     each = cell.pod.bins["bin_C"]
     poses = BinPoseSampler(CollisionModel(cell), each, STRAIGHT)
     T = inverse(poses.T_world_bin) @ poses.inside(np.random.default_rng(0), 200)
-    assert T[:, 0, 3].min() > 0.0 and T[:, 0, 3].max() < each.depth
-    assert T[:, 1, 3].min() > each.y_range[0] and T[:, 1, 3].max() < each.y_range[1]
-    assert T[:, 2, 3].min() > each.floor_back and T[:, 2, 3].max() < each.ceiling_front
+    assert T[:, 0, 3].min() > 0.0 and T[:, 0, 3].max() < each.room.depth
+    assert T[:, 1, 3].min() > each.room.y_range[0] and T[:, 1, 3].max() < each.room.y_range[1]
+    assert T[:, 2, 3].min() > each.room.floor_back and T[:, 2, 3].max() < each.room.ceiling_front
     leans = np.degrees(np.arccos(T[:, 0, 2]))
     assert 25.0 < leans.max() < 43.0
 

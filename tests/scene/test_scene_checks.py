@@ -112,8 +112,8 @@ def test_an_item_may_sink_into_its_floor_by_5_mm_and_its_noise(
 ) -> None:
     scene = make_scene(cell)
     first = replace(
-        scene.items[0], T_world_item=cell.pod.bins["bin_A"].T_pod_bin
-        @ pose((0.33, 0.0, cell.pod.bins["bin_A"].floor_back + scene.items[0].item.shape.extents[2] / 2))
+        scene.items[0], T_world_item=cell.pod.bins["bin_A"].T_carrier_place
+        @ pose((0.33, 0.0, cell.pod.bins["bin_A"].room.floor_back + scene.items[0].item.shape.extents[2] / 2))
     )  # fmt: skip
     alone = replace(scene, items=(first,))
     assert _read(_lowered(alone, first, dz=-0.0049 - noise), written, noise)
@@ -124,7 +124,7 @@ def test_an_item_may_sink_into_its_floor_by_5_mm_and_its_noise(
 def _in_tote(cell: Cell, dz: float) -> PlacedItem:
     """A box on the tote's bottom, or deeper."""
     item = cell.item("crayola_24_ct")
-    T = cell.tote.T_world_tote @ pose((0.0, 0.0, float(item.shape.extents[2]) / 2 + dz))
+    T = cell.tote.place.T_carrier_place @ pose((0.0, 0.0, float(item.shape.extents[2]) / 2 + dz))
     return PlacedItem("one", item, TOTE, T)
 
 
@@ -154,15 +154,15 @@ def test_an_item_may_lie_anywhere_in_its_bin_and_nowhere_far_beside_it(cell: Cel
     """Its middle within 0.15 m of the bin's room, in each direction."""
     bin_, path = cell.pod.bins["bin_E"], tmp_path / "astray.json"
     item = cell.item("crayola_24_ct")
-    low = np.array([0.0, bin_.y_range[0], bin_.floor_back])
-    high = np.array([bin_.depth, bin_.y_range[1], bin_.ceiling_front])
+    low = np.array([0.0, bin_.room.y_range[0], bin_.room.floor_back])
+    high = np.array([bin_.room.depth, bin_.room.y_range[1], bin_.room.ceiling_front])
     middle = (low + high) / 2
     for axis in range(3):
         for edge, outwards in ((low, -1.0), (high, 1.0)):
             for beyond, is_astray in ((0.149, False), (0.151, True)):
                 p = middle.copy()
                 p[axis] = edge[axis] + outwards * beyond
-                placed = PlacedItem("one", item, "bin_E", cell.T_world_pod @ bin_.T_pod_bin @ pose(p))
+                placed = PlacedItem("one", item, "bin_E", cell.T_world_place(bin_) @ pose(p))
                 scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.1, 3.0), seed=0)
                 write_scene(scene, path)
                 try:

@@ -71,13 +71,14 @@ def test_a_ball_beside_rolls_down_a_slope_and_stays_on_the_level(cell: Cell) -> 
     supports = of(cell, box, level)
     assert supports.falling(box.id) == () and supports.rolling(box.id) == (level.id,)
     cell_bin = cell.pod.bins[BIN]
-    x = cell_bin.floor_flat_from - 0.05
-    front = float(cell_bin.floor_at(x))
+    x = cell_bin.room.floor_flat_from - 0.05
+    front = float(cell_bin.room.floor_at(x))
     slope = np.arctan2(
-        cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - cell_bin.slope_from
+        cell_bin.room.floor_front - cell_bin.room.floor_back,
+        cell_bin.room.floor_flat_from - cell_bin.room.slope_from,
     )
     at = pose([x, 0.0, front + radius / np.cos(slope)])
-    ball = replace(level, T_world_item=cell.T_world_pod @ cell_bin.T_pod_bin @ at)
+    ball = replace(level, T_world_item=cell.T_world_place(cell_bin) @ at)
     behind = put(cell, "kleenex_tissue_box", x + radius + 0.0655, 0.0)
     supports = of(cell, ball, behind)
     assert supports.falling(behind.id) == (ball.id,)
@@ -158,14 +159,15 @@ def test_a_can_rolls_down_a_slope_when_what_is_behind_it_goes(cell: Cell) -> Non
     """On the sloping front of the floor, behind it a box that is taken away."""
     cell_bin, radius = cell.pod.bins[BIN], 0.03
     can = shaped(cell, (radius, 0.05), ShapeKind.CYLINDER)
-    x = cell_bin.floor_flat_from - 0.06
-    front = float(cell_bin.floor_at(x))
+    x = cell_bin.room.floor_flat_from - 0.06
+    front = float(cell_bin.room.floor_at(x))
     slope = np.arctan2(
-        cell_bin.floor_front - cell_bin.floor_back, cell_bin.floor_flat_from - cell_bin.slope_from
+        cell_bin.room.floor_front - cell_bin.room.floor_back,
+        cell_bin.room.floor_flat_from - cell_bin.room.slope_from,
     )
     up = pose([x, 0.0, float(front)], rpy=(0.0, float(slope), 0.0))
     lying = pose([0.0, 0.0, radius], rpy=(np.pi / 2, 0.0, 0.0))
-    placed = PlacedItem("can", can, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ up @ lying)
+    placed = PlacedItem("can", can, BIN, cell.T_world_place(cell_bin) @ up @ lying)
     behind = at(cell, "behind", shaped(cell, (0.1, 0.1, 0.1)), x + radius + 0.0505, 0.0, 0.052)
     supports = of(cell, placed, behind)
     assert "behind" in {c.b for c in supports.touching["can"]}

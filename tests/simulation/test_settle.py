@@ -23,14 +23,14 @@ def empty(cell: Cell) -> Scene:
 
 def in_bin(scene: Scene, xyz: tuple[float, float, float], side: float = 0.05) -> PlacedItem:
     cell_bin = scene.cell.pod.bins["bin_E"]
-    return PlacedItem("cube", cube(side), "bin_E", cell_bin.T_pod_bin @ pose(xyz))
+    return PlacedItem("cube", cube(side), "bin_E", cell_bin.T_carrier_place @ pose(xyz))
 
 
 def test_a_dropped_cube_rests_on_the_floor(empty: Scene) -> None:
     placed = in_bin(empty, (0.32, 0.0, 0.02))
     rested = settle(empty, (placed,))
     assert not isinstance(rested, Reason)
-    floor = empty.cell.pod.bins["bin_E"].T_pod_bin[2, 3] + empty.cell.pod.bins["bin_E"].floor_back
+    floor = empty.cell.pod.bins["bin_E"].T_carrier_place[2, 3] + empty.cell.pod.bins["bin_E"].room.floor_back
     assert rested[0].T_world_item[2, 3] - 0.025 == pytest.approx(floor, abs=5e-4)
     again = settle(empty, rested)
     assert not isinstance(again, Reason)

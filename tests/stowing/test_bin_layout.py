@@ -40,7 +40,7 @@ def test_the_first_layout_is_the_cheapest_filling() -> None:
     wanted = contents("crayola_24_ct", "kleenex_tissue_box", "dove_beauty_bar")
     fillings = fill(CELL.pod.bins["bin_E"], [c.item for c in wanted], np.random.default_rng(4))
     best = int(np.argmin(np.where(fillings.is_full(), fillings.cost, np.inf)))
-    T_world_bin = EMPTY.T_world_pod @ CELL.pod.bins["bin_E"].T_pod_bin
+    T_world_bin = EMPTY.T_world_place(CELL.pod.bins["bin_E"])
     first = lay_out(EMPTY, "bin_E", wanted, 4)[0]
     np.testing.assert_allclose(poses(first), T_world_bin @ fillings.poses(best), atol=1e-12)
 

@@ -12,7 +12,7 @@ from pickcli.stowing.box_arrays import BoxArrays
 from pickcli.stowing.extraction_access import have_way_out
 
 BIN = load_cell("apc2016_delft").pod.bins["bin_E"]
-FLOOR = BIN.floor_back
+FLOOR = BIN.room.floor_back
 
 Corners = tuple[float, float, float, float, float, float]
 

@@ -100,11 +100,13 @@ def test_a_whole_pod_stands_inside_and_mostly_on_the_floor(order_name: str) -> N
     assert len(scene.items) == sum(len(names) for names in order.bin_contents.values())
     for name, cell_bin in CELL.pod.bins.items():
         here = scene.in_location(name)
-        T_bin_world = inverse(scene.T_world_pod @ cell_bin.T_pod_bin)
+        T_bin_world = inverse(scene.T_world_place(cell_bin))
         spans = [bounds(placed.item.shape, T_bin_world @ placed.T_world_item) for placed in here]
-        assert all(low[0] >= 0.0 and high[0] <= cell_bin.depth + 1e-3 for low, high in spans)
+        assert all(low[0] >= 0.0 and high[0] <= cell_bin.room.depth + 1e-3 for low, high in spans)
         if len(here) <= 3:
-            assert all(low[2] < cell_bin.floor_front for low, _ in spans), f"{name}: something lies on others"
+            assert all(low[2] < cell_bin.room.floor_front for low, _ in spans), (
+                f"{name}: something lies on others"
+            )
 
 
 def test_more_than_a_bin_has_room_for_is_refused_at_once() -> None:

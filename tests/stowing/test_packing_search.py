@@ -39,11 +39,11 @@ def test_full_ones_hold_everything_inside_and_apart(bin_name: str, names: list[s
     cell_bin, fillings = CELL.pod.bins[bin_name], filled(bin_name, names, seed)
     assert fillings.is_full().any()
     boxes = fillings.lying.boxes[fillings.is_full()]
-    assert np.all(boxes.low[..., 0] > 0.0) and np.all(boxes.high[..., 0] < cell_bin.depth)
-    assert np.all(boxes.low[..., 1] > cell_bin.y_range[0]) and np.all(
-        boxes.high[..., 1] < cell_bin.y_range[1]
+    assert np.all(boxes.low[..., 0] > 0.0) and np.all(boxes.high[..., 0] < cell_bin.room.depth)
+    assert np.all(boxes.low[..., 1] > cell_bin.room.y_range[0]) and np.all(
+        boxes.high[..., 1] < cell_bin.room.y_range[1]
     )
-    assert np.all(boxes.high[..., 2] < cell_bin.ceiling_back)
+    assert np.all(boxes.high[..., 2] < cell_bin.room.ceiling_back)
     one, other = boxes.column, boxes.row
     apart = np.maximum(one.low - other.high, other.low - one.high).max(axis=-1)
     on_floor = fillings.lying.own[fillings.is_full()] < RAISED
@@ -86,7 +86,7 @@ def test_with_room_everything_lies_on_the_floor_and_comes_out(seed: int) -> None
     fillings = filled("bin_E", ["crayola_24_ct", "kleenex_tissue_box", "dove_beauty_bar"], seed)
     boxes = fillings.lying.boxes[best_of(fillings)]
     assert have_way_out(fillings.cell_bin, boxes).all()
-    assert np.all(boxes.low[:, 2] < fillings.cell_bin.floor_front)
+    assert np.all(boxes.low[:, 2] < fillings.cell_bin.room.floor_front)
 
 
 def test_one_seed_one_filling_and_another_another() -> None:
@@ -131,10 +131,10 @@ def test_what_stands_higher_than_the_mouth_was_tipped_up_under_the_ceiling(
         for item, T in zip(fillings.items, fillings.poses(int(of)), strict=True):
             up = int(np.abs(T[2, :3]).argmax())
             height, thin = item.shape.extents[up], item.shape.extents.min()
-            if height > cell_bin.mouth_height:
+            if height > cell_bin.access.height:
                 assert may_raise
-                assert np.hypot(height, thin) < cell_bin.ceiling_back - cell_bin.floor_back
-                assert np.median(item.shape.extents) <= cell_bin.mouth_width
+                assert np.hypot(height, thin) < cell_bin.room.ceiling_back - cell_bin.room.floor_back
+                assert np.median(item.shape.extents) <= cell_bin.access.width
 
 
 def _pair(front: float, back: float) -> BoxArrays:

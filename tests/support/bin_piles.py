@@ -23,8 +23,8 @@ def put(
     """An item whose lowest point is z over the back part of the floor, in the bin's frame."""
     cell_bin, item = cell.pod.bins[BIN], cell.item(name)
     low = float(item.shape.reach(pose(rpy=rpy)[:3, :3])[2])
-    T = pose([x, y, cell_bin.floor_back + z + low], rpy=rpy)
-    return PlacedItem(name, item, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ T)
+    T = pose([x, y, cell_bin.room.floor_back + z + low], rpy=rpy)
+    return PlacedItem(name, item, BIN, cell.T_world_place(cell_bin) @ T)
 
 
 def of(cell: Cell, *items: PlacedItem, noise: PoseNoise = EXACT) -> Supports:
@@ -45,8 +45,8 @@ def at(
 ) -> PlacedItem:
     """An item with its middle z over the back part of the floor, in the bin's frame."""
     cell_bin = cell.pod.bins[BIN]
-    T = pose([x, y, cell_bin.floor_back + z], rpy=rpy)
-    return PlacedItem(name, item, BIN, cell.T_world_pod @ cell_bin.T_pod_bin @ T)
+    T = pose([x, y, cell_bin.room.floor_back + z], rpy=rpy)
+    return PlacedItem(name, item, BIN, cell.T_world_place(cell_bin) @ T)
 
 
 def in_a_slot(cell: Cell, angle: float, *more: PlacedItem) -> Supports:

@@ -17,12 +17,12 @@ def lying_on(cell: Cell, bin_name: str, below: str, above: str | None, noise: Po
     cell_bin, items = cell.pod.bins[bin_name], []
     R = pose(rpy=[0.0, 0.0, np.pi / 2])[:3, :3]
     reach = cell.item(below).shape.reach(R)
-    x = cell_bin.depth - BACK - float(reach[0])
-    floor, _ = cell_bin.rest(np.array(x - float(reach[0])), np.array(0.0))
+    x = cell_bin.room.depth - BACK - float(reach[0])
+    floor, _ = cell_bin.room.rest(np.array(x - float(reach[0])), np.array(0.0))
     z = float(floor) + APART
     for name in filter(None, (below, above)):
         height = float(cell.item(name).shape.extents[2])
-        T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([x, 0.0, z + height / 2], R=R)
+        T = cell.T_world_place(cell_bin) @ pose([x, 0.0, z + height / 2], R=R)
         items.append(PlacedItem(name, cell.item(name), bin_name, T))
         z += height + APART
     return Scene(cell, cell.T_world_pod, tuple(items), noise)

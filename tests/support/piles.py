@@ -62,7 +62,7 @@ def moved_without(scene: Scene, gone: str) -> dict[str, float]:
 
 def _named(cell: Cell, drawn: Iterable[tuple[str, Array]]) -> Iterable[PlacedItem]:
     """Items (name, pose in the bin's frame) with ids of their own."""
-    T_bin = cell.T_world_pod @ cell.pod.bins[BIN].T_pod_bin
+    T_bin = cell.T_world_place(cell.pod.bins[BIN])
     for k, (name, T) in enumerate(drawn):
         yield PlacedItem(f"{name}#{k + 1}", cell.item(name), BIN, T_bin @ T)
 
@@ -71,7 +71,7 @@ def _at(cell: Cell, name: str, x: float, y: float, z: float, rpy: tuple[float, f
     """A pose whose lowest point is z over the back part of the floor."""
     R = pose(rpy=rpy)[:3, :3]
     low = float(cell.item(name).shape.reach(R)[2])
-    return pose([x, y, cell.pod.bins[BIN].floor_back + z + low], R=R)
+    return pose([x, y, cell.pod.bins[BIN].room.floor_back + z + low], R=R)
 
 
 def _height(cell: Cell, name: str) -> float:

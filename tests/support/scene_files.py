@@ -22,11 +22,14 @@ def make_scene(cell: Cell) -> Scene:
             id=f"crayola_24_ct#{i}",
             item=item,
             location=name,
-            T_world_item=b.T_pod_bin @ pose((0.33, 0.0, b.floor_back + 0.0125), rpy=(0, 0, 0.1 * i)),
+            T_world_item=b.T_carrier_place
+            @ pose((0.33, 0.0, b.room.floor_back + 0.0125), rpy=(0, 0, 0.1 * i)),
         )
         for i, (name, b) in enumerate(cell.pod.bins.items())
     ]
-    in_tote = PlacedItem("rawlings_baseball", ball, TOTE, cell.tote.T_world_tote @ pose((0, 0, 0.034)))
+    in_tote = PlacedItem(
+        "rawlings_baseball", ball, TOTE, cell.tote.place.T_carrier_place @ pose((0, 0, 0.034))
+    )
     return Scene(cell, cell.T_world_pod, (*placed, in_tote), PoseNoise(0.002, 0.0175), seed=3)
 
 

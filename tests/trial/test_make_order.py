@@ -85,9 +85,12 @@ def test_make_order_depends_on_the_seed_alone(task: OrderKind, year: int, seed: 
 def test_make_order_leaves_half_of_each_bin_free(task: OrderKind, year: int, seed: int) -> None:
     for name, items in make_order(task, year, seed).bin_contents.items():
         cell_bin = CELL.pod.bins[name]
-        width, height = cell_bin.y_range[1] - cell_bin.y_range[0], cell_bin.ceiling_back - cell_bin.floor_back
+        width, height = (
+            cell_bin.room.y_range[1] - cell_bin.room.y_range[0],
+            cell_bin.room.ceiling_back - cell_bin.room.floor_back,
+        )
         boxes = sum(float(np.prod(CELL.item(item, year).shape.extents)) for item in items)
-        assert boxes <= 0.5 * cell_bin.depth * width * height
+        assert boxes <= 0.5 * cell_bin.room.depth * width * height
 
 
 def test_make_order_draws_again_only_what_is_too_full() -> None:
@@ -102,8 +105,8 @@ def test_every_item_passes_every_mouth_in_some_orientation() -> None:
     for cell_bin in CELL.pod.bins.values():
         for item in CELL.items.values():
             thin, middle, long = sorted(item.shape.extents)
-            mouth = sorted((cell_bin.mouth_width, cell_bin.mouth_height))
-            assert thin < mouth[0] and middle < mouth[1] and long < cell_bin.depth
+            mouth = sorted((cell_bin.access.width, cell_bin.access.height))
+            assert thin < mouth[0] and middle < mouth[1] and long < cell_bin.room.depth
 
 
 @given(seed=SEEDS)

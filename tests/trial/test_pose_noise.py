@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.geometry import is_pose, pose, rotation_angle, transform_points
+from pickcli.geometry import inverse, is_pose, pose, rotation_angle, transform_points
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.pose_noise import perceive
 from support.fake_crew import scene_of
@@ -83,11 +83,11 @@ def test_an_item_is_where_its_seen_pose_is_and_not_where_the_truth_says() -> Non
 def test_what_is_seen_a_little_outside_of_its_bin_is_in_the_nearest(off: tuple[float, float, float]) -> None:
     """A thin book under its floor, a centre before the mouth, or within the divider to the next bin."""
     bin_b = SCENE.cell.pod.bins["bin_B"]
-    low = 0.001 + bin_b.floor_back - 0.05 if off[2] else 0.0
-    y = bin_b.y_range[1] + 0.001 - 0.2 if off[1] else 0.0
-    T = bin_b.T_pod_bin @ pose((0.2 + off[0], y + off[1], 0.05 + off[2] + low))
+    low = 0.001 + bin_b.room.floor_back - 0.05 if off[2] else 0.0
+    y = bin_b.room.y_range[1] + 0.001 - 0.2 if off[1] else 0.0
+    T = bin_b.T_carrier_place @ pose((0.2 + off[0], y + off[1], 0.05 + off[2] + low))
     seen = perceive(
         SCENE.moved(replace(SCENE.find("kleenex_paper_towels"), T_world_item=T)), PoseNoise(), 0, 1
     )
-    assert SCENE.cell.pod.bin_of_point(T[:3, 3]) != "bin_B"
+    assert not bin_b.holds((inverse(bin_b.T_carrier_place) @ T)[:3, 3])
     assert seen.find("kleenex_paper_towels").location == "bin_B"

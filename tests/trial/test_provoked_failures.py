@@ -37,8 +37,8 @@ def planner(cell: Cell) -> Planner:
 def scene_of(cell: Cell) -> Scene:
     """One box flat on the back of a bin's floor."""
     item, cell_bin = cell.item(ITEM), cell.pod.bins[BIN]
-    z = cell_bin.floor_back + float(item.shape.extents[2]) / 2 + 0.0005
-    T = cell.T_world_pod @ cell_bin.T_pod_bin @ pose([0.25, 0.0, z])
+    z = cell_bin.room.floor_back + float(item.shape.extents[2]) / 2 + 0.0005
+    T = cell.T_world_place(cell_bin) @ pose([0.25, 0.0, z])
     return Scene(cell, cell.T_world_pod, (PlacedItem(ITEM, item, BIN, T),), PoseNoise())
 
 

@@ -373,32 +373,32 @@ def put(item: Item, where: str, T_world_item: Array) -> PlacedItem:
 @given(st.sampled_from([0, 1]), st.sampled_from([-1.0, 1.0]))
 def test_an_item_is_let_go_within_the_walls_of_the_tote(axis: int, side: float) -> None:
     scene, item = placed()
-    half, size = np.array(cell().tote.inner[:2]) / 2, np.array(BOX.shape.size)
+    half, size = np.array(cell().tote.place.room.size[:2]) / 2, np.array(BOX.shape.size)
     for beyond, problem in ((-1e-4, []), (1e-4, ["released beyond the tote's walls"])):
         p = np.array([0.0, 0.0, 0.1])
         p[axis] = side * (half[axis] - size[axis] / 2 + beyond)
-        assert whats(_in_tote(scene, put(item, TOTE, cell().tote.T_world_tote @ pose(p)))) == problem
+        assert whats(_in_tote(scene, put(item, TOTE, cell().tote.place.T_carrier_place @ pose(p)))) == problem
 
 
 def test_an_item_falls_at_most_30_cm_into_the_tote() -> None:
     scene, item = placed()
     for low, problem in ((0.2999, []), (0.3001, ["released too high"])):
-        T = cell().tote.T_world_tote @ pose((0.0, 0.0, low + 0.06))
+        T = cell().tote.place.T_carrier_place @ pose((0.0, 0.0, low + 0.06))
         assert whats(_in_tote(scene, put(item, TOTE, T))) == problem
 
 
 def test_an_item_is_set_down_in_a_bin_within_2_cm_and_its_noise() -> None:
     scene, item = placed()
     cell_bin = cell().pod.bins["bin_B"]
-    for x in (cell_bin.floor_flat_from + 0.15, 0.1):
+    for x in (cell_bin.room.floor_flat_from + 0.15, 0.1):
         floor = np.interp(
             x + 0.1,
-            (cell_bin.slope_from, cell_bin.floor_flat_from),
-            (cell_bin.floor_front, cell_bin.floor_back),
+            (cell_bin.room.slope_from, cell_bin.room.floor_flat_from),
+            (cell_bin.room.floor_front, cell_bin.room.floor_back),
         )
         for over, problem in ((0.0219, []), (0.0221, ["released too high"])):
-            T = scene.T_world_pod @ cell_bin.T_pod_bin @ pose((x, 0.0, float(floor) + 0.06 + over))
+            T = scene.T_world_place(cell_bin) @ pose((x, 0.0, float(floor) + 0.06 + over))
             assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem
     for front, problem in ((1e-4, []), (-1e-4, ["released beyond the bin's mouth"])):
-        T = scene.T_world_pod @ cell_bin.T_pod_bin @ pose((0.1 + front, 0.0, cell_bin.floor_back + 0.06))
+        T = scene.T_world_place(cell_bin) @ pose((0.1 + front, 0.0, cell_bin.room.floor_back + 0.06))
         assert whats(_in_bin(scene, put(item, "bin_B", T))) == problem

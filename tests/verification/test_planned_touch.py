@@ -124,7 +124,7 @@ def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
     named = [replace(s, touching=every) if j in (k - 1, k) else s for j, s in enumerate(plan.segments)]
     plan = replace(plan, segments=tuple(named))
     found = exemptions(plan, scene, sampled(plan, scene, moving), moving, world)
-    floor = set(cell().pod.bins["bin_B"].floor)
+    floor = set(cell().pod.bins["bin_B"].support)
     assert found[k - 1].touching == {CRAYOLA} | floor
     assert found[k].touching == floor
 

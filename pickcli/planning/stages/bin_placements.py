@@ -11,7 +11,7 @@ from itertools import islice
 
 import numpy as np
 
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Reason
@@ -27,7 +27,7 @@ LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is 
 
 
 def bin_spots(
-    context: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Bin, n_most: int = 8
+    context: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Place, n_most: int = 8
 ) -> tuple[PlacedItem, ...] | Reason:
     """The item where it could be let go in a bin, the best place first; or why there is none.
 
@@ -38,10 +38,10 @@ def bin_spots(
     if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
         size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
         return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
-    T_world_bin = scene.T_world_pod @ cell_bin.T_pod_bin
+    T_world_bin = scene.T_world_place(cell_bin)
     uncertainty = scene.noise.bound(placed.item)
     free = FreeItem(placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3], uncertainty)
-    flying = FreeItemChecker(context.model, scene, free, while_resting_on(cell_bin.floor, placed.id))
+    flying = FreeItemChecker(context.model, scene, free, while_resting_on(cell_bin.support, placed.id))
     places = _places(cell_bin, reach, uncertainty + HOVER)
     fitting = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
     if not fitting:
@@ -68,21 +68,21 @@ def _levelled(R: Array) -> Array:
     return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
 
 
-def _places(cell_bin: Bin, half: Array, hover: float) -> Array:
+def _places(cell_bin: Place, half: Array, hover: float) -> Array:
     """(K, 6) displacements from the bin's origin to places on the floor, as of a free flyer.
 
     As far back and as near a wall as possible first. half: (3,) of the box around the item, level
     """
-    low, high = cell_bin.y_range
-    along_x = _grid(FROM_MOUTH + half[0], cell_bin.depth - half[0])
+    low, high = cell_bin.room.y_range
+    along_x = _grid(FROM_MOUTH + half[0], cell_bin.room.depth - half[0])
     along_y = _grid(low + half[1], high - half[1])
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
-    height, pitch = cell_bin.rest(x, half[0])
+    height, pitch = cell_bin.room.rest(x, half[0])
     # An item that hovers over the floor, parallel to what it will lie on.
     above = half[2] + hover
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
-    cost = cell_bin.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
+    cost = cell_bin.room.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
     return np.column_stack(at)[np.argsort(cost, kind="stable")]
 
 

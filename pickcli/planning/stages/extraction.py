@@ -10,8 +10,8 @@ from enum import Enum
 from functools import cached_property
 
 from pickcli.cartesian.corridor import Corridor, corridors, pushes
+from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
-from pickcli.cell.station import Bin
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -35,7 +35,7 @@ class Extraction:
     the first stretch of ``first`` m. carrying: the item when it may touch nothing any more.
     """
 
-    cell_bin: Bin
+    cell_bin: Place
     T_world_bin: Array
     T_bin_item: Array
     shape: Shape

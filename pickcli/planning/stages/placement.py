@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pickcli.cartesian.line_following import follow_line
-from pickcli.cell.station import Bin
+from pickcli.cell.place import Place
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
@@ -107,7 +107,9 @@ def _dropped(problem: PickProblem, spot: TotePlacement, q: Array, carrying: Mode
     return PlaceMotion(problem.scene, (place,), (depart,), TOTE_COST * spot.cost)
 
 
-def _into_bin(problem: PickProblem, chosen: GraspMotion, cell_bin: Bin) -> tuple[PlaceMotion, ...] | Failures:
+def _into_bin(
+    problem: PickProblem, chosen: GraspMotion, cell_bin: Place
+) -> tuple[PlaceMotion, ...] | Failures:
     context, target = problem.context, problem.target
     places = bin_spots(context, problem.scene, target, problem.T_bin_item[:3, :3], cell_bin)
     if isinstance(places, Reason):

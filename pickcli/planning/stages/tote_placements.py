@@ -50,7 +50,9 @@ class _Pile:
         reach = [i.item.shape.reach(i.T_world_item[:3, :3]) + scene.noise.bound(i.item) for i in placed]
         at = np.array([i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
         half = np.array(reach).reshape(-1, 3)
-        return cls(at[:, :2], half[:, :2], at[:, 2] + half[:, 2], float(scene.cell.tote.T_world_tote[2, 3]))
+        return cls(
+            at[:, :2], half[:, :2], at[:, 2] + half[:, 2], float(scene.cell.tote.place.T_carrier_place[2, 3])
+        )
 
     def heights(self, centres: Array, half: Array) -> Array:
         """(M,) height in the world of the highest item under each footprint, else the floor.
@@ -98,12 +100,12 @@ def _best(
     tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
-    spare = np.array(tote.inner[:2]) / 2 - reach[:2]
+    spare = np.array(tote.place.room.size[:2]) / 2 - reach[:2]
     if spare.min() < LEAST_WALL:
         return []
     room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
-    centres = tote.T_world_tote[:2, 3] + room * _places(room)
-    rim = pile.floor + tote.inner[2]
+    centres = tote.place.T_carrier_place[:2, 3] + room * _places(room)
+    rim = pile.floor + tote.place.room.size[2]
     height = pile.heights(centres, reach[:2])
     tip = height + ABOVE_PILE + reach[2] - T[2, 3]
     if is_level:
