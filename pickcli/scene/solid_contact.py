@@ -41,6 +41,28 @@ class SolidContact:
         return bool(self.normal[2] <= -CARRIES)
 
 
+def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
+    """Whether a contact by itself holds against a force: its line leads steeply enough through the patch.
+
+    Args:
+        patch: (N, 3) corners of where the contact is.
+        normal: (3,) unit vector across the contact, out of what bears.
+        force: (3,) world axes.
+        point: (3,) on the line of the force.
+
+    Returns:
+        True if it does.
+    """
+    along, across = -float(force @ normal), np.column_stack(perpendiculars(normal))
+    if along <= 0.0 or float(np.abs(force @ across).sum()) > FRICTION * along:
+        return False
+    through = point + force * (float((point - patch[0]) @ normal) / along)
+    x, y = ((patch - through) @ across).T
+    angles = np.sort(np.arctan2(y, x))
+    gaps_between = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    return bool(gaps_between.max() < np.pi)
+
+
 def friction_cones(arms: Array, normal: Array) -> Array:
     """Wrenches of unit forces on the edges of friction cones.
 

@@ -17,7 +17,7 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.scene.solid_contact import SolidContact, can_balance, friction_cones
+from pickcli.scene.solid_contact import SolidContact, bears, can_balance, friction_cones
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
 
@@ -141,8 +141,12 @@ class Supports:
             True if it does.
         """
         placed = self._items[item_id]
-        centre, weight = placed.T_world_item[:3, 3], placed.item.mass * GRAVITY
-        borne = weight * _UP - force
+        centre, weight = placed.T_world_item[:3, 3], placed.item.mass * GRAVITY * _UP
+        both = (-weight, centre), (force, point)
+        for contact in self.touching[item_id]:  # mostly one bears both by itself
+            if contact.carries and all(bears(self._patch(contact), -contact.normal, *at) for at in both):
+                return True
+        borne = weight - force
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
         size = float(placed.item.shape.extents.max()) / 2
         return can_balance(self._holding(item_id, frozenset()), wrench, size)

@@ -150,6 +150,24 @@ def test_a_press_beside_the_carrier_tips_what_is_too_light_to_stay(
     assert not supports.stays_under("above", -press, centre)  # pulled off
 
 
+@pytest.mark.parametrize("degrees", [0.0, 6.0])
+def test_what_one_contact_bears_by_itself_balances(
+    cell: Cell, degrees: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The short answer is the long one's, wherever on a face the press is, square on it or not."""
+    below, above = on_a_slope(cell, degrees, 0.3, 0.05)
+    supports, T = of(cell, below, above), above.T_world_item
+    places = np.linspace(-0.6, 0.6, 7) * above.item.shape.extents.max()
+    asked = [
+        (T[:3, :3] @ [aside, 0.0, -3.0], T[:3, 3] + T[:3, :3] @ [x, y, 0.02])
+        for x in places for y in places for aside in (0.0, 0.5, 1.0)
+    ]  # fmt: skip
+    short = [supports.stays_under(above.id, *press) for press in asked]
+    monkeypatch.setattr("pickcli.scene.supports.bears", lambda *_: False)
+    assert short == [supports.stays_under(above.id, *press) for press in asked]
+    assert 10 < sum(short) < len(short) - 10
+
+
 def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> None:
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.02), mass=0.1), 0.3, 0.0, 0.06)
