@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 ORDER ?= jsk_pick_sample
 SEED ?= 1
 CASES ?= 20000
-KERNEL_SOURCES := $(wildcard pickcli/kernel/CMakeLists.txt pickcli/kernel/src/*)
+KERNEL_SOURCES := pickcli/kernel/CMakeLists.txt $(shell find pickcli/kernel/src -type f)
 
 PEERS := .venv-peers
 LOCKER := .venv-lock

@@ -1,0 +1,157 @@
+// pickcli.kernel.Chain: what each method means is documented in _kernel.pyi.
+#include "bindings/bindings.hpp"
+
+#include "bindings/arrays.hpp"
+#include "kinematics/ik.hpp"
+
+namespace apc {
+namespace {
+
+using namespace nb::literals;
+
+Chain make_chain(nb::handle types_in, nb::handle poses_in, nb::handle axes_in, nb::handle q_index_in) {
+  const Integers types(types_in, "joint_types", {kAny});
+  const Py_ssize_t n = types.rows();
+  const Doubles poses(poses_in, "T_parent_joint", {n, 4, 4}), axes(axes_in, "axes", {n, 3});
+  const Integers q_index(q_index_in, "q_index", {n});
+  std::vector<Joint> joints;
+  for (Py_ssize_t k = 0; k < n; ++k) {
+    if (types[k] < 0 || types[k] > 2)
+      throw nb::value_error("joint_types: 0 is revolute, 1 prismatic, 2 fixed; there is nothing else");
+    const std::string name = "T_parent_joint[" + std::to_string(k) + "]";
+    joints.push_back({static_cast<JointType>(types[k]), to_pose(&poses[16 * k], name),
+                      {axes[3 * k], axes[3 * k + 1], axes[3 * k + 2]}, q_index[k]});
+  }
+  return Chain(std::move(joints));
+}
+
+nb::object fk_batch(const Chain& chain, const double* Q, std::size_t n_rows, bool is_single) {
+  const std::size_t L = static_cast<std::size_t>(chain.n_frames()), n = static_cast<std::size_t>(chain.n());
+  std::vector<double> out(n_rows * L * 16);
+  {
+    nb::gil_scoped_release unlocked;
+    std::vector<Pose> frames(L);
+    for (std::size_t i = 0; i < n_rows; ++i) {
+      chain.fk(Q + i * n, frames.data());
+      for (std::size_t k = 0; k < L; ++k) write_pose(frames[k], &out[16 * (i * L + k)]);
+    }
+  }
+  return is_single ? to_numpy(std::move(out), {L, 4, 4}) : to_numpy(std::move(out), {n_rows, L, 4, 4});
+}
+
+nb::object jacobian(const Chain& chain, nb::handle q_in, nb::handle tip_in) {
+  const Doubles q(q_in, "q", {chain.n()}), tip(tip_in, "T_last_tip", {4, 4});
+  std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+  std::vector<double> J(6 * static_cast<std::size_t>(chain.n()));
+  chain.fk(q.data(), frames.data());
+  chain.jacobian(frames.data(), frames.back() * to_pose(tip.data(), "T_last_tip").p, J.data());
+  return to_numpy(std::move(J), {6, static_cast<std::size_t>(chain.n())});
+}
+
+nb::tuple tip_motion(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::handle ddQ_in, nb::handle tip_in) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()});
+  const Py_ssize_t rows = Q.rows();
+  const Doubles dQ(dQ_in, "dQ", {rows, chain.n()}), ddQ(ddQ_in, "ddQ", {rows, chain.n()});
+  const Doubles tip(tip_in, "T_last_tip", {4, 4});
+  const Pose T_last_tip = to_pose(tip.data(), "T_last_tip");
+  const std::size_t N = static_cast<std::size_t>(rows), n = static_cast<std::size_t>(chain.n());
+  std::vector<double> poses(16 * N), motions(12 * N);
+  {
+    nb::gil_scoped_release unlocked;
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+    for (std::size_t i = 0; i < N; ++i) {
+      chain.fk(Q.data() + i * n, frames.data());
+      const Pose T_world_tip = frames.back() * T_last_tip;
+      write_pose(T_world_tip, &poses[16 * i]);
+      const Motion at = chain.tip_motion(frames.data(), T_world_tip.p, dQ.data() + i * n, ddQ.data() + i * n);
+      double* row = &motions[12 * i];
+      for (const Vec3& v : {at.velocity, at.angular_velocity, at.acceleration, at.angular_acceleration}) {
+        *row++ = v.x;
+        *row++ = v.y;
+        *row++ = v.z;
+      }
+    }
+  }
+  return nb::make_tuple(to_numpy(std::move(poses), {N, 4, 4}), to_numpy(std::move(motions), {N, 4, 3}));
+}
+
+// The limits and weights of an IK call, kept alive with the problem that points to them.
+struct IkArguments {
+  IkArguments(const Chain& chain, nb::handle tip_in, nb::handle lower_in, nb::handle upper_in, nb::handle weights_in)
+      : tip(tip_in, "T_last_tip", {4, 4}), lower(lower_in, "lower", {chain.n()}), upper(upper_in, "upper", {chain.n()}),
+        weights(weights_in, "weights", {chain.n()}),
+        problem{chain, to_pose(tip.data(), "T_last_tip"), lower.data(), upper.data(), weights.data()} {
+    for (int j = 0; j < chain.n(); ++j) {
+      if (lower[j] > upper[j]) throw nb::value_error(("lower[" + std::to_string(j) + "] is above upper").c_str());
+      if (!(weights[j] > 0.0)) throw nb::value_error(("weights[" + std::to_string(j) + "] is not positive").c_str());
+    }
+  }
+  Doubles tip, lower, upper, weights;
+  IkProblem problem;
+};
+
+nb::object to_numpy_rows(const std::vector<Configuration>& rows, int n) {
+  std::vector<double> flat;
+  for (const Configuration& q : rows) flat.insert(flat.end(), q.begin(), q.end());
+  return to_numpy(std::move(flat), {rows.size(), static_cast<std::size_t>(n)});
+}
+
+nb::object ik(const Chain& chain, nb::handle target_in, nb::handle tip, nb::handle seeds_in, nb::handle lower,
+              nb::handle upper, nb::handle weights, int max_iterations, double position_tolerance,
+              double rotation_tolerance, double distinct) {
+  const Doubles target(target_in, "T_world_target", {4, 4}), seeds(seeds_in, "seeds", {kAny, chain.n()});
+  IkArguments arguments(chain, tip, lower, upper, weights);
+  if (!(position_tolerance > 0.0 && rotation_tolerance > 0.0)) throw nb::value_error("tolerances must be positive");
+  arguments.problem.max_iterations = max_iterations;
+  arguments.problem.position_tolerance = position_tolerance;
+  arguments.problem.rotation_tolerance = rotation_tolerance;
+  const Pose T_world_target = to_pose(target.data(), "T_world_target");
+  std::vector<Configuration> found;
+  {
+    nb::gil_scoped_release unlocked;
+    found = solve_all(arguments.problem, T_world_target, seeds.data(), seeds.rows(), distinct);
+  }
+  return to_numpy_rows(found, chain.n());
+}
+
+nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle tip, nb::handle q0_in, nb::handle lower,
+                         nb::handle upper, nb::handle weights, nb::handle max_step_in) {
+  const Doubles targets(targets_in, "T_world_targets", {kAny, 4, 4}), q0(q0_in, "q0", {chain.n()});
+  const Doubles max_step(max_step_in, "max_step", {chain.n()});
+  IkArguments arguments(chain, tip, lower, upper, weights);
+  std::vector<Pose> poses;
+  for (int i = 0; i < targets.rows(); ++i)
+    poses.push_back(to_pose(&targets[16 * static_cast<std::size_t>(i)], "T_world_targets[" + std::to_string(i) + "]"));
+  FollowPath path;
+  {
+    nb::gil_scoped_release unlocked;
+    path = follow(arguments.problem, poses, q0.data(), max_step.data());
+  }
+  return nb::make_tuple(to_numpy_rows(path.configurations, chain.n()), static_cast<int>(path.reason));
+}
+
+}  // namespace
+
+void bind_chain(nb::module_& m) {
+  nb::class_<Chain>(m, "Chain", "A serial chain of revolute, prismatic and fixed joints.")
+      .def("__init__", [](Chain* self, nb::handle types, nb::handle poses, nb::handle axes, nb::handle q_index) {
+             new (self) Chain(make_chain(types, poses, axes, q_index));
+           }, "joint_types"_a, "T_parent_joint"_a, "axes"_a, "q_index"_a)
+      .def_prop_ro("n", &Chain::n)
+      .def_prop_ro("n_frames", &Chain::n_frames)
+      .def("fk", [](const Chain& self, nb::handle q) {
+             return fk_batch(self, Doubles(q, "q", {self.n()}).data(), 1, true);
+           }, "q"_a)
+      .def("fk_batch", [](const Chain& self, nb::handle Q_in) {
+             const Doubles Q(Q_in, "Q", {kAny, self.n()});
+             return fk_batch(self, Q.data(), static_cast<std::size_t>(Q.rows()), false);
+           }, "Q"_a)
+      .def("jacobian", &jacobian, "q"_a, "T_last_tip"_a)
+      .def("tip_motion", &tip_motion, "Q"_a, "dQ"_a, "ddQ"_a, "T_last_tip"_a)
+      .def("ik", &ik, "T_world_target"_a, "T_last_tip"_a, "seeds"_a, "lower"_a, "upper"_a, "weights"_a,
+           "max_iterations"_a = 60, "position_tolerance"_a = 1e-5, "rotation_tolerance"_a = 1e-4, "distinct"_a = 0.05)
+      .def("follow", &follow_targets, "T_world_targets"_a, "T_last_tip"_a, "q0"_a, "lower"_a, "upper"_a, "weights"_a,
+           "max_step"_a);
+}
+
+}  // namespace apc

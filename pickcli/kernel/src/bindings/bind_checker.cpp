@@ -1,0 +1,220 @@
+// pickcli.kernel.Checker: what each method means is documented in _kernel.pyi.
+#include "bindings/bindings.hpp"
+
+#include <memory>
+
+#include "bindings/arrays.hpp"
+#include "collision/checker.hpp"
+
+namespace apc {
+namespace {
+
+using namespace nb::literals;
+
+std::vector<Sphere> to_spheres(const Doubles& centers, const Doubles& radii) {
+  std::vector<Sphere> spheres;
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    spheres.push_back({{centers[3 * i], centers[3 * i + 1], centers[3 * i + 2]}, radii[i]});
+  return spheres;
+}
+
+std::vector<int> to_ints(const Integers& values) { return {values.data(), values.data() + values.size()}; }
+
+Robot make_robot(const Chain& chain, nb::handle centers_in, nb::handle radii_in, nb::handle frame_in,
+                 nb::handle pairs_in) {
+  const Doubles radii(radii_in, "radii", {kAny});
+  const Doubles centers(centers_in, "centers", {radii.rows(), 3});
+  const Integers frame(frame_in, "frame", {radii.rows()}), pairs(pairs_in, "self_pairs", {kAny, 2});
+  std::vector<std::pair<int, int>> self_pairs;
+  for (std::size_t i = 0; i + 1 < pairs.size(); i += 2) self_pairs.emplace_back(pairs[i], pairs[i + 1]);
+  return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs);
+}
+
+SolidKind to_kind(int kind, const std::string& what) {
+  if (kind < 0 || kind > 2) throw nb::value_error((what + ": 0 is a box, 1 a cylinder, 2 a sphere").c_str());
+  return static_cast<SolidKind>(kind);
+}
+
+// A row of numbers, or none: then all are zero.
+template <typename T>
+class Optional {
+ public:
+  Optional(nb::handle object, const char* name, Py_ssize_t n) {
+    if (!object.is_none()) values_ = std::make_unique<View<T>>(object, name, std::initializer_list<Py_ssize_t>{n});
+  }
+  T operator[](Py_ssize_t i) const { return values_ ? (*values_)[static_cast<std::size_t>(i)] : T{}; }
+
+ private:
+  std::unique_ptr<View<T>> values_;
+};
+
+void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in, nb::handle ignored_in,
+               nb::handle kind_in, nb::handle rounding_in) {
+  const Integers group(group_in, "group", {kAny});
+  const Py_ssize_t n = group.rows();
+  const Doubles poses(poses_in, "T_world_box", {n, 4, 4}), half(half_in, "half_extents", {n, 3});
+  const View<std::uint64_t> ignored(ignored_in, "ignored_frames", {n});
+  const Optional<std::int32_t> kind(kind_in, "kind", n);
+  const Optional<double> rounding(rounding_in, "rounding", n);
+  std::vector<Obstacle> obstacles;
+  for (Py_ssize_t b = 0; b < n; ++b) {
+    const std::string i = "[" + std::to_string(b) + "]";
+    const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i), {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
+                                   to_kind(kind[b], "kind" + i), rounding[b], "half_extents" + i);
+    obstacles.push_back({solid, group[b], ignored[b], static_cast<int>(b)});
+  }
+  checker.set_world(World(std::move(obstacles)));
+}
+
+void set_held(Checker& checker, nb::handle centers_in, nb::handle radii_in, nb::handle tested_in) {
+  const Doubles radii(radii_in, "radii", {kAny});
+  const Doubles centers(centers_in, "centers", {radii.rows(), 3});
+  const Integers tested(tested_in, "tested_frames", {kAny});
+  checker.robot().set_held(to_spheres(centers, radii), to_ints(tested));
+}
+
+void set_held_solid(Checker& checker, nb::handle pose_in, nb::handle half_in, nb::handle tested_in, int kind,
+                    double rounding) {
+  const Doubles pose(pose_in, "T_last_solid", {4, 4}), half(half_in, "half_extents", {3});
+  const Integers tested(tested_in, "tested_frames", {kAny});
+  const Solid solid = make_solid(to_pose(pose.data(), "T_last_solid"), {half[0], half[1], half[2]},
+                                 to_kind(kind, "kind"), rounding, "half_extents");
+  checker.robot().set_held(solid, to_ints(tested));
+}
+
+// Half-widths of the tube, or none. Raises ValueError for a negative one.
+class Slack {
+ public:
+  Slack(nb::handle object, std::initializer_list<Py_ssize_t> shape) {
+    if (object.is_none()) return;
+    values_ = std::make_unique<Doubles>(object, "slack", shape);
+    for (std::size_t i = 0; i < values_->size(); ++i)
+      if ((*values_)[i] < 0.0) throw nb::value_error("slack must not be negative");
+  }
+  const double* row(int i, int n) const {
+    return values_ ? values_->data() + static_cast<std::size_t>(i) * static_cast<std::size_t>(n) : nullptr;
+  }
+
+ private:
+  std::unique_ptr<Doubles> values_;
+};
+
+EdgeReport check_edge(const Checker& checker, nb::handle q0_in, nb::handle q1_in, double margin, nb::handle slack_in,
+                      double resolution) {
+  const Doubles q0(q0_in, "q0", {checker.n()}), q1(q1_in, "q1", {checker.n()});
+  const Slack slack(slack_in, {checker.n()});
+  check_range(q0, "q0");
+  check_range(q1, "q1");
+  check_margin(margin);
+  check_resolution(resolution);
+  return checker.check_edge(q0.data(), q1.data(), margin, slack.row(0, checker.n()), resolution);
+}
+
+bool edge_is_free(const Checker& checker, nb::handle q0, nb::handle q1, double margin, nb::handle slack,
+                  double resolution) {
+  return check_edge(checker, q0, q1, margin, slack, resolution).free;
+}
+
+int path_is_free(const Checker& checker, nb::handle Q_in, double margin, nb::handle slack_in, double resolution) {
+  const int n = checker.n();
+  const Doubles Q(Q_in, "Q", {kAny, n});
+  if (Q.size() == 0) throw nb::value_error("Q: a path has at least one configuration");
+  const Slack slack(slack_in, {Q.rows() - 1, n});
+  check_range(Q, "Q");
+  check_margin(margin);
+  check_resolution(resolution);
+  nb::gil_scoped_release unlocked;
+  if (Q.rows() == 1) return checker.check_edge(Q.data(), Q.data(), margin, nullptr, resolution).free ? -1 : 0;
+  for (int i = 0; i + 1 < Q.rows(); ++i) {
+    const double* q = Q.data() + i * static_cast<std::size_t>(n);
+    if (!checker.check_edge(q, q + n, margin, slack.row(i, n), resolution).free) return i;
+  }
+  return -1;
+}
+
+bool is_free(const Checker& checker, nb::handle q_in, double margin) {
+  const Doubles q(q_in, "q", {checker.n()});
+  check_range(q, "q");
+  check_margin(margin);
+  bool out;
+  checker.are_free(q.data(), 1, margin, &out);
+  return out;
+}
+
+nb::object are_free(const Checker& checker, nb::handle Q_in, double margin) {
+  const Doubles Q(Q_in, "Q", {kAny, checker.n()});
+  check_range(Q, "Q");
+  check_margin(margin);
+  const std::size_t n_rows = static_cast<std::size_t>(Q.rows());
+  auto out = std::make_unique<bool[]>(n_rows);
+  {
+    nb::gil_scoped_release unlocked;
+    checker.are_free(Q.data(), Q.rows(), margin, out.get());
+  }
+  bool* data = out.release();
+  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, bool>(data, {n_rows}, owner));
+}
+
+void check_max_distance(double max_distance) {
+  if (!(max_distance >= 0.0)) throw nb::value_error("max_distance must not be negative");
+}
+
+nb::tuple clearance(const Checker& checker, nb::handle q_in, double max_distance) {
+  const Doubles q(q_in, "q", {checker.n()});
+  check_range(q, "q");
+  check_max_distance(max_distance);
+  const Contact c = checker.clearance(q.data(), max_distance);
+  return nb::make_tuple(c.distance, c.frame, c.kind, c.index);
+}
+
+nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distance) {
+  const Doubles Q(Q_in, "Q", {kAny, checker.n()});
+  check_range(Q, "Q");
+  check_max_distance(max_distance);
+  std::vector<double> out(static_cast<std::size_t>(Q.rows()));
+  {
+    nb::gil_scoped_release unlocked;
+    for (std::size_t i = 0; i < out.size(); ++i)
+      out[i] = checker.clearance(Q.data() + i * static_cast<std::size_t>(checker.n()), max_distance).distance;
+  }
+  const std::size_t n_rows = out.size();
+  return to_numpy(std::move(out), {n_rows});
+}
+
+}  // namespace
+
+void bind_checker(nb::module_& m) {
+  nb::class_<EdgeReport>(m, "EdgeReport", "Whether an edge is free, and if not, where and why.")
+      .def_ro("free", &EdgeReport::free)
+      .def_ro("t", &EdgeReport::t)
+      .def_ro("frame", &EdgeReport::frame)
+      .def_ro("kind", &EdgeReport::kind)
+      .def_ro("index", &EdgeReport::index)
+      .def_ro("n_configurations", &EdgeReport::n_configurations);
+  nb::class_<Checker>(m, "Checker", "Collision checks of one robot in one world.")
+      .def("__init__", [](Checker* self, const Chain& chain, nb::handle centers, nb::handle radii, nb::handle frame,
+                          nb::handle self_pairs) {
+             new (self) Checker(make_robot(chain, centers, radii, frame, self_pairs));
+           }, "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a)
+      .def_prop_ro("rounding", [](const Checker& self) {
+             const Robot& robot = self.robot();
+             return robot.self_rounding(1.0) + self.world().rounding(robot.reach(1.0));
+           })
+      .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a,
+           "kind"_a = nb::none(), "rounding"_a = nb::none())
+      .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a)
+      .def("set_held_solid", &set_held_solid, "T_last_solid"_a, "half_extents"_a, "tested_frames"_a, "kind"_a = 0,
+           "rounding"_a = 0.0)
+      .def("is_free", &is_free, "q"_a, "margin"_a = 0.0)
+      .def("are_free", &are_free, "Q"_a, "margin"_a = 0.0)
+      .def("edge_is_free", &edge_is_free, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
+           "resolution"_a = 2e-4)
+      .def("path_is_free", &path_is_free, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(), "resolution"_a = 2e-4)
+      .def("check_edge", &check_edge, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
+           "resolution"_a = 2e-4)
+      .def("clearance", &clearance, "q"_a, "max_distance"_a = 1.0)
+      .def("clearances", &clearances, "Q"_a, "max_distance"_a = 1.0);
+}
+
+}  // namespace apc

@@ -1,0 +1,97 @@
+// pickcli.kernel.fastest_pace and quintic_peaks: documented in _kernel.pyi.
+#include "bindings/bindings.hpp"
+
+#include <algorithm>
+
+#include "bindings/arrays.hpp"
+#include "timing/quintic.hpp"
+#include "timing/topp.hpp"
+
+namespace apc {
+namespace {
+
+using namespace nb::literals;
+
+// Positive steps from each value to the next, and at least one of them.
+void check_increasing(const Doubles& values, const char* name) {
+  bool is_increasing = values.rows() >= 2;
+  for (int i = 0; i + 1 < values.rows(); ++i) is_increasing = is_increasing && values[i] < values[i + 1];
+  if (!is_increasing) throw nb::value_error((std::string(name) + ": not two or more increasing values").c_str());
+}
+
+void check_positive(const Doubles& values, const char* name) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!(values[i] > 0.0)) throw nb::value_error((std::string(name) + ": not positive").c_str());
+}
+
+nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, nb::handle acceleration_in,
+                          nb::handle speed_in, nb::handle line_speed_in, nb::handle is_line_in, double cruise) {
+  const Doubles s(s_in, "s", {kAny}), dq(dq_in, "dq", {s.rows(), kAny});
+  const Py_ssize_t M = s.rows(), n = static_cast<Py_ssize_t>(dq.size()) / std::max<Py_ssize_t>(M, 1);
+  check_increasing(s, "s");
+  if (n < 1) throw nb::value_error("dq: no joints");
+  const Doubles ddq(ddq_in, "ddq", {M, n}), acceleration(acceleration_in, "acceleration", {M - 1, n});
+  const Doubles speed(speed_in, "speed", {M}), line_speed(line_speed_in, "line_speed", {M - 1});
+  const Integers is_line(is_line_in, "is_line", {M - 1});
+  check_positive(acceleration, "acceleration");
+  if (!(cruise >= 0.0)) throw nb::value_error("cruise: negative");
+  const PathGrid grid{static_cast<std::size_t>(M), static_cast<std::size_t>(n), s.data(), dq.data(), ddq.data(),
+                      acceleration.data(), speed.data(), line_speed.data(), is_line.data(), cruise};
+  PaceProfile profile;
+  {
+    nb::gil_scoped_release unlocked;
+    profile = fastest_pace(grid);
+  }
+  const std::size_t P = profile.t.size();
+  return nb::make_tuple(to_numpy(std::move(profile.t), {P}), to_numpy(std::move(profile.s), {P}),
+                        to_numpy(std::move(profile.v), {P}));
+}
+
+// Beyond these, products of values and powers of steps are no longer finite.
+constexpr double kLargest = 1e60, kSmallestStep = 1e-60;
+
+void check_magnitude(const Doubles& values, const char* name) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (std::abs(values[i]) > kLargest) throw nb::value_error((std::string(name) + ": beyond 1e60").c_str());
+}
+
+void check_steps(const Doubles& times) {
+  for (int i = 0; i + 1 < times.rows(); ++i)
+    if (times[i + 1] - times[i] < kSmallestStep) throw nb::value_error("times: a step is below 1e-60");
+}
+
+nb::tuple peaks_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::handle a_in) {
+  const Doubles times(times_in, "times", {kAny}), p(p_in, "positions", {times.rows(), kAny});
+  check_increasing(times, "times");
+  check_steps(times);
+  const std::size_t N = static_cast<std::size_t>(times.rows()), n = p.size() / N;
+  const Py_ssize_t rows = times.rows(), columns = static_cast<Py_ssize_t>(n);
+  const Doubles v(v_in, "velocities", {rows, columns}), a(a_in, "accelerations", {rows, columns});
+  check_magnitude(times, "times");
+  check_magnitude(p, "positions");
+  check_magnitude(v, "velocities");
+  check_magnitude(a, "accelerations");
+  std::vector<double> velocity((N - 1) * n), acceleration((N - 1) * n), jerk((N - 1) * n);
+  {
+    nb::gil_scoped_release unlocked;
+    for (std::size_t k = 0; k < velocity.size(); ++k) {
+      const std::size_t i = k / n;
+      const Peaks peaks = quintic_peaks({p[k], v[k], a[k]}, {p[k + n], v[k + n], a[k + n]}, times[i + 1] - times[i]);
+      velocity[k] = peaks.velocity;
+      acceleration[k] = peaks.acceleration;
+      jerk[k] = peaks.jerk;
+    }
+  }
+  return nb::make_tuple(to_numpy(std::move(velocity), {N - 1, n}), to_numpy(std::move(acceleration), {N - 1, n}),
+                        to_numpy(std::move(jerk), {N - 1, n}));
+}
+
+}  // namespace
+
+void bind_timing(nb::module_& m) {
+  m.def("fastest_pace", &fastest_pace_of, "s"_a, "dq"_a, "ddq"_a, "acceleration"_a, "speed"_a, "line_speed"_a,
+        "is_line"_a, "cruise"_a = 0.0);
+  m.def("quintic_peaks", &peaks_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a);
+}
+
+}  // namespace apc

@@ -1,0 +1,53 @@
+// Collision checks of one robot in one world: free configurations, proven edges, clearance.
+#pragma once
+
+#include "collision/robot.hpp"
+#include "collision/world.hpp"
+
+namespace apc {
+
+enum class ObstacleKind : int { world = 0, self = 1 };
+
+struct EdgeReport {
+  bool free = true;
+  double t = -1.0;  // where on the edge, in 0..1, it is not free
+  int frame = -1;   // which frame is not free there; L is the held item
+  int kind = -1;    // of what: ObstacleKind
+  int index = -1;   // index of the obstacle, or the inner frame
+  int n_configurations = 0;  // how many were tested
+};
+
+struct Contact {
+  double distance;
+  int frame = -1, kind = -1, index = -1;  // as in EdgeReport; -1: nothing within max_distance
+};
+
+// Checks are const and may run in several threads; robot and world must not be changed meanwhile.
+class Checker {
+ public:
+  explicit Checker(Robot robot) : robot_(std::move(robot)) {}
+
+  Robot& robot() { return robot_; }
+  const Robot& robot() const { return robot_; }
+  const World& world() const { return world_; }
+  void set_world(World world) { world_ = std::move(world); }
+  int n() const { return robot_.chain().n(); }
+
+  // out[i]: whether everything at Q[i] (of n_rows, n) keeps more than margin.
+  void are_free(const double* Q, int n_rows, double margin, bool* out) const;
+
+  // Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
+  // around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
+  // margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not tell.
+  EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
+                        double resolution) const;
+
+  // The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
+  Contact clearance(const double* q, double max_distance) const;
+
+ private:
+  Robot robot_;
+  World world_;
+};
+
+}  // namespace apc

@@ -1,3 +1,0 @@
-// The hot test for processors with AVX2 (compiled with -mavx2).
-#define APC_ARCHITECTURE avx2
-#include "eight_impl.hpp"

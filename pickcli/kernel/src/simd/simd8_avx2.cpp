@@ -1,0 +1,3 @@
+// The hot test for processors with AVX2 (compiled with -mavx2).
+#define APC_ARCHITECTURE avx2
+#include "simd/simd8_collision_impl.hpp"

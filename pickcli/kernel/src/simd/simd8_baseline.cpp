@@ -1,0 +1,3 @@
+// The hot test for any x86-64.
+#define APC_ARCHITECTURE baseline
+#include "simd/simd8_collision_impl.hpp"

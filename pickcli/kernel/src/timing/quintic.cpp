@@ -1,0 +1,58 @@
+#include "timing/quintic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace apc {
+namespace {
+
+double largest(double a, double b) { return std::max(std::abs(a), std::abs(b)); }
+
+// Bound of |c0 + .. + c4 u^4| on [0, 1] by its Bernstein coefficients on both halves.
+double quartic_bound(double c0, double c1, double c2, double c3, double c4) {
+  double b[5] = {c0, c0 + c1 / 4, c0 + c1 / 2 + c2 / 6, c0 + 0.75 * c1 + c2 / 2 + c3 / 4, c0 + c1 + c2 + c3 + c4};
+  double bound = largest(b[0], b[4]);
+  // De Casteljau at 1/2: the first and the last of every row are the coefficients on the two halves.
+  for (int last = 4; last > 0; --last) {
+    for (int i = 0; i < last; ++i) b[i] = (b[i] + b[i + 1]) / 2;
+    bound = std::max(bound, largest(b[0], b[last - 1]));
+  }
+  return bound;
+}
+
+// Largest |c0 + c1 u + c2 u^2| on [0, 1].
+double quadratic_peak(double c0, double c1, double c2) {
+  const double peak = largest(c0, c0 + c1 + c2);
+  const double u = c2 == 0.0 ? 0.0 : std::clamp(-c1 / (2.0 * c2), 0.0, 1.0);
+  return std::max(peak, std::abs(c0 + u * (c1 + u * c2)));
+}
+
+// Largest |c0 + .. + c3 u^3| on [0, 1].
+double cubic_peak(double c0, double c1, double c2, double c3) {
+  double peak = largest(c0, c0 + c1 + c2 + c3);
+  const double root = std::sqrt(std::max(c2 * c2 - 3.0 * c1 * c3, 0.0));
+  const double stable = c2 >= 0.0 ? -(c2 + root) : root - c2;  // the two roots without cancellation
+  const auto look = [&](double above, double below) {
+    if (below == 0.0) return;
+    const double u = std::clamp(above / below, 0.0, 1.0);
+    peak = std::max(peak, std::abs(c0 + u * (c1 + u * (c2 + u * c3))));
+  };
+  look(stable, 3.0 * c3);
+  look(c1, stable);
+  return peak;
+}
+
+}  // namespace
+
+Peaks quintic_peaks(const JointState& start, const JointState& end, double h) {
+  const double way = end.p - start.p, v0 = start.v * h, v1 = end.v * h, a0 = start.a * h * h, a1 = end.a * h * h;
+  // Coefficients of u^1 .. u^5, u = t / h.
+  const double c2 = a0 / 2;
+  const double c3 = 10 * way - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1;
+  const double c4 = -15 * way + 8 * v0 + 7 * v1 + 1.5 * a0 - a1;
+  const double c5 = 6 * way - 3 * v0 - 3 * v1 - 0.5 * a0 + 0.5 * a1;
+  return {quartic_bound(v0, 2 * c2, 3 * c3, 4 * c4, 5 * c5) / h, cubic_peak(2 * c2, 6 * c3, 12 * c4, 20 * c5) / (h * h),
+          quadratic_peak(6 * c3, 24 * c4, 60 * c5) / (h * h * h)};
+}
+
+}  // namespace apc
