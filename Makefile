@@ -11,7 +11,7 @@ PEERS := .venv-peers
 LOCKER := .venv-lock
 INSTALL_PEERS := $(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-.PHONY: run test check docs coverage fuzz mutants bench bench-peers install lock format clean
+.PHONY: run test check check-kernel stubs docs coverage fuzz mutants bench bench-peers install lock format clean
 
 install: $(VENV)/.installed
 
@@ -37,6 +37,16 @@ check: install
 # The pages, in build/docs/index.html. A warning is an error.
 docs: install
 	$(BIN)/sphinx-build --jobs auto --fail-on-warning --keep-going --quiet docs build/docs
+
+# The kernel's own suite under the address and undefined-behaviour sanitizers; CXX=clang++ builds it with clang.
+check-kernel:
+	cmake -S tests/kernel/native -B build/kernel-$(notdir $(firstword $(CXX))) -DCMAKE_CXX_COMPILER="$(firstword $(CXX))"
+	cmake --build build/kernel-$(notdir $(firstword $(CXX))) --parallel 2
+	build/kernel-$(notdir $(firstword $(CXX)))/kernel_tests
+
+# The kernel's type stubs, from its docstrings and signatures.
+stubs: install
+	$(BIN)/python -m nanobind.stubgen -q -m pickcli.kernel._kernel -o pickcli/kernel/_kernel.pyi
 
 coverage: install
 	$(BIN)/python -m pytest -m "not slow" --cov=pickcli --cov-report=term-missing:skip-covered

@@ -13,10 +13,14 @@ from pickcli.cell.shapes import Body, Shape, ShapeKind
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
-from pickcli.kernel import Checker
+from pickcli.kernel import Checker, SolidKind
 from pickcli.scene.scene import Scene
 
-KERNEL_KINDS = {ShapeKind.BOX: 0, ShapeKind.CYLINDER: 1, ShapeKind.SPHERE: 2}
+KERNEL_KINDS = {
+    ShapeKind.BOX: SolidKind.BOX,
+    ShapeKind.CYLINDER: SolidKind.CYLINDER,
+    ShapeKind.SPHERE: SolidKind.SPHERE,
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from pickcli.collision.collision_world import KERNEL_KINDS, build_world
 from pickcli.collision.motion_validator import Entered, KernelValidator
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, inverse, pose
-from pickcli.kernel import Chain, Checker
+from pickcli.kernel import Chain, Checker, JointKind
 from pickcli.scene.scene import Scene
 
 N_FREE = 6  # x, y, z along the axes, then yaw about z, pitch about the turned y, roll about the turned x
@@ -163,7 +163,7 @@ class FreeToolChecker(KernelValidator):
 
 def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
     """The chain whose frames LANCE and CUP stand at ``origin`` (3,), along the axes, at displacement 0."""
-    kinds = np.array([1, 1, 1, 0, 0, 0, 2], np.int32)
+    kinds = np.array([*[JointKind.PRISMATIC] * 3, *[JointKind.REVOLUTE] * 3, JointKind.FIXED], np.int32)
     frames = np.stack([pose(origin, R=R_world_axes), *[np.eye(4)] * N_FREE])
     z, y, x = np.eye(3)[::-1]
     axes = np.vstack([np.eye(3), z, y, x, z])

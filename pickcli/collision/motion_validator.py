@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pickcli.collision.collision_world import World
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.kernel import Checker
+from pickcli.kernel import Checker, ContactKind
 
 _SAMPLES = 17  # of an edge, to find where it is worst
 
@@ -208,9 +208,9 @@ class KernelValidator:
     def _decoded(self, entered: Entered, q: Array, max_distance: float) -> Contact:
         """The kernel's closest pair in names."""
         distance, frame, kind, index = entered.kernel.clearance(q, max_distance)
-        if frame < 0:
+        if kind is ContactKind.NONE:
             return Contact(float(distance), "", "")
-        if kind == 1:
+        if kind is ContactKind.SELF:
             return Contact(float(distance), self.parts[frame], self.parts[index], "robot")
         solid = int(entered.kept[index])
         return Contact(float(distance), self.parts[frame], self.world.names[solid], self.world.kinds[solid])

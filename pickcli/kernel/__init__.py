@@ -7,7 +7,11 @@ a chain is the child link of joint k; the parent of joint k is frame k-1, that o
 from pickcli.kernel._kernel import (
     Chain,
     Checker,
+    ContactKind,
     EdgeReport,
+    FollowEnd,
+    JointKind,
+    SolidKind,
     fastest_pace,
     quintic_peaks,
     rrt_connect,
@@ -19,7 +23,11 @@ from pickcli.kernel._kernel import (
 __all__ = [
     "Chain",
     "Checker",
+    "ContactKind",
     "EdgeReport",
+    "FollowEnd",
+    "JointKind",
+    "SolidKind",
     "fastest_pace",
     "quintic_peaks",
     "rrt_connect",

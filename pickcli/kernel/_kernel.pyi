@@ -1,28 +1,62 @@
-"""Types and meaning of the native module. Wrong shapes and values raise ValueError naming the argument.
+"""
+Kinematics, clearance and proven edges of a serial chain; paces along paths.
 
-Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths
-in m. ``n`` is the length of a configuration, ``L`` the number of frames.
+Any array-like goes in; C-contiguous arrays of the named dtype are read in place. Angles in rad, lengths in m.
+Wrong shapes and values raise ValueError naming the argument.
 """
 
-from numpy import bool_, float64, int32, uint64
-from numpy.typing import NDArray
+import enum
+
+import numpy
+import numpy.typing
+
+
+class JointKind(enum.IntEnum):
+    """How a joint moves its child."""
+
+    REVOLUTE = 0
+    """About its axis, with limits or without."""
+
+    PRISMATIC = 1
+    """Along its axis."""
+
+    FIXED = 2
+    """Not at all."""
+
+class FollowEnd(enum.IntEnum):
+    """Why following a row of poses ended."""
+
+    DONE = 0
+    """All were reached."""
+
+    NO_CONVERGENCE = 1
+    """No configuration was found for the next one."""
+
+    JOINT_STEP = 2
+    """A joint would step over the largest step."""
+
+    LIMIT = 3
+    """None was found for the next one, with a joint pressed against a limit."""
 
 class Chain:
-    """A serial chain: at most 63 joints, of which at most 32 entries of q move any."""
+    """
+    A serial chain: at most 63 joints, of which at most 32 entries of q move any.
 
-    def __init__(
-        self,
-        joint_types: NDArray[int32],
-        T_parent_joint: NDArray[float64],
-        axes: NDArray[float64],
-        q_index: NDArray[int32],
-    ) -> None:
-        """Make a chain from the base outwards.
+    Frame k is the child link of joint k; the parent of joint k is frame k-1, that of joint 0 the world.
+    """
 
-        joint_types: (L,), 0 revolute or continuous, 1 prismatic, 2 fixed
-        T_parent_joint: (L, 4, 4) pose of the joint frame in frame k-1 (k = 0: in the world) at position 0
-        axes: (L, 3) in the joint frame, normalised here; ignored for fixed joints
-        q_index: (L,) entry of q that moves the joint, -1 for fixed ones; every entry 0..n-1 is used
+    def __init__(self, joint_types: numpy.typing.NDArray[numpy.int32], T_parent_joint: numpy.typing.NDArray[numpy.float64], axes: numpy.typing.NDArray[numpy.float64], q_index: numpy.typing.NDArray[numpy.int32]) -> None:
+        """
+        Make a chain from the base outwards.
+
+        Args:
+            joint_types: (L,) of JointKind.
+            T_parent_joint: (L, 4, 4) m, pose of the joint frame in frame k-1 (k = 0: in the world) at position 0.
+            axes: (L, 3) in the joint frame, normalised here; ignored for fixed joints.
+            q_index: (L,) entry of q that moves the joint, -1 for fixed ones; every entry 0..n-1 is used.
+
+        Raises:
+            ValueError: What is given is no chain; names the argument.
         """
 
     @property
@@ -33,66 +67,105 @@ class Chain:
     def n_frames(self) -> int:
         """Number of frames L."""
 
-    def fk(self, q: NDArray[float64]) -> NDArray[float64]:
-        """Poses (L, 4, 4) of all frames in the world at q (n,)."""
-
-    def fk_batch(self, Q: NDArray[float64]) -> NDArray[float64]:
-        """Poses (N, L, 4, 4) of all frames at each of the configurations Q (N, n)."""
-
-    def jacobian(self, q: NDArray[float64], T_last_tip: NDArray[float64]) -> NDArray[float64]:
-        """Jacobian (6, n) of the tip, given as a pose (4, 4) in frame L-1: linear x y z, then angular
-        x y z, both along the axes of the world."""
-
-    def tip_motion(
-        self,
-        Q: NDArray[float64],
-        dQ: NDArray[float64],
-        ddQ: NDArray[float64],
-        T_last_tip: NDArray[float64],
-    ) -> tuple[NDArray[float64], NDArray[float64]]:
-        """Poses (N, 4, 4) and motion (N, 4, 3) of the tip at configurations Q (N, n), world axes.
-
-        The rows of a motion are velocity, angular velocity, acceleration and angular acceleration, for the
-        joints' first and second derivatives dQ and ddQ (N, n), by time or by a path's parameter.
+    def fk(self, q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Poses (L, 4, 4) of all frames in the world, in m, at q (n,) in rad or m.
         """
 
-    def ik(
-        self,
-        T_world_target: NDArray[float64],
-        T_last_tip: NDArray[float64],
-        seeds: NDArray[float64],
-        lower: NDArray[float64],
-        upper: NDArray[float64],
-        weights: NDArray[float64],
-        max_iterations: int = 60,
-        position_tolerance: float = 1e-5,
-        rotation_tolerance: float = 1e-4,
-        distinct: float = 0.05,
-    ) -> NDArray[float64]:
-        """Configurations (M, n) that bring the tip to T_world_target.
-
-        Damped least squares (Levenberg-Marquardt) from each of the seeds (K, n). All solutions lie within
-        lower..upper (n,) and within both tolerances (m, rad), and stand in the order of their seeds; one
-        that is within ``distinct`` of an earlier one in every joint is left out. A joint with a larger
-        weight (n,) moves less. Deterministic.
+    def fk_batch(self, Q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Poses (N, L, 4, 4) of all frames in the world, in m, at each of the configurations Q (N, n).
         """
 
-    def follow(
-        self,
-        T_world_targets: NDArray[float64],
-        T_last_tip: NDArray[float64],
-        q0: NDArray[float64],
-        lower: NDArray[float64],
-        upper: NDArray[float64],
-        weights: NDArray[float64],
-        max_step: NDArray[float64],
-    ) -> tuple[NDArray[float64], int]:
-        """Follow poses (P, 4, 4) from q0 (n,), each solved from the solution before it.
-
-        Returns the configurations (n_done, n) of the first n_done poses and why it ended: 0 all done,
-        1 no convergence, 2 a joint would step over max_step (n,) (from q0 to the first, too), 3 no
-        convergence with a joint pressed against a limit.
+    def jacobian(self, q: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
         """
+        Jacobian of the tip.
+
+        Args:
+            q: (n,) configuration in rad or m.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+        Returns:
+            (6, n): linear x y z in m, then angular x y z in rad, both along the axes of the world.
+        """
+
+    def tip_motion(self, Q: numpy.typing.NDArray[numpy.float64], dQ: numpy.typing.NDArray[numpy.float64], ddQ: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """
+        Poses and motion of the tip along a path or trajectory, in the axes of the world.
+
+        Args:
+            Q: (N, n) configurations in rad or m.
+            dQ: (N, n) their first derivatives by time or by a path's parameter.
+            ddQ: (N, n) their second derivatives by the same.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+        Returns:
+            Poses (N, 4, 4) of the tip in the world, and motions (N, 4, 3), whose rows are velocity, angular velocity,
+            acceleration and angular acceleration, in m and rad per the derivatives' unit.
+        """
+
+    def ik(self, T_world_target: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], seeds: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_iterations: int = 60, position_tolerance: float = 1e-05, rotation_tolerance: float = 0.0001, distinct: float = 0.05) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Configurations that bring the tip to a pose, found from seeds.
+
+        By damped least squares (Levenberg-Marquardt). Deterministic: the same arguments give the same bits.
+
+        Args:
+            T_world_target: (4, 4) where the tip is to be, m.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+            seeds: (K, n) configurations to start from.
+            lower: (n,) limits that all solutions keep.
+            upper: (n,) limits that all solutions keep.
+            weights: (n,) > 0; a joint with a larger one moves less.
+            max_iterations: For each seed.
+            position_tolerance: m.
+            rotation_tolerance: rad.
+            distinct: rad or m; a solution within it of an earlier one in every joint is left out.
+
+        Returns:
+            (M, n) in the order of their seeds.
+        """
+
+    def follow(self, T_world_targets: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], q0: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_step: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], FollowEnd]:
+        """
+        Follow a row of poses, each solved from the solution before it.
+
+        Args:
+            T_world_targets: (P, 4, 4) where the tip is to be, one after the other, m.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+            q0: (n,) where the arm comes from.
+            lower: (n,) limits that all configurations keep.
+            upper: (n,) limits that all configurations keep.
+            weights: (n,) > 0; a joint with a larger one moves less.
+            max_step: (n,) rad or m, largest step of each joint from one pose to the next, and from q0 to the first.
+
+        Returns:
+            Configurations (n_done, n) of the first n_done poses, and why it ended.
+        """
+
+class SolidKind(enum.IntEnum):
+    """What a solid is, before its rounding."""
+
+    BOX = 0
+    """By its half extents."""
+
+    CYLINDER = 1
+    """About its z; half extents (radius, radius, half length)."""
+
+    SPHERE = 2
+    """Half extents three times its radius."""
+
+class ContactKind(enum.IntEnum):
+    """What a frame meets."""
+
+    NONE = -1
+    """Nothing."""
+
+    WORLD = 0
+    """A solid of the world."""
+
+    SELF = 1
+    """Another frame."""
 
 class EdgeReport:
     """Whether an edge is free, and if not, where and why."""
@@ -103,203 +176,238 @@ class EdgeReport:
 
     @property
     def t(self) -> float:
-        """Where on the edge, 0 at q0 and 1 at q1, it was found not free; -1 if it is."""
+        """
+        Where on the edge, 0 at q0 and 1 at q1, it was found not free; -1 if it is.
+        """
 
     @property
     def frame(self) -> int:
-        """The frame that is not free there, L for the held item; -1 if the edge is free."""
+        """
+        The frame that is not free there, L for the held item; -1 if the edge is free.
+        """
 
     @property
-    def kind(self) -> int:
-        """What it meets: 0 a solid of the world, 1 another frame; -1 if the edge is free."""
+    def kind(self) -> ContactKind:
+        """What it meets there; NONE if the edge is free."""
 
     @property
     def index(self) -> int:
-        """Index of the solid, or the frame nearer to the base; -1 if the edge is free."""
+        """
+        Index of the solid, or the frame nearer to the base; -1 if the edge is free.
+        """
 
     @property
     def n_configurations(self) -> int:
         """How many configurations were tested."""
 
 class Checker:
-    """Collision checks of a chain whose frames carry spheres, in a world of boxes, cylinders and spheres.
-
-    A solid is given by the pose and the half extents of its box (kind 0); those of a cylinder (kind 1), which
-    is about its z, are (radius, radius, half length), those of a sphere (kind 2) three times its radius. Its
-    rounding in m adds every point within that distance.
+    """
+    Collision checks of a chain whose frames carry spheres, in a world of boxes, cylinders and spheres.
 
     Checks may run in several threads; set_world and set_held must not run meanwhile.
     """
 
-    def __init__(
-        self,
-        chain: Chain,
-        centers: NDArray[float64],
-        radii: NDArray[float64],
-        frame: NDArray[int32],
-        self_pairs: NDArray[int32],
-    ) -> None:
-        """Spheres: centers (S, 3) in their frames, radii (S,), frame (S,) in 0..L-1. self_pairs (P, 2):
-        the pairs of frames that must stay clear of each other."""
+    def __init__(self, chain: Chain, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], frame: numpy.typing.NDArray[numpy.int32], self_pairs: numpy.typing.NDArray[numpy.int32]) -> None:
+        """
+        Make a checker in an empty world.
+
+        Args:
+            chain: The robot's.
+            centers: (S, 3) of spheres in their frames, m.
+            radii: (S,) m.
+            frame: (S,) in 0..L-1, that carries each.
+            self_pairs: (P, 2) pairs of frames that must stay clear of each other.
+        """
 
     @property
     def rounding(self) -> float:
-        """Bound in m on what is_free, are_free and edges add to the margin for single precision (with at
-        most 1 m of prismatic travel; it grows with travel)."""
+        """
+        Bound in m on what is_free, are_free and edges add to the margin for single precision.
 
-    def set_world(
-        self,
-        T_world_box: NDArray[float64],
-        half_extents: NDArray[float64],
-        group: NDArray[int32],
-        ignored_frames: NDArray[uint64],
-        kind: NDArray[int32] | None = None,
-        rounding: NDArray[float64] | None = None,
-    ) -> None:
-        """Replace the world by solids: poses (B, 4, 4), half extents (B, 3), group (B,) of those that stand
-        close together, ignored_frames (B,): bit f set, frame f is never tested against the solid; bit L is
-        the held item. kind and rounding (B,): all are boxes, and none is rounded, unless given."""
-
-    def set_held(
-        self,
-        centers: NDArray[float64],
-        radii: NDArray[float64],
-        tested_frames: NDArray[int32],
-    ) -> None:
-        """Replace the held item: spheres (H, 3), (H,) rigid in frame L-1, and the frames they must stay
-        clear of. Empty arrays: nothing is held."""
-
-    def set_held_solid(
-        self,
-        T_last_solid: NDArray[float64],
-        half_extents: NDArray[float64],
-        tested_frames: NDArray[int32],
-        kind: int = 0,
-        rounding: float = 0.0,
-    ) -> None:
-        """Replace the held item by one solid in frame L-1: pose (4, 4), half extents (3,).
-
-        Its distance from the frames is exact. That from the world is judged by the widest slab between the
-        two that a few directions give: never too large, and too small by a few per mille at most.
+        It holds for at most 1 m of prismatic travel, and grows with travel.
         """
 
-    def is_free(self, q: NDArray[float64], margin: float = 0.0) -> bool:
-        """Whether everything at q (n,) keeps more than margin."""
+    def set_world(self, T_world_box: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], group: numpy.typing.NDArray[numpy.int32], ignored_frames: numpy.typing.NDArray[numpy.uint64], kind: numpy.typing.NDArray[numpy.int32] | None = None, rounding: numpy.typing.NDArray[numpy.float64] | None = None) -> None:
+        """
+        Replace the world by solids.
 
-    def are_free(self, Q: NDArray[float64], margin: float = 0.0) -> NDArray[bool_]:
-        """is_free of each of Q (N, n), as (N,)."""
-
-    def edge_is_free(
-        self,
-        q0: NDArray[float64],
-        q1: NDArray[float64],
-        margin: float = 0.0,
-        slack: NDArray[float64] | None = None,
-        resolution: float = 2e-4,
-    ) -> bool:
-        """Whether every configuration on the straight segment from q0 to q1 (n,), and within slack (n,) of
-        it in each joint, is proven to keep more than margin.
-
-        True is a proof. False means that some point of it comes closer than margin plus what slack moves
-        it plus resolution (m), where splitting the edge further ends.
+        Args:
+            T_world_box: (B, 4, 4) poses of the solids' boxes, m.
+            half_extents: (B, 3) of the boxes, m; see SolidKind.
+            group: (B,) which solids stand close together.
+            ignored_frames: (B,) bit f set: frame f is never tested against the solid; bit L is the held item.
+            kind: (B,) of SolidKind; all are boxes unless given.
+            rounding: (B,) m, adds every point within that distance; 0 unless given.
         """
 
-    def path_is_free(
-        self,
-        Q: NDArray[float64],
-        margin: float = 0.0,
-        slack: NDArray[float64] | None = None,
-        resolution: float = 2e-4,
-    ) -> int:
-        """Index of the first edge of the polyline Q (N, n) that is not proven free, -1 if all are.
-        slack: (N-1, n), by edge. A single configuration counts as an edge of no length."""
+    def set_held(self, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], tested_frames: numpy.typing.NDArray[numpy.int32]) -> None:
+        """
+        Replace the held item by spheres, rigid in frame L-1; empty arrays: nothing is held.
 
-    def check_edge(
-        self,
-        q0: NDArray[float64],
-        q1: NDArray[float64],
-        margin: float = 0.0,
-        slack: NDArray[float64] | None = None,
-        resolution: float = 2e-4,
-    ) -> EdgeReport:
-        """edge_is_free with the reason."""
+        Args:
+            centers: (H, 3) in frame L-1, m.
+            radii: (H,) m.
+            tested_frames: (T,) frames that the spheres must stay clear of.
+        """
 
-    def clearance(self, q: NDArray[float64], max_distance: float = 1.0) -> tuple[float, int, int, int]:
-        """Signed distance of the nearest pair at q (n,) in double precision, with frame, kind and index as
-        in EdgeReport. (max_distance, -1, -1, -1) if nothing is nearer. Against a box it is negative by
-        the depth of the sphere below the nearest face."""
+    def set_held_solid(self, T_last_solid: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], tested_frames: numpy.typing.NDArray[numpy.int32], kind: int = 0, rounding: float = 0.0) -> None:
+        """
+        Replace the held item by one solid, rigid in frame L-1.
 
-    def clearances(self, Q: NDArray[float64], max_distance: float = 1.0) -> NDArray[float64]:
-        """The distance of clearance for each of Q (N, n), as (N,)."""
+        Its distance from the frames is exact. That from the world is judged by the widest slab between the two that a
+        few directions give: never too large, and too small by a few per mille at most.
 
-def fastest_pace(
-    s: NDArray[float64],
-    dq: NDArray[float64],
-    ddq: NDArray[float64],
-    acceleration: NDArray[float64],
-    speed: NDArray[float64],
-    line_speed: NDArray[float64],
-    is_line: NDArray[int32],
-    cruise: float = 0.0,
-) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
-    """Time-optimal motion from rest to rest along a path, by TOPP-RA: t, s, ds/dt, each (P,); ds/dt is
-    linear in t between the points.
+        Args:
+            T_last_solid: (4, 4) pose in frame L-1, m.
+            half_extents: (3,) m; see SolidKind.
+            tested_frames: (T,) frames that the solid must stay clear of.
+            kind: Of SolidKind.
+            rounding: m, adds every point within that distance.
+        """
 
-    The path is given at gridpoints s (M,), increasing: dq/ds and its derivative ddq (M, n), limits of
-    ds/dt speed (M,), of joint acceleration (M-1, n) > 0 by interval. On an interval with is_line (M-1,)
-    nothing bends: its profile is exact, never faster than line_speed (M-1,), and cruises ``cruise`` s at
-    least.
+    def is_free(self, q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0) -> bool:
+        """Whether everything at q (n,) keeps more than margin, in m."""
+
+    def are_free(self, Q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0) -> numpy.typing.NDArray[numpy.bool_]:
+        """
+        Whether everything keeps more than margin, in m, at each of Q (N, n): (N,).
+        """
+
+    def edge_is_free(self, q0: numpy.typing.NDArray[numpy.float64], q1: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> bool:
+        """
+        Whether every configuration on a straight segment, and in a tube around it, is proven free.
+
+        True is a proof. False means that some point of it comes closer than margin plus what slack moves it plus
+        resolution, where splitting the edge further ends.
+
+        Args:
+            q0: (n,) where the edge begins.
+            q1: (n,) where it ends.
+            margin: m that everything keeps more than.
+            slack: (n,) rad or m, half width of the tube in each joint; none unless given.
+            resolution: m.
+        """
+
+    def path_is_free(self, Q: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> int:
+        """
+        Index of the first edge of a polyline that is not proven free, -1 if all are.
+
+        Args:
+            Q: (N, n) vertices; a single one counts as an edge of no length.
+            margin: m that everything keeps more than.
+            slack: (N-1, n) rad or m, half width of the tube around each edge; none unless given.
+            resolution: m, as of edge_is_free.
+        """
+
+    def check_edge(self, q0: numpy.typing.NDArray[numpy.float64], q1: numpy.typing.NDArray[numpy.float64], margin: float = 0.0, slack: numpy.typing.NDArray[numpy.float64] | None = None, resolution: float = 0.0002) -> EdgeReport:
+        """What edge_is_free answers for the same arguments, with the reason."""
+
+    def clearance(self, q: numpy.typing.NDArray[numpy.float64], max_distance: float = 1.0) -> tuple[float, int, ContactKind, int]:
+        """
+        Signed distance of the nearest pair at a configuration, in double precision.
+
+        Against a box it is negative by the depth of the sphere below the nearest face.
+
+        Args:
+            q: (n,) configuration.
+            max_distance: m beyond which nothing is looked for.
+
+        Returns:
+            Distance in m, frame, kind and index as in EdgeReport; (max_distance, -1, NONE, -1) if nothing is
+            nearer.
+        """
+
+    def clearances(self, Q: numpy.typing.NDArray[numpy.float64], max_distance: float = 1.0) -> numpy.typing.NDArray[numpy.float64]:
+        """The distances (N,) in m that clearance finds at each of Q (N, n)."""
+
+def rrt_connect(checker: Checker, start: numpy.typing.NDArray[numpy.float64], goals: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], seed: int, max_iterations: int, step: float, margin: float = 0.0, resolution: float = 0.0002) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Waypoints from a start to one of several goals by RRT-Connect.
+
+    Kuffner and LaValle 2000, but the smaller tree grows. Every edge is proven as by Checker.edge_is_free; start
+    and goals are not asked about. The same arguments give the same bits.
+
+    Args:
+        checker: Proves the edges.
+        start: (n,) root of the first tree.
+        goals: (G, n) roots of the second tree.
+        lower: (n,) between which configurations are drawn.
+        upper: (n,) between which configurations are drawn.
+        seed: Of the draws.
+        max_iterations: After which nothing was found.
+        step: Longest edge of a tree, Euclidean in joint space; 1e-6 at least.
+        margin: m, as of Checker.edge_is_free.
+        resolution: m, as of Checker.edge_is_free.
+
+    Returns:
+        (K, n), or (0, n) if none was found.
     """
 
-def quintic_peaks(
-    times: NDArray[float64],
-    positions: NDArray[float64],
-    velocities: NDArray[float64],
-    accelerations: NDArray[float64],
-) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64]]:
-    """Largest |velocity| (an upper bound), |acceleration| and |jerk| (both exact), each (N-1, n), on the
-    quintics between N points with increasing times (N,) and states (N, n)."""
+def shorten(checker: Checker, Q: numpy.typing.NDArray[numpy.float64], shortcuts: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], calm: float, worthwhile: float, margin: float = 0.0, resolution: float = 0.0002) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    A polyline with the same ends that costs no more, by shortcuts (Geraerts and Overmars 2007).
 
-def rrt_connect(
-    checker: Checker,
-    start: NDArray[float64],
-    goals: NDArray[float64],
-    lower: NDArray[float64],
-    upper: NDArray[float64],
-    seed: int,
-    max_iterations: int,
-    step: float,
-    margin: float = 0.0,
-    resolution: float = 2e-4,
-) -> NDArray[float64]:
-    """Waypoints (K, n) from start (n,) to one of the goals (G, n) by RRT-Connect; (0, n) if none was found.
+    An edge dq costs the largest abs(dq_j) / velocity_j, and calm times the length of dq / velocity. Vertices that
+    a proven edge skips go; then the shortcuts are tried in their order; then vertices go again. Every new edge is
+    proven as by Checker.edge_is_free, those of Q are taken to be.
 
-    Kuffner and LaValle 2000, but the smaller tree grows. Configurations are drawn between lower and upper
-    (n,); step: longest edge of a tree, Euclidean in joint space, 1e-6 at least. Every edge is proven as by
-    edge_is_free; start and goals are not asked about. Same arguments, same bytes.
+    Args:
+        checker: Proves the edges.
+        Q: (N, n) vertices.
+        shortcuts: (S, 2) increasing shares, 0..1, of the cost of the polyline as it is then: each joins the
+            points there.
+        velocity: (n,) > 0, rad/s or m/s.
+        calm: Share.
+        worthwhile: Share of the whole cost that a shortcut must save to be taken.
+        margin: m, as of Checker.edge_is_free.
+        resolution: m, as of Checker.edge_is_free.
+
+    Returns:
+        (K, n) vertices.
     """
 
-def shorten(
-    checker: Checker,
-    Q: NDArray[float64],
-    shortcuts: NDArray[float64],
-    velocity: NDArray[float64],
-    calm: float,
-    worthwhile: float,
-    margin: float = 0.0,
-    resolution: float = 2e-4,
-) -> NDArray[float64]:
-    """A polyline (K, n) with the ends of Q (N, n) that costs no more; every new edge is proven as by
-    edge_is_free, those of Q are taken to be.
+def fastest_pace(s: numpy.typing.NDArray[numpy.float64], dq: numpy.typing.NDArray[numpy.float64], ddq: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], speed: numpy.typing.NDArray[numpy.float64], line_speed: numpy.typing.NDArray[numpy.float64], is_line: numpy.typing.NDArray[numpy.int32], cruise: float = 0.0) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Time-optimal motion from rest to rest along a path, by TOPP-RA (Pham and Pham 2018).
 
-    An edge dq costs the largest |dq_j| / velocity_j, velocity (n,) > 0, and calm times the length of
-    dq / velocity. Vertices that a proven edge skips go. Then the shortcuts (S, 2) are tried in their order:
-    each joins the points at two increasing shares of the cost of the polyline as it is then, and is taken if
-    it saves ``worthwhile`` times that cost (Geraerts and Overmars 2007). Then vertices go again.
+    Args:
+        s: (M,) gridpoints, increasing.
+        dq: (M, n) dq/ds at the gridpoints.
+        ddq: (M, n) its derivative by s.
+        acceleration: (M-1, n) > 0, rad/s^2 or m/s^2, limits of the joints on each interval.
+        speed: (M,) 1/s, limits of ds/dt.
+        line_speed: (M-1,) 1/s, limits of ds/dt inside intervals that are lines.
+        is_line: (M-1,) whether nothing bends there; the profile of a line is exact: accelerate, cruise, brake.
+        cruise: s that the cruise on a line lasts at least.
+
+    Returns:
+        t, s and ds/dt, each (P,); ds/dt is linear in t between the points.
+    """
+
+def quintic_peaks(times: numpy.typing.NDArray[numpy.float64], positions: numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], accelerations: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Largest values on the quintics between points in time.
+
+    Args:
+        times: (N,) s, increasing.
+        positions: (N, n) rad or m.
+        velocities: (N, n) per s.
+        accelerations: (N, n) per s^2.
+
+    Returns:
+        Of every piece, each (N-1, n): the largest abs(velocity), from above; abs(acceleration) and abs(jerk),
+        exact.
     """
 
 def simd() -> str:
-    """Which build of the hot test runs: "avx2" or "baseline". Both give the same bits."""
+    """
+    Which build of the batch test runs: "avx2" or "baseline". Both give the same bits.
+    """
 
 def set_simd(name: str) -> None:
-    """Choose the build. Raises ValueError for one that this processor does not have."""
+    """
+    Choose the build of the batch test, "avx2" or "baseline".
+
+    Raises:
+        ValueError: This processor does not have it.
+    """

@@ -8,7 +8,7 @@ from pickcli.cell.robot import JointType, Limits, Robot
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.kernel import Chain
+from pickcli.kernel import Chain, FollowEnd
 from pickcli.kinematics.chain import build_chain, is_planned
 from pickcli.kinematics.follow import Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
@@ -25,7 +25,11 @@ LIMIT_MARGIN = 1e-3
 MAX_STEP_PRISMATIC = 0.05  # m, largest joint step between neighbouring poses of a line
 MAX_STEP_REVOLUTE = 0.12  # rad
 
-_FOLLOW_REASONS = {1: "no convergence", 2: "branch jump", 3: "joint limit"}
+_FOLLOW_REASONS = {
+    FollowEnd.NO_CONVERGENCE: "no convergence",
+    FollowEnd.JOINT_STEP: "branch jump",
+    FollowEnd.LIMIT: "joint limit",
+}
 
 
 class Arm:
@@ -127,11 +131,13 @@ class Arm:
         two configurations the tool is no farther off the line than ``deviation`` (1 mm, 0.5 degrees).
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
-        Q, code = self._chains[tool_state].follow(
+        Q, end = self._chains[tool_state].follow(
             poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step
         )
         whole = np.vstack([q0, np.asarray(Q).reshape(-1, self.n)])
-        reason = None if code == 0 else self._why_broken(whole[-1], code, len(whole) - 1, len(poses))
+        reason = (
+            None if end is FollowEnd.DONE else self._why_broken(whole[-1], end, len(whole) - 1, len(poses))
+        )
         tips, middles = self.tips(whole, tool_state), self.tips((whole[:-1] + whole[1:]) / 2, tool_state)
         off = (deviation or Deviation()).first_broken(tips, middles)
         if off is not None:
@@ -140,16 +146,16 @@ class Arm:
             reason = Reason("leaves the line", "", f"{how_far} {_place(i, len(poses))}")
         return FollowResult(whole[1:], reason is None, reason)
 
-    def _why_broken(self, q: Array, code: int, i: int, n_poses: int) -> Reason:
-        """What the kernel's code means at pose i, the first that could not be reached, coming from q."""
+    def _why_broken(self, q: Array, end: FollowEnd, i: int, n_poses: int) -> Reason:
+        """What the kernel's answer means at pose i, the first that could not be reached, coming from q."""
         detail = _place(i, n_poses)
-        if code == 3:
+        if end is FollowEnd.LIMIT:
             room = np.minimum(q - self.limits.lower, self.limits.upper - q)
             j = int(np.argmin(room / self.max_step))
             detail = f"{self.names[j]} at {q[j]:.3f} {detail}"
-        elif code == 2:
+        elif end is FollowEnd.JOINT_STEP:
             detail = f"a joint would step over {MAX_STEP_REVOLUTE} rad or {MAX_STEP_PRISMATIC} m {detail}"
-        return Reason(_FOLLOW_REASONS[code], "", detail)
+        return Reason(_FOLLOW_REASONS[end], "", detail)
 
 
 def _place(i: int, n: int) -> str:

@@ -8,13 +8,13 @@ from pickcli.cell.robot import Joint, JointType, Robot, joint_motion
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError
 from pickcli.geometry import Array
-from pickcli.kernel import Chain
+from pickcli.kernel import Chain, JointKind
 
-_KERNEL_TYPE = {
-    JointType.REVOLUTE: 0,
-    JointType.CONTINUOUS: 0,
-    JointType.PRISMATIC: 1,
-    JointType.FIXED: 2,
+_KERNEL_KIND = {
+    JointType.REVOLUTE: JointKind.REVOLUTE,
+    JointType.CONTINUOUS: JointKind.REVOLUTE,
+    JointType.PRISMATIC: JointKind.PRISMATIC,
+    JointType.FIXED: JointKind.FIXED,
 }
 
 
@@ -30,10 +30,10 @@ def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
     origins = [joint.T_parent_joint @ _folded(robot, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     fixed = [not is_planned(robot, joint) for joint in robot.joints]
-    types = [2 if f else _KERNEL_TYPE[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
+    kinds = [JointKind.FIXED if f else _KERNEL_KIND[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
     indices = [-1 if f else robot.joint_names.index(j.name) for f, j in zip(fixed, robot.joints, strict=True)]
     return Chain(
-        np.array(types, dtype=np.int32),
+        np.array(kinds, dtype=np.int32),
         np.ascontiguousarray(origins, dtype=np.float64),
         np.ascontiguousarray([j.axis for j in robot.joints], dtype=np.float64),
         np.array(indices, dtype=np.int32),

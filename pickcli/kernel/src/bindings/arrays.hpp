@@ -1,4 +1,5 @@
-// Numpy arrays in and out: checked views of what comes in, owned arrays for what goes out.
+//! \file
+//! Numpy arrays in and out: checked views of what comes in, owned arrays for what goes out.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -13,14 +14,20 @@
 
 #include "geometry/linear.hpp"
 
+//! Arrays in the signatures that Python sees; what is given may be anything that numpy makes one of.
+#define APC_F64 "numpy.typing.NDArray[numpy.float64]"
+#define APC_I32 "numpy.typing.NDArray[numpy.int32]"
+#define APC_U64 "numpy.typing.NDArray[numpy.uint64]"
+#define APC_BOOL "numpy.typing.NDArray[numpy.bool_]"
+
 namespace apc {
 
 namespace nb = nanobind;
 
-inline constexpr Py_ssize_t kAny = -1;  // an extent that may be anything
+inline constexpr Py_ssize_t kAny = -1;  //!< an extent that may be anything
 
-// A C-contiguous view of an array-like with the given shape. An array of the right type is not copied and
-// costs about 50 ns; anything else goes through numpy. Raises ValueError naming the argument.
+//! A C-contiguous view of an array-like with the given shape. An array of the right type is not copied and
+//! costs about 50 ns; anything else goes through numpy. Raises ValueError naming the argument.
 template <typename T>
 class View {
  public:
@@ -67,17 +74,19 @@ class View {
     is_held_ = false;
   }
 
-  // Integers are never made from fractions: only an integer array, or an empty one, becomes integers.
+  //! Integers are never made from fractions: only an integer array, or an empty one, becomes integers.
   static nb::object convert(nb::handle object, const char* name) {
     try {
       const nb::module_ numpy = nb::module_::import_("numpy");
       const nb::object array = numpy.attr("asarray")(object);
       const std::string kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
-      const bool is_allowed = kind == "i" || kind == "u" || kind == "b" || (kind == "f" && std::is_same_v<T, double>);
+      const bool is_allowed =
+          kind == "i" || kind == "u" || kind == "b" || (kind == "f" && std::is_same_v<T, double>);
       if (is_allowed || nb::cast<Py_ssize_t>(array.attr("size")) == 0) {
         const nb::object converted = numpy.attr("ascontiguousarray")(array, type_name());
         // An integer that does not fit would come out as another one.
-        if (std::is_same_v<T, double> || nb::cast<bool>(numpy.attr("array_equal")(converted, array))) return converted;
+        if (std::is_same_v<T, double> || nb::cast<bool>(numpy.attr("array_equal")(converted, array)))
+          return converted;
       }
     } catch (const nb::python_error&) {
     }
@@ -121,7 +130,7 @@ class View {
 using Doubles = View<double>;
 using Integers = View<std::int32_t>;
 
-// A numpy array that owns its values.
+//! A numpy array that owns its values.
 template <typename T>
 nb::object to_numpy(std::vector<T> values, std::initializer_list<std::size_t> shape) {
   auto* owned = new std::vector<T>(std::move(values));
@@ -129,11 +138,12 @@ nb::object to_numpy(std::vector<T> values, std::initializer_list<std::size_t> sh
   return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape.size(), shape.begin(), owner));
 }
 
-// A rigid pose from 16 numbers, made orthonormal to the last digit (the proofs rely on it).
+//! A rigid pose from 16 numbers, made orthonormal to the last digit (the proofs rely on it).
 inline Pose to_pose(const double* m, const std::string& name) {
   const Vec3 x{m[0], m[4], m[8]}, y{m[1], m[5], m[9]}, z{m[2], m[6], m[10]};
-  const double off = std::abs(norm(x) - 1.0) + std::abs(norm(y) - 1.0) + norm(cross(x, y) - z) + std::abs(dot(x, y)) +
-                     std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) + std::abs(m[15] - 1.0);
+  const double off = std::abs(norm(x) - 1.0) + std::abs(norm(y) - 1.0) + norm(cross(x, y) - z) +
+                     std::abs(dot(x, y)) + std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) +
+                     std::abs(m[15] - 1.0);
   if (!(off < 1e-5)) throw nb::value_error((name + ": not a rigid pose (4, 4)").c_str());
   const Vec3 ex = (1.0 / norm(x)) * x;
   Vec3 ey = y - dot(ex, y) * ex;
@@ -150,7 +160,7 @@ inline void write_pose(const Pose& T, double* m) {
   m[15] = 1.0;
 }
 
-// What a check of collisions may be asked for.
+//! What a check of collisions may be asked for.
 inline void check_margin(double margin) {
   if (!(margin >= 0.0 && std::isfinite(margin))) throw nb::value_error("margin must not be negative");
 }
@@ -159,7 +169,7 @@ inline void check_resolution(double resolution) {
   if (!(resolution >= 1e-6)) throw nb::value_error("resolution must be at least 1e-6 m");
 }
 
-// Single-precision angles lose their meaning beyond this; no joint gets there.
+//! Single-precision angles lose their meaning beyond this; no joint gets there.
 inline void check_range(const Doubles& q, const char* name) {
   for (std::size_t i = 0; i < q.size(); ++i)
     if (std::abs(q[i]) > 1e6) throw nb::value_error((std::string(name) + ": beyond 1e6 rad or m").c_str());

@@ -1,4 +1,5 @@
-// pickcli.kernel.Chain: what each method means is documented in _kernel.pyi.
+//! \file
+//! pickcli.kernel.Chain and its enumerations.
 #include "bindings/bindings.hpp"
 
 #include "bindings/arrays.hpp"
@@ -19,8 +20,10 @@ Chain make_chain(nb::handle types_in, nb::handle poses_in, nb::handle axes_in, n
     if (types[k] < 0 || types[k] > 2)
       throw nb::value_error("joint_types: 0 is revolute, 1 prismatic, 2 fixed; there is nothing else");
     const std::string name = "T_parent_joint[" + std::to_string(k) + "]";
-    joints.push_back({static_cast<JointType>(types[k]), to_pose(&poses[16 * k], name),
-                      {axes[3 * k], axes[3 * k + 1], axes[3 * k + 2]}, q_index[k]});
+    joints.push_back({static_cast<JointKind>(types[k]),
+                      to_pose(&poses[16 * k], name),
+                      {axes[3 * k], axes[3 * k + 1], axes[3 * k + 2]},
+                      q_index[k]});
   }
   return Chain(std::move(joints));
 }
@@ -48,7 +51,8 @@ nb::object jacobian(const Chain& chain, nb::handle q_in, nb::handle tip_in) {
   return to_numpy(std::move(J), {6, static_cast<std::size_t>(chain.n())});
 }
 
-nb::tuple tip_motion(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::handle ddQ_in, nb::handle tip_in) {
+nb::tuple tip_motion(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::handle ddQ_in,
+                     nb::handle tip_in) {
   const Doubles Q(Q_in, "Q", {kAny, chain.n()});
   const Py_ssize_t rows = Q.rows();
   const Doubles dQ(dQ_in, "dQ", {rows, chain.n()}), ddQ(ddQ_in, "ddQ", {rows, chain.n()});
@@ -75,15 +79,20 @@ nb::tuple tip_motion(const Chain& chain, nb::handle Q_in, nb::handle dQ_in, nb::
   return nb::make_tuple(to_numpy(std::move(poses), {N, 4, 4}), to_numpy(std::move(motions), {N, 4, 3}));
 }
 
-// The limits and weights of an IK call, kept alive with the problem that points to them.
+//! The limits and weights of an IK call, kept alive with the problem that points to them.
 struct IkArguments {
-  IkArguments(const Chain& chain, nb::handle tip_in, nb::handle lower_in, nb::handle upper_in, nb::handle weights_in)
-      : tip(tip_in, "T_last_tip", {4, 4}), lower(lower_in, "lower", {chain.n()}), upper(upper_in, "upper", {chain.n()}),
+  IkArguments(const Chain& chain, nb::handle tip_in, nb::handle lower_in, nb::handle upper_in,
+              nb::handle weights_in)
+      : tip(tip_in, "T_last_tip", {4, 4}),
+        lower(lower_in, "lower", {chain.n()}),
+        upper(upper_in, "upper", {chain.n()}),
         weights(weights_in, "weights", {chain.n()}),
         problem{chain, to_pose(tip.data(), "T_last_tip"), lower.data(), upper.data(), weights.data()} {
     for (int j = 0; j < chain.n(); ++j) {
-      if (lower[j] > upper[j]) throw nb::value_error(("lower[" + std::to_string(j) + "] is above upper").c_str());
-      if (!(weights[j] > 0.0)) throw nb::value_error(("weights[" + std::to_string(j) + "] is not positive").c_str());
+      if (lower[j] > upper[j])
+        throw nb::value_error(("lower[" + std::to_string(j) + "] is above upper").c_str());
+      if (!(weights[j] > 0.0))
+        throw nb::value_error(("weights[" + std::to_string(j) + "] is not positive").c_str());
     }
   }
   Doubles tip, lower, upper, weights;
@@ -101,7 +110,8 @@ nb::object ik(const Chain& chain, nb::handle target_in, nb::handle tip, nb::hand
               double rotation_tolerance, double distinct) {
   const Doubles target(target_in, "T_world_target", {4, 4}), seeds(seeds_in, "seeds", {kAny, chain.n()});
   IkArguments arguments(chain, tip, lower, upper, weights);
-  if (!(position_tolerance > 0.0 && rotation_tolerance > 0.0)) throw nb::value_error("tolerances must be positive");
+  if (!(position_tolerance > 0.0 && rotation_tolerance > 0.0))
+    throw nb::value_error("tolerances must be positive");
   arguments.problem.max_iterations = max_iterations;
   arguments.problem.position_tolerance = position_tolerance;
   arguments.problem.rotation_tolerance = rotation_tolerance;
@@ -114,44 +124,143 @@ nb::object ik(const Chain& chain, nb::handle target_in, nb::handle tip, nb::hand
   return to_numpy_rows(found, chain.n());
 }
 
-nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle tip, nb::handle q0_in, nb::handle lower,
-                         nb::handle upper, nb::handle weights, nb::handle max_step_in) {
+nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle tip, nb::handle q0_in,
+                         nb::handle lower, nb::handle upper, nb::handle weights, nb::handle max_step_in) {
   const Doubles targets(targets_in, "T_world_targets", {kAny, 4, 4}), q0(q0_in, "q0", {chain.n()});
   const Doubles max_step(max_step_in, "max_step", {chain.n()});
   IkArguments arguments(chain, tip, lower, upper, weights);
   std::vector<Pose> poses;
   for (int i = 0; i < targets.rows(); ++i)
-    poses.push_back(to_pose(&targets[16 * static_cast<std::size_t>(i)], "T_world_targets[" + std::to_string(i) + "]"));
+    poses.push_back(
+        to_pose(&targets[16 * static_cast<std::size_t>(i)], "T_world_targets[" + std::to_string(i) + "]"));
   FollowPath path;
   {
     nb::gil_scoped_release unlocked;
     path = follow(arguments.problem, poses, q0.data(), max_step.data());
   }
-  return nb::make_tuple(to_numpy_rows(path.configurations, chain.n()), static_cast<int>(path.reason));
+  return nb::make_tuple(to_numpy_rows(path.configurations, chain.n()), path.reason);
 }
 
 }  // namespace
 
 void bind_chain(nb::module_& m) {
-  nb::class_<Chain>(m, "Chain", "A serial chain of revolute, prismatic and fixed joints.")
-      .def("__init__", [](Chain* self, nb::handle types, nb::handle poses, nb::handle axes, nb::handle q_index) {
-             new (self) Chain(make_chain(types, poses, axes, q_index));
-           }, "joint_types"_a, "T_parent_joint"_a, "axes"_a, "q_index"_a)
-      .def_prop_ro("n", &Chain::n)
-      .def_prop_ro("n_frames", &Chain::n_frames)
-      .def("fk", [](const Chain& self, nb::handle q) {
-             return fk_batch(self, Doubles(q, "q", {self.n()}).data(), 1, true);
-           }, "q"_a)
-      .def("fk_batch", [](const Chain& self, nb::handle Q_in) {
-             const Doubles Q(Q_in, "Q", {kAny, self.n()});
-             return fk_batch(self, Q.data(), static_cast<std::size_t>(Q.rows()), false);
-           }, "Q"_a)
-      .def("jacobian", &jacobian, "q"_a, "T_last_tip"_a)
-      .def("tip_motion", &tip_motion, "Q"_a, "dQ"_a, "ddQ"_a, "T_last_tip"_a)
-      .def("ik", &ik, "T_world_target"_a, "T_last_tip"_a, "seeds"_a, "lower"_a, "upper"_a, "weights"_a,
-           "max_iterations"_a = 60, "position_tolerance"_a = 1e-5, "rotation_tolerance"_a = 1e-4, "distinct"_a = 0.05)
-      .def("follow", &follow_targets, "T_world_targets"_a, "T_last_tip"_a, "q0"_a, "lower"_a, "upper"_a, "weights"_a,
-           "max_step"_a);
+  nb::enum_<JointKind>(m, "JointKind", nb::is_arithmetic(), "How a joint moves its child.")
+      .value("REVOLUTE", JointKind::revolute, "About its axis, with limits or without.")
+      .value("PRISMATIC", JointKind::prismatic, "Along its axis.")
+      .value("FIXED", JointKind::fixed, "Not at all.");
+  nb::enum_<FollowEnd>(m, "FollowEnd", nb::is_arithmetic(), "Why following a row of poses ended.")
+      .value("DONE", FollowEnd::done, "All were reached.")
+      .value("NO_CONVERGENCE", FollowEnd::no_convergence, "No configuration was found for the next one.")
+      .value("JOINT_STEP", FollowEnd::joint_step, "A joint would step over the largest step.")
+      .value("LIMIT", FollowEnd::limit,
+             "None was found for the next one, with a joint pressed against a limit.");
+  nb::class_<Chain>(m, "Chain",
+                    R"(A serial chain: at most 63 joints, of which at most 32 entries of q move any.
+
+Frame k is the child link of joint k; the parent of joint k is frame k-1, that of joint 0 the world.)")
+      .def(
+          "__init__",
+          [](Chain* self, nb::handle types, nb::handle poses, nb::handle axes, nb::handle q_index) {
+            new (self) Chain(make_chain(types, poses, axes, q_index));
+          },
+          "joint_types"_a, "T_parent_joint"_a, "axes"_a, "q_index"_a,
+          nb::sig("def __init__(self, joint_types: " APC_I32 ", T_parent_joint: " APC_F64 ", axes: " APC_F64
+                  ", q_index: " APC_I32 ") -> None"),
+          R"(Make a chain from the base outwards.
+
+Args:
+    joint_types: (L,) of JointKind.
+    T_parent_joint: (L, 4, 4) m, pose of the joint frame in frame k-1 (k = 0: in the world) at position 0.
+    axes: (L, 3) in the joint frame, normalised here; ignored for fixed joints.
+    q_index: (L,) entry of q that moves the joint, -1 for fixed ones; every entry 0..n-1 is used.
+
+Raises:
+    ValueError: What is given is no chain; names the argument.)")
+      .def_prop_ro("n", &Chain::n, "Length of a configuration.")
+      .def_prop_ro("n_frames", &Chain::n_frames, "Number of frames L.")
+      .def(
+          "fk",
+          [](const Chain& self, nb::handle q) {
+            return fk_batch(self, Doubles(q, "q", {self.n()}).data(), 1, true);
+          },
+          "q"_a, nb::sig("def fk(self, q: " APC_F64 ") -> " APC_F64),
+          "Poses (L, 4, 4) of all frames in the world, in m, at q (n,) in rad or m.")
+      .def(
+          "fk_batch",
+          [](const Chain& self, nb::handle Q_in) {
+            const Doubles Q(Q_in, "Q", {kAny, self.n()});
+            return fk_batch(self, Q.data(), static_cast<std::size_t>(Q.rows()), false);
+          },
+          "Q"_a, nb::sig("def fk_batch(self, Q: " APC_F64 ") -> " APC_F64),
+          "Poses (N, L, 4, 4) of all frames in the world, in m, at each of the configurations Q (N, n).")
+      .def("jacobian", &jacobian, "q"_a, "T_last_tip"_a,
+           nb::sig("def jacobian(self, q: " APC_F64 ", T_last_tip: " APC_F64 ") -> " APC_F64),
+           R"(Jacobian of the tip.
+
+Args:
+    q: (n,) configuration in rad or m.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+Returns:
+    (6, n): linear x y z in m, then angular x y z in rad, both along the axes of the world.)")
+      .def("tip_motion", &tip_motion, "Q"_a, "dQ"_a, "ddQ"_a, "T_last_tip"_a,
+           nb::sig("def tip_motion(self, Q: " APC_F64 ", dQ: " APC_F64 ", ddQ: " APC_F64
+                   ", T_last_tip: " APC_F64 ") -> tuple[" APC_F64 ", " APC_F64 "]"),
+           R"(Poses and motion of the tip along a path or trajectory, in the axes of the world.
+
+Args:
+    Q: (N, n) configurations in rad or m.
+    dQ: (N, n) their first derivatives by time or by a path's parameter.
+    ddQ: (N, n) their second derivatives by the same.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+Returns:
+    Poses (N, 4, 4) of the tip in the world, and motions (N, 4, 3), whose rows are velocity, angular velocity,
+    acceleration and angular acceleration, in m and rad per the derivatives' unit.)")
+      .def(
+          "ik", &ik, "T_world_target"_a, "T_last_tip"_a, "seeds"_a, "lower"_a, "upper"_a, "weights"_a,
+          "max_iterations"_a = 60, "position_tolerance"_a = 1e-5, "rotation_tolerance"_a = 1e-4,
+          "distinct"_a = 0.05,
+          nb::sig("def ik(self, T_world_target: " APC_F64 ", T_last_tip: " APC_F64 ", seeds: " APC_F64
+                  ", lower: " APC_F64 ", upper: " APC_F64 ", weights: " APC_F64
+                  ", max_iterations: int = 60, position_tolerance: float = 1e-05, "
+                  "rotation_tolerance: float = 0.0001, distinct: float = 0.05) -> " APC_F64),
+          R"(Configurations that bring the tip to a pose, found from seeds.
+
+By damped least squares (Levenberg-Marquardt). Deterministic: the same arguments give the same bits.
+
+Args:
+    T_world_target: (4, 4) where the tip is to be, m.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+    seeds: (K, n) configurations to start from.
+    lower: (n,) limits that all solutions keep.
+    upper: (n,) limits that all solutions keep.
+    weights: (n,) > 0; a joint with a larger one moves less.
+    max_iterations: For each seed.
+    position_tolerance: m.
+    rotation_tolerance: rad.
+    distinct: rad or m; a solution within it of an earlier one in every joint is left out.
+
+Returns:
+    (M, n) in the order of their seeds.)")
+      .def("follow", &follow_targets, "T_world_targets"_a, "T_last_tip"_a, "q0"_a, "lower"_a, "upper"_a,
+           "weights"_a, "max_step"_a,
+           nb::sig("def follow(self, T_world_targets: " APC_F64 ", T_last_tip: " APC_F64 ", q0: " APC_F64
+                   ", lower: " APC_F64 ", upper: " APC_F64 ", weights: " APC_F64 ", max_step: " APC_F64
+                   ") -> tuple[" APC_F64 ", FollowEnd]"),
+           R"(Follow a row of poses, each solved from the solution before it.
+
+Args:
+    T_world_targets: (P, 4, 4) where the tip is to be, one after the other, m.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+    q0: (n,) where the arm comes from.
+    lower: (n,) limits that all configurations keep.
+    upper: (n,) limits that all configurations keep.
+    weights: (n,) > 0; a joint with a larger one moves less.
+    max_step: (n,) rad or m, largest step of each joint from one pose to the next, and from q0 to the first.
+
+Returns:
+    Configurations (n_done, n) of the first n_done poses, and why it ended.)");
 }
 
 }  // namespace apc

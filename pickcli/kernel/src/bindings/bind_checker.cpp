@@ -1,4 +1,5 @@
-// pickcli.kernel.Checker: what each method means is documented in _kernel.pyi.
+//! \file
+//! pickcli.kernel.Checker.
 #include "bindings/bindings.hpp"
 
 #include <memory>
@@ -35,12 +36,13 @@ SolidKind to_kind(int kind, const std::string& what) {
   return static_cast<SolidKind>(kind);
 }
 
-// A row of numbers, or none: then all are zero.
+//! A row of numbers, or none: then all are zero.
 template <typename T>
 class Optional {
  public:
   Optional(nb::handle object, const char* name, Py_ssize_t n) {
-    if (!object.is_none()) values_ = std::make_unique<View<T>>(object, name, std::initializer_list<Py_ssize_t>{n});
+    if (!object.is_none())
+      values_ = std::make_unique<View<T>>(object, name, std::initializer_list<Py_ssize_t>{n});
   }
   T operator[](Py_ssize_t i) const { return values_ ? (*values_)[static_cast<std::size_t>(i)] : T{}; }
 
@@ -48,8 +50,8 @@ class Optional {
   std::unique_ptr<View<T>> values_;
 };
 
-void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in, nb::handle ignored_in,
-               nb::handle kind_in, nb::handle rounding_in) {
+void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in,
+               nb::handle ignored_in, nb::handle kind_in, nb::handle rounding_in) {
   const Integers group(group_in, "group", {kAny});
   const Py_ssize_t n = group.rows();
   const Doubles poses(poses_in, "T_world_box", {n, 4, 4}), half(half_in, "half_extents", {n, 3});
@@ -59,7 +61,8 @@ void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::ha
   std::vector<Obstacle> obstacles;
   for (Py_ssize_t b = 0; b < n; ++b) {
     const std::string i = "[" + std::to_string(b) + "]";
-    const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i), {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
+    const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i),
+                                   {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
                                    to_kind(kind[b], "kind" + i), rounding[b], "half_extents" + i);
     obstacles.push_back({solid, group[b], ignored[b], static_cast<int>(b)});
   }
@@ -82,7 +85,7 @@ void set_held_solid(Checker& checker, nb::handle pose_in, nb::handle half_in, nb
   checker.robot().set_held(solid, to_ints(tested));
 }
 
-// Half-widths of the tube, or none. Raises ValueError for a negative one.
+//! Half-widths of the tube, or none. Raises ValueError for a negative one.
 class Slack {
  public:
   Slack(nb::handle object, std::initializer_list<Py_ssize_t> shape) {
@@ -99,8 +102,8 @@ class Slack {
   std::unique_ptr<Doubles> values_;
 };
 
-EdgeReport check_edge(const Checker& checker, nb::handle q0_in, nb::handle q1_in, double margin, nb::handle slack_in,
-                      double resolution) {
+EdgeReport check_edge(const Checker& checker, nb::handle q0_in, nb::handle q1_in, double margin,
+                      nb::handle slack_in, double resolution) {
   const Doubles q0(q0_in, "q0", {checker.n()}), q1(q1_in, "q1", {checker.n()});
   const Slack slack(slack_in, {checker.n()});
   check_range(q0, "q0");
@@ -115,7 +118,8 @@ bool edge_is_free(const Checker& checker, nb::handle q0, nb::handle q1, double m
   return check_edge(checker, q0, q1, margin, slack, resolution).free;
 }
 
-int path_is_free(const Checker& checker, nb::handle Q_in, double margin, nb::handle slack_in, double resolution) {
+int path_is_free(const Checker& checker, nb::handle Q_in, double margin, nb::handle slack_in,
+                 double resolution) {
   const int n = checker.n();
   const Doubles Q(Q_in, "Q", {kAny, n});
   if (Q.size() == 0) throw nb::value_error("Q: a path has at least one configuration");
@@ -184,37 +188,147 @@ nb::object clearances(const Checker& checker, nb::handle Q_in, double max_distan
 
 }  // namespace
 
-void bind_checker(nb::module_& m) {
-  nb::class_<EdgeReport>(m, "EdgeReport", "Whether an edge is free, and if not, where and why.")
-      .def_ro("free", &EdgeReport::free)
-      .def_ro("t", &EdgeReport::t)
-      .def_ro("frame", &EdgeReport::frame)
-      .def_ro("kind", &EdgeReport::kind)
-      .def_ro("index", &EdgeReport::index)
-      .def_ro("n_configurations", &EdgeReport::n_configurations);
-  nb::class_<Checker>(m, "Checker", "Collision checks of one robot in one world.")
-      .def("__init__", [](Checker* self, const Chain& chain, nb::handle centers, nb::handle radii, nb::handle frame,
-                          nb::handle self_pairs) {
-             new (self) Checker(make_robot(chain, centers, radii, frame, self_pairs));
-           }, "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a)
-      .def_prop_ro("rounding", [](const Checker& self) {
-             const Robot& robot = self.robot();
-             return robot.self_rounding(1.0) + self.world().rounding(robot.reach(1.0));
-           })
+namespace {
+
+void bind_setters(nb::class_<Checker>& checker) {
+  checker
       .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a,
-           "kind"_a = nb::none(), "rounding"_a = nb::none())
-      .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a)
-      .def("set_held_solid", &set_held_solid, "T_last_solid"_a, "half_extents"_a, "tested_frames"_a, "kind"_a = 0,
-           "rounding"_a = 0.0)
-      .def("is_free", &is_free, "q"_a, "margin"_a = 0.0)
-      .def("are_free", &are_free, "Q"_a, "margin"_a = 0.0)
+           "kind"_a = nb::none(), "rounding"_a = nb::none(),
+           nb::sig("def set_world(self, T_world_box: " APC_F64 ", half_extents: " APC_F64 ", group: " APC_I32
+                   ", ignored_frames: " APC_U64 ", kind: " APC_I32 " | None = None, rounding: " APC_F64
+                   " | None = None) -> None"),
+           R"(Replace the world by solids.
+
+Args:
+    T_world_box: (B, 4, 4) poses of the solids' boxes, m.
+    half_extents: (B, 3) of the boxes, m; see SolidKind.
+    group: (B,) which solids stand close together.
+    ignored_frames: (B,) bit f set: frame f is never tested against the solid; bit L is the held item.
+    kind: (B,) of SolidKind; all are boxes unless given.
+    rounding: (B,) m, adds every point within that distance; 0 unless given.)")
+      .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a,
+           nb::sig("def set_held(self, centers: " APC_F64 ", radii: " APC_F64 ", tested_frames: " APC_I32
+                   ") -> None"),
+           R"(Replace the held item by spheres, rigid in frame L-1; empty arrays: nothing is held.
+
+Args:
+    centers: (H, 3) in frame L-1, m.
+    radii: (H,) m.
+    tested_frames: (T,) frames that the spheres must stay clear of.)")
+      .def("set_held_solid", &set_held_solid, "T_last_solid"_a, "half_extents"_a, "tested_frames"_a,
+           "kind"_a = 0, "rounding"_a = 0.0,
+           nb::sig("def set_held_solid(self, T_last_solid: " APC_F64 ", half_extents: " APC_F64
+                   ", tested_frames: " APC_I32 ", kind: int = 0, rounding: float = 0.0) -> None"),
+           R"(Replace the held item by one solid, rigid in frame L-1.
+
+Its distance from the frames is exact. That from the world is judged by the widest slab between the two that a
+few directions give: never too large, and too small by a few per mille at most.
+
+Args:
+    T_last_solid: (4, 4) pose in frame L-1, m.
+    half_extents: (3,) m; see SolidKind.
+    tested_frames: (T,) frames that the solid must stay clear of.
+    kind: Of SolidKind.
+    rounding: m, adds every point within that distance.)");
+}
+
+void bind_checks(nb::class_<Checker>& checker) {
+  checker
+      .def("is_free", &is_free, "q"_a, "margin"_a = 0.0,
+           nb::sig("def is_free(self, q: " APC_F64 ", margin: float = 0.0) -> bool"),
+           "Whether everything at q (n,) keeps more than margin, in m.")
+      .def("are_free", &are_free, "Q"_a, "margin"_a = 0.0,
+           nb::sig("def are_free(self, Q: " APC_F64 ", margin: float = 0.0) -> " APC_BOOL),
+           "Whether everything keeps more than margin, in m, at each of Q (N, n): (N,).")
       .def("edge_is_free", &edge_is_free, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
-           "resolution"_a = 2e-4)
-      .def("path_is_free", &path_is_free, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(), "resolution"_a = 2e-4)
+           "resolution"_a = 2e-4,
+           nb::sig("def edge_is_free(self, q0: " APC_F64 ", q1: " APC_F64
+                   ", margin: float = 0.0, slack: " APC_F64
+                   " | None = None, resolution: float = 0.0002) -> bool"),
+           R"(Whether every configuration on a straight segment, and in a tube around it, is proven free.
+
+True is a proof. False means that some point of it comes closer than margin plus what slack moves it plus
+resolution, where splitting the edge further ends.
+
+Args:
+    q0: (n,) where the edge begins.
+    q1: (n,) where it ends.
+    margin: m that everything keeps more than.
+    slack: (n,) rad or m, half width of the tube in each joint; none unless given.
+    resolution: m.)")
+      .def("path_is_free", &path_is_free, "Q"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
+           "resolution"_a = 2e-4,
+           nb::sig("def path_is_free(self, Q: " APC_F64 ", margin: float = 0.0, slack: " APC_F64
+                   " | None = None, resolution: float = 0.0002) -> int"),
+           R"(Index of the first edge of a polyline that is not proven free, -1 if all are.
+
+Args:
+    Q: (N, n) vertices; a single one counts as an edge of no length.
+    margin: m that everything keeps more than.
+    slack: (N-1, n) rad or m, half width of the tube around each edge; none unless given.
+    resolution: m, as of edge_is_free.)")
       .def("check_edge", &check_edge, "q0"_a, "q1"_a, "margin"_a = 0.0, "slack"_a = nb::none(),
-           "resolution"_a = 2e-4)
-      .def("clearance", &clearance, "q"_a, "max_distance"_a = 1.0)
-      .def("clearances", &clearances, "Q"_a, "max_distance"_a = 1.0);
+           "resolution"_a = 2e-4,
+           nb::sig("def check_edge(self, q0: " APC_F64 ", q1: " APC_F64
+                   ", margin: float = 0.0, slack: " APC_F64
+                   " | None = None, resolution: float = 0.0002) -> EdgeReport"),
+           "What edge_is_free answers for the same arguments, with the reason.")
+      .def("clearance", &clearance, "q"_a, "max_distance"_a = 1.0,
+           nb::sig("def clearance(self, q: " APC_F64
+                   ", max_distance: float = 1.0) -> tuple[float, int, ContactKind, int]"),
+           R"(Signed distance of the nearest pair at a configuration, in double precision.
+
+Against a box it is negative by the depth of the sphere below the nearest face.
+
+Args:
+    q: (n,) configuration.
+    max_distance: m beyond which nothing is looked for.
+
+Returns:
+    Distance in m, frame, kind and index as in EdgeReport; (max_distance, -1, NONE, -1) if nothing is
+    nearer.)")
+      .def("clearances", &clearances, "Q"_a, "max_distance"_a = 1.0,
+           nb::sig("def clearances(self, Q: " APC_F64 ", max_distance: float = 1.0) -> " APC_F64),
+           "The distances (N,) in m that clearance finds at each of Q (N, n).");
+}
+
+}  // namespace
+
+void bind_checker(nb::module_& m) {
+  nb::class_<Checker> checker(
+      m, "Checker",
+      R"(Collision checks of a chain whose frames carry spheres, in a world of boxes, cylinders and spheres.
+
+Checks may run in several threads; set_world and set_held must not run meanwhile.)");
+  checker
+      .def(
+          "__init__",
+          [](Checker* self, const Chain& chain, nb::handle centers, nb::handle radii, nb::handle frame,
+             nb::handle self_pairs) {
+            new (self) Checker(make_robot(chain, centers, radii, frame, self_pairs));
+          },
+          "chain"_a, "centers"_a, "radii"_a, "frame"_a, "self_pairs"_a,
+          nb::sig("def __init__(self, chain: Chain, centers: " APC_F64 ", radii: " APC_F64 ", frame: " APC_I32
+                  ", self_pairs: " APC_I32 ") -> None"),
+          R"(Make a checker in an empty world.
+
+Args:
+    chain: The robot's.
+    centers: (S, 3) of spheres in their frames, m.
+    radii: (S,) m.
+    frame: (S,) in 0..L-1, that carries each.
+    self_pairs: (P, 2) pairs of frames that must stay clear of each other.)")
+      .def_prop_ro(
+          "rounding",
+          [](const Checker& self) {
+            const Robot& robot = self.robot();
+            return robot.self_rounding(1.0) + self.world().rounding(robot.reach(1.0));
+          },
+          R"(Bound in m on what is_free, are_free and edges add to the margin for single precision.
+
+It holds for at most 1 m of prismatic travel, and grows with travel.)");
+  bind_setters(checker);
+  bind_checks(checker);
 }
 
 }  // namespace apc

@@ -1,4 +1,5 @@
-// pickcli.kernel.fastest_pace and quintic_peaks: documented in _kernel.pyi.
+//! \file
+//! pickcli.kernel.fastest_pace and quintic_peaks.
 #include "bindings/bindings.hpp"
 
 #include <algorithm>
@@ -12,11 +13,12 @@ namespace {
 
 using namespace nb::literals;
 
-// Positive steps from each value to the next, and at least one of them.
+//! Positive steps from each value to the next, and at least one of them.
 void check_increasing(const Doubles& values, const char* name) {
   bool is_increasing = values.rows() >= 2;
   for (int i = 0; i + 1 < values.rows(); ++i) is_increasing = is_increasing && values[i] < values[i + 1];
-  if (!is_increasing) throw nb::value_error((std::string(name) + ": not two or more increasing values").c_str());
+  if (!is_increasing)
+    throw nb::value_error((std::string(name) + ": not two or more increasing values").c_str());
 }
 
 void check_positive(const Doubles& values, const char* name) {
@@ -25,7 +27,8 @@ void check_positive(const Doubles& values, const char* name) {
 }
 
 nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, nb::handle acceleration_in,
-                          nb::handle speed_in, nb::handle line_speed_in, nb::handle is_line_in, double cruise) {
+                          nb::handle speed_in, nb::handle line_speed_in, nb::handle is_line_in,
+                          double cruise) {
   const Doubles s(s_in, "s", {kAny}), dq(dq_in, "dq", {s.rows(), kAny});
   const Py_ssize_t M = s.rows(), n = static_cast<Py_ssize_t>(dq.size()) / std::max<Py_ssize_t>(M, 1);
   check_increasing(s, "s");
@@ -35,8 +38,16 @@ nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, 
   const Integers is_line(is_line_in, "is_line", {M - 1});
   check_positive(acceleration, "acceleration");
   if (!(cruise >= 0.0)) throw nb::value_error("cruise: negative");
-  const PathGrid grid{static_cast<std::size_t>(M), static_cast<std::size_t>(n), s.data(), dq.data(), ddq.data(),
-                      acceleration.data(), speed.data(), line_speed.data(), is_line.data(), cruise};
+  const PathGrid grid{static_cast<std::size_t>(M),
+                      static_cast<std::size_t>(n),
+                      s.data(),
+                      dq.data(),
+                      ddq.data(),
+                      acceleration.data(),
+                      speed.data(),
+                      line_speed.data(),
+                      is_line.data(),
+                      cruise};
   PaceProfile profile;
   {
     nb::gil_scoped_release unlocked;
@@ -47,7 +58,7 @@ nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, 
                         to_numpy(std::move(profile.v), {P}));
 }
 
-// Beyond these, products of values and powers of steps are no longer finite.
+//! Beyond these, products of values and powers of steps are no longer finite.
 constexpr double kLargest = 1e60, kSmallestStep = 1e-60;
 
 void check_magnitude(const Doubles& values, const char* name) {
@@ -76,22 +87,53 @@ nb::tuple peaks_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::ha
     nb::gil_scoped_release unlocked;
     for (std::size_t k = 0; k < velocity.size(); ++k) {
       const std::size_t i = k / n;
-      const Peaks peaks = quintic_peaks({p[k], v[k], a[k]}, {p[k + n], v[k + n], a[k + n]}, times[i + 1] - times[i]);
+      const Peaks peaks =
+          quintic_peaks({p[k], v[k], a[k]}, {p[k + n], v[k + n], a[k + n]}, times[i + 1] - times[i]);
       velocity[k] = peaks.velocity;
       acceleration[k] = peaks.acceleration;
       jerk[k] = peaks.jerk;
     }
   }
-  return nb::make_tuple(to_numpy(std::move(velocity), {N - 1, n}), to_numpy(std::move(acceleration), {N - 1, n}),
-                        to_numpy(std::move(jerk), {N - 1, n}));
+  return nb::make_tuple(to_numpy(std::move(velocity), {N - 1, n}),
+                        to_numpy(std::move(acceleration), {N - 1, n}), to_numpy(std::move(jerk), {N - 1, n}));
 }
 
 }  // namespace
 
 void bind_timing(nb::module_& m) {
   m.def("fastest_pace", &fastest_pace_of, "s"_a, "dq"_a, "ddq"_a, "acceleration"_a, "speed"_a, "line_speed"_a,
-        "is_line"_a, "cruise"_a = 0.0);
-  m.def("quintic_peaks", &peaks_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a);
+        "is_line"_a, "cruise"_a = 0.0,
+        nb::sig("def fastest_pace(s: " APC_F64 ", dq: " APC_F64 ", ddq: " APC_F64 ", acceleration: " APC_F64
+                ", speed: " APC_F64 ", line_speed: " APC_F64 ", is_line: " APC_I32
+                ", cruise: float = 0.0) -> tuple[" APC_F64 ", " APC_F64 ", " APC_F64 "]"),
+        R"(Time-optimal motion from rest to rest along a path, by TOPP-RA (Pham and Pham 2018).
+
+Args:
+    s: (M,) gridpoints, increasing.
+    dq: (M, n) dq/ds at the gridpoints.
+    ddq: (M, n) its derivative by s.
+    acceleration: (M-1, n) > 0, rad/s^2 or m/s^2, limits of the joints on each interval.
+    speed: (M,) 1/s, limits of ds/dt.
+    line_speed: (M-1,) 1/s, limits of ds/dt inside intervals that are lines.
+    is_line: (M-1,) whether nothing bends there; the profile of a line is exact: accelerate, cruise, brake.
+    cruise: s that the cruise on a line lasts at least.
+
+Returns:
+    t, s and ds/dt, each (P,); ds/dt is linear in t between the points.)");
+  m.def("quintic_peaks", &peaks_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a,
+        nb::sig("def quintic_peaks(times: " APC_F64 ", positions: " APC_F64 ", velocities: " APC_F64
+                ", accelerations: " APC_F64 ") -> tuple[" APC_F64 ", " APC_F64 ", " APC_F64 "]"),
+        R"(Largest values on the quintics between points in time.
+
+Args:
+    times: (N,) s, increasing.
+    positions: (N, n) rad or m.
+    velocities: (N, n) per s.
+    accelerations: (N, n) per s^2.
+
+Returns:
+    Of every piece, each (N-1, n): the largest abs(velocity), from above; abs(acceleration) and abs(jerk),
+    exact.)");
 }
 
 }  // namespace apc

@@ -5,6 +5,7 @@
 namespace apc {
 
 void bind_chain(nanobind::module_& m);
+void bind_results(nanobind::module_& m);
 void bind_checker(nanobind::module_& m);
 void bind_planning(nanobind::module_& m);
 void bind_timing(nanobind::module_& m);

@@ -1,4 +1,5 @@
-// Collision checks of one robot in one world: free configurations, proven edges, clearance.
+//! \file
+//! Collision checks of one robot in one world: free configurations, proven edges, clearance.
 #pragma once
 
 #include "collision/robot.hpp"
@@ -6,23 +7,28 @@
 
 namespace apc {
 
-enum class ObstacleKind : int { world = 0, self = 1 };
+//! What a frame meets: nothing, a solid of the world, or another frame.
+enum class ContactKind : int { none = -1, world = 0, self = 1 };
 
+//! Whether an edge is free, and if not, where and why.
 struct EdgeReport {
   bool free = true;
-  double t = -1.0;  // where on the edge, in 0..1, it is not free
-  int frame = -1;   // which frame is not free there; L is the held item
-  int kind = -1;    // of what: ObstacleKind
-  int index = -1;   // index of the obstacle, or the inner frame
-  int n_configurations = 0;  // how many were tested
+  double t = -1.0;                       //!< where on the edge, in 0..1, it is not free; -1 if it is
+  int frame = -1;                        //!< which frame is not free there; L is the held item
+  ContactKind kind = ContactKind::none;  //!< of what
+  int index = -1;                        //!< index of the obstacle, or the inner frame
+  int n_configurations = 0;              //!< how many were tested
 };
 
+//! The nearest pair at one configuration.
 struct Contact {
-  double distance;
-  int frame = -1, kind = -1, index = -1;  // as in EdgeReport; -1: nothing within max_distance
+  double distance;  //!< m, negative inside
+  int frame = -1;   //!< as in EdgeReport; -1: nothing within max_distance
+  ContactKind kind = ContactKind::none;
+  int index = -1;
 };
 
-// Checks are const and may run in several threads; robot and world must not be changed meanwhile.
+//! Checks are const and may run in several threads; robot and world must not be changed meanwhile.
 class Checker {
  public:
   explicit Checker(Robot robot) : robot_(std::move(robot)) {}
@@ -33,16 +39,17 @@ class Checker {
   void set_world(World world) { world_ = std::move(world); }
   int n() const { return robot_.chain().n(); }
 
-  // out[i]: whether everything at Q[i] (of n_rows, n) keeps more than margin.
+  //! out[i]: whether everything at Q[i] (of n_rows, n) keeps more than margin.
   void are_free(const double* Q, int n_rows, double margin, bool* out) const;
 
-  // Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
-  // around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
-  // margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not tell.
+  //! Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
+  //! around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
+  //! margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not
+  //! tell.
   EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
                         double resolution) const;
 
-  // The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
+  //! The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
   Contact clearance(const double* q, double max_distance) const;
 
  private:

@@ -1,4 +1,5 @@
-// Exact signed clearance in double precision.
+//! \file
+//! Exact signed clearance in double precision.
 #include <algorithm>
 
 #include "collision/checker.hpp"
@@ -6,8 +7,8 @@
 namespace apc {
 namespace {
 
-// Looks for the nearest pair; a whole frame is skipped when its ball is farther than the best so far
-// (signed distances change by at most the distance moved, inside too).
+//! Looks for the nearest pair; a whole frame is skipped when its ball is farther than the best so far
+//! (signed distances change by at most the distance moved, inside too).
 class NearestPair {
  public:
   NearestPair(const Checker& checker, const double* q, double max_distance)
@@ -30,7 +31,7 @@ class NearestPair {
     return {T_world_frame_[f] * root.center, root.radius};
   }
 
-  // The held solid in the world.
+  //! The held solid in the world.
   Solid placed(int f) const {
     Solid solid = *covers_[f].solid;
     solid.T = T_world_frame_[f] * solid.T;
@@ -41,9 +42,11 @@ class NearestPair {
     const FrameCover& cover = covers_[f];
     const Solid& solid = obstacle.solid;
     if (signed_distance(ball(f).center, solid) - ball(f).radius >= best_.distance) return;
-    if (cover.solid) offer(signed_distance(placed(f), solid, best_.distance), f, ObstacleKind::world, obstacle.index);
+    if (cover.solid)
+      offer(signed_distance(placed(f), solid, best_.distance), f, ContactKind::world, obstacle.index);
     for (const Sphere& s : cover.spheres)
-      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, ObstacleKind::world, obstacle.index);
+      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, ContactKind::world,
+            obstacle.index);
   }
 
   void against_frame(int f, int g) {
@@ -53,14 +56,14 @@ class NearestPair {
     if (norm(a.center - b.center) - a.radius - b.radius >= best_.distance) return;
     for (const Sphere& t : inner.spheres) {
       const Vec3 center = T_world_frame_[g] * t.center;
-      if (outer.solid) offer(signed_distance(center, placed(f)) - t.radius, f, ObstacleKind::self, g);
+      if (outer.solid) offer(signed_distance(center, placed(f)) - t.radius, f, ContactKind::self, g);
       for (const Sphere& s : outer.spheres)
-        offer(norm(center - T_world_frame_[f] * s.center) - s.radius - t.radius, f, ObstacleKind::self, g);
+        offer(norm(center - T_world_frame_[f] * s.center) - s.radius - t.radius, f, ContactKind::self, g);
     }
   }
 
-  void offer(double distance, int frame, ObstacleKind kind, int index) {
-    if (distance < best_.distance) best_ = {distance, frame, static_cast<int>(kind), index};
+  void offer(double distance, int frame, ContactKind kind, int index) {
+    if (distance < best_.distance) best_ = {distance, frame, kind, index};
   }
 
   const std::vector<FrameCover>& covers_;

@@ -1,41 +1,44 @@
-// Proof of edges by adaptive bisection, eight intervals at a time.
+//! \file
+//! Proof of edges by adaptive bisection, eight intervals at a time.
 #include <algorithm>
 #include <cmath>
 
-#include "collision/interval_queue.hpp"
 #include "collision/checker.hpp"
-#include "simd/dispatch.hpp"
+#include "collision/interval_queue.hpp"
 #include "collision/workspace.hpp"
+#include "simd/dispatch.hpp"
 
 namespace apc {
 namespace {
 
-using eight::kLanes;
+using simd8::kLanes;
 
-// Margins with what single precision may be off, for configurations whose prismatic joints stay within
-// +-travel (summed).
-void set_margins(eight::Batch& batch, const Robot& robot, const World& world, double margin, double travel) {
+//! Margins with what single precision may be off, for configurations whose prismatic joints stay within
+//! +-travel (summed).
+void set_margins(simd8::Batch& batch, const Robot& robot, const World& world, double margin, double travel) {
   const double position = robot.rounding(travel), reach = robot.reach(travel);
   batch.world_margin = static_cast<float>(margin + position + world.rounding(reach));
   batch.self_margin = static_cast<float>(margin + robot.self_rounding(travel));
-  const double turned = 20.0 * eight::kUnitRoundoff * robot.single().n_joints;  // an axis' direction
+  const double turned =
+      20.0 * simd8::kUnitRoundoff * robot.single_precision().n_joints;  // an axis' direction
   batch.lever_error = static_cast<float>(2.0 * position + 2.0 * turned * reach);
 }
 
 double travel_of(const Robot& robot, const double* q) {
   double travel = 0.0;
   for (const Joint& joint : robot.chain().joints())
-    if (joint.type == JointType::prismatic) travel += std::abs(q[joint.q_index]);
+    if (joint.type == JointKind::prismatic) travel += std::abs(q[joint.q_index]);
   return travel;
 }
 
-// One edge q0 + t (q1 - q0) as batches for the hot test.
+//! One edge q0 + t (q1 - q0) as batches for the batch test.
 class Edge {
  public:
   Edge(const Checker& checker, const double* q0, const double* q1, double margin, const double* slack,
        double resolution)
-      : robot_(checker.robot().single()), world_(checker.world().single()),
-        scratch_(workspace_.scratch(eight::scratch_bytes(robot_))) {
+      : robot_(checker.robot().single_precision()),
+        world_(checker.world().single_precision()),
+        scratch_(workspace_.scratch(simd8::scratch_bytes(robot_))) {
     for (int j = 0; j < checker.n(); ++j) batch_.q0[j] = q0[j], batch_.dq[j] = q1[j] - q0[j];
     const Robot& robot = checker.robot();
     const double travel = std::max(travel_of(robot, q0), travel_of(robot, q1));
@@ -53,23 +56,24 @@ class Edge {
 
   EdgeReport check() {
     EdgeReport report;
-    Agenda agenda(workspace_.intervals);
-    while (agenda.pending() > 0) {
+    IntervalQueue queue(workspace_.intervals);
+    while (queue.pending() > 0) {
       Interval lanes[kLanes];
-      agenda.take(lanes);
+      queue.take(lanes);
       fill_batch(lanes);
-      eight::Verdict verdict;
-      test_(robot_, world_, batch_, scratch_, verdict);
+      simd8::BatchResult result;
+      test_(robot_, world_, batch_, scratch_, result);
       report.n_configurations += kLanes;
-      if (verdict.hit_lane >= 0) {
+      if (result.hit_lane >= 0) {
         report.free = false;
-        report.t = lanes[verdict.hit_lane].middle;
-        report.frame = verdict.frame, report.kind = verdict.kind, report.index = verdict.index;
+        report.t = lanes[result.hit_lane].middle;
+        report.frame = result.frame, report.kind = static_cast<ContactKind>(result.kind),
+        report.index = result.index;
         break;
       }
       for (int i = 0; i < kLanes; ++i)
-        if (verdict.world[i] | verdict.self[i])
-          agenda.halve({lanes[i].middle, lanes[i].half, verdict.world[i], verdict.self[i]});
+        if (result.world[i] | result.self[i])
+          queue.halve({lanes[i].middle, lanes[i].half, result.world[i], result.self[i]});
     }
     return report;
   }
@@ -84,12 +88,12 @@ class Edge {
     }
   }
 
-  const eight::Robot& robot_;
-  const eight::World world_;
-  const eight::Test test_ = hot_test();
+  const simd8::RobotData& robot_;
+  const simd8::WorldData world_;
+  const simd8::Test test_ = collision_test();
   Workspace& workspace_ = Workspace::mine();
   void* const scratch_;
-  eight::Batch batch_;
+  simd8::Batch batch_;
 };
 
 }  // namespace
@@ -101,12 +105,12 @@ EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin
 
 void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {
   const int n = this->n();
-  eight::Batch batch;
+  simd8::Batch batch;
   alignas(64) double columns[kMaxJoints][kLanes];
   batch.q = columns;
   batch.is_edge = false;
-  const eight::Test test = hot_test();
-  void* scratch = Workspace::mine().scratch(eight::scratch_bytes(robot_.single()));
+  const simd8::Test test = collision_test();
+  void* scratch = Workspace::mine().scratch(simd8::scratch_bytes(robot_.single_precision()));
   for (int first = 0; first < n_rows;) {
     const int n_lanes = std::min(kLanes, n_rows - first);
     double travel = 0.0;
@@ -114,13 +118,13 @@ void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) co
       const double* q = Q + n * static_cast<std::size_t>(first + std::min(i, n_lanes - 1));
       for (int j = 0; j < n; ++j) columns[j][i] = q[j];
       travel = std::max(travel, travel_of(robot_, q));
-      batch.world[i] = batch.self[i] = i < n_lanes ? ~eight::Frames{0} : 0;
+      batch.world[i] = batch.self[i] = i < n_lanes ? ~simd8::Frames{0} : 0;
       batch.half_width[i] = 0.0f;
     }
     set_margins(batch, robot_, world_, margin, travel);
-    eight::Verdict verdict;
-    test(robot_.single(), world_.single(), batch, scratch, verdict);
-    for (int i = 0; i < n_lanes; ++i) out[first + i] = !(verdict.world[i] | verdict.self[i]);
+    simd8::BatchResult result;
+    test(robot_.single_precision(), world_.single_precision(), batch, scratch, result);
+    for (int i = 0; i < n_lanes; ++i) out[first + i] = !(result.world[i] | result.self[i]);
     first += n_lanes;
   }
 }

@@ -8,45 +8,47 @@
 namespace apc {
 namespace {
 
-constexpr double u = eight::kUnitRoundoff;
+constexpr double u = simd8::kUnitRoundoff;
 
-// Worst error of one more joint in a body's rotation matrix (Frobenius norm): rounding of the tilt (1.5 u), sine
-// and cosine (4 u), and two turns of two columns each (4 u and 4 u). The base's own (1.5 u) is in what is left.
+//! Worst error of one more joint in a body's rotation matrix (Frobenius norm): rounding of the tilt (1.5 u),
+//! sine and cosine (4 u), and two turns of two columns each (4 u and 4 u). The base's own (1.5 u) is in what
+//! is left.
 constexpr double kRotationError = 16.0 * u;
 
 void check_sphere(const Sphere& sphere, const std::string& what) {
   if (!(sphere.radius > 0.0)) throw std::invalid_argument(what + ": the radius of a sphere must be positive");
 }
 
-// Of the farthest corner of a frame's box from the body's origin, or more.
-double corner_distance(const eight::Frame& f) {
+//! Of the farthest corner of a frame's box from the body's origin, or more.
+double corner_distance(const simd8::FrameData& f) {
   return norm({f.center[0], f.center[1], f.center[2]}) + norm({f.half[0], f.half[1], f.half[2]});
 }
 
 float to_float(double x) { return static_cast<float>(x); }
 
-eight::Ball to_single(const Vec3& center, double radius, int next, bool is_sphere) {
+simd8::Ball to_single(const Vec3& center, double radius, int next, bool is_sphere) {
   return {to_float(center.x), to_float(center.y), to_float(center.z), to_float(radius), next, is_sphere};
 }
 
 Mat3 about_z(double angle) { return rotation({0.0, 0.0, 1.0}, angle); }
 
-// A rotation as turns about z, then the new x, then the new z.
+//! A rotation as turns about z, then the new x, then the new z.
 struct Turns {
   double first, tilt, last;
 };
 
 Turns as_turns(const Mat3& R) {
-  const double first = std::atan2(R(0, 2), -R(1, 2)), tilt = std::atan2(std::hypot(R(0, 2), R(1, 2)), R(2, 2));
+  const double first = std::atan2(R(0, 2), -R(1, 2)),
+               tilt = std::atan2(std::hypot(R(0, 2), R(1, 2)), R(2, 2));
   const Vec3 x = rotation({1.0, 0.0, 0.0}, -tilt) * (about_z(-first) * R.column(0));
   return {first, tilt, std::atan2(x.y, x.x)};
 }
 
-// A box aligned to a body, with all centres of spheres, or a solid's core, in it.
+//! A box aligned to a body, with all centres of spheres, or a solid's core, in it.
 struct Box {
   Vec3 center, half;
-  double rounding;  // of the solid, or the largest radius
-  double spread;    // largest distance of a centre, or of a point of the core, from the box's centre
+  double rounding;  //!< of the solid, or the largest radius
+  double spread;    //!< largest distance of a centre, or of a point of the core, from the box's centre
 };
 
 Box box_around(const Pose& T_body_frame, const std::vector<Sphere>& spheres) {
@@ -122,22 +124,26 @@ void Robot::place(const double* q, Pose* frames) const {
   frames[chain_.n_frames()] = frames[chain_.n_frames() - 1];
 }
 
-// What is fixed between two moving joints is folded together and written as turns about z, x and z. The first
-// turns the frame of the body before, the last is where the joint's own turn begins.
+//! What is fixed between two moving joints is folded together and written as turns about z, x and z. The
+//! first turns the frame of the body before, the last is where the joint's own turn begins.
 void Robot::prepare_bodies() {
   std::vector<double> first_turn{0.0};  // by body
-  Pose T_axis_frame;  // of the frame at hand, as seen along the axis of its body
+  Pose T_axis_frame;                    // of the frame at hand, as seen along the axis of its body
   for (const Joint& joint : chain_.joints()) {
     T_axis_frame = T_axis_frame * joint.T_parent_joint;
-    if (joint.type != JointType::fixed) {
+    if (joint.type != JointKind::fixed) {
       const Pose T_frame_axis{rotation_with_z(joint.axis), {}};
       const Pose T = T_axis_frame * T_frame_axis;
       const Turns turns = as_turns(T.R);
       first_turn.back() = turns.first;
       if (!joints_.empty()) joints_.back().zero += turns.first;
       const Vec3 offset = about_z(-turns.first) * T.p;
-      joints_.push_back({{to_float(offset.x), to_float(offset.y), to_float(offset.z)}, to_float(std::cos(turns.tilt)),
-                         to_float(std::sin(turns.tilt)), turns.last, joint.type == JointType::prismatic, joint.q_index});
+      joints_.push_back({{to_float(offset.x), to_float(offset.y), to_float(offset.z)},
+                         to_float(std::cos(turns.tilt)),
+                         to_float(std::sin(turns.tilt)),
+                         turns.last,
+                         joint.type == JointKind::prismatic,
+                         joint.q_index});
       first_turn.push_back(0.0);
       T_axis_frame = inverse(T_frame_axis);
     }
@@ -155,46 +161,64 @@ void Robot::prepare_covers() {
   frames_.clear();
   balls_.clear();
   tested_.clear();
-  eight::Frames covered = 0;
+  simd8::Frames covered = 0;
   for (std::size_t f = 0; f < covers_.size(); ++f) {
     const FrameCover& cover = covers_[f];
-    eight::Frame frame = bounded(f);
+    simd8::FrameData frame = bounded(f);
     frame.first_ball = static_cast<int>(balls_.size());
     for (const BallNode& node : cover.tree) {
       const Vec3 center = T_body_frame_[f] * node.ball.center;
       // What bounds the spheres must still do so after rounding.
       const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
-      balls_.push_back(to_single(center, node.ball.radius + slop, frame.first_ball + node.next, node.is_sphere));
+      balls_.push_back(
+          to_single(center, node.ball.radius + slop, frame.first_ball + node.next, node.is_sphere));
     }
     frame.last_ball = static_cast<int>(balls_.size());
-    frame.first_tested = static_cast<int>(tested_.size()), frame.n_tested = static_cast<int>(cover.tested.size());
+    frame.first_tested = static_cast<int>(tested_.size()),
+    frame.n_tested = static_cast<int>(cover.tested.size());
     tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
     frames_.push_back(frame);
-    if (!cover.tree.empty()) covered |= eight::Frames{1} << f;
+    if (!cover.tree.empty()) covered |= simd8::Frames{1} << f;
   }
   held_.clear();
   if (std::optional<Solid> solid = covers_.back().solid) {
     solid->T = T_body_frame_.back() * solid->T;
     held_.push_back(to_single(*solid));
   }
-  single_ = {{}, joints_.data(), static_cast<int>(joints_.size()), frames_.data(), static_cast<int>(frames_.size()), covered,
-             balls_.data(), static_cast<int>(balls_.size()), tested_.data(), held_.empty() ? nullptr : held_.data()};
+  single_ = {{},
+             joints_.data(),
+             static_cast<int>(joints_.size()),
+             frames_.data(),
+             static_cast<int>(frames_.size()),
+             covered,
+             balls_.data(),
+             static_cast<int>(balls_.size()),
+             tested_.data(),
+             held_.empty() ? nullptr : held_.data()};
   for (int i = 0; i < 9; ++i) single_.R_world_base[i] = to_float(R_world_base_.m[i]);
   bound_rounding();
 }
 
-// The frame with its box, nothing else set. What the box bounds it must still bound after rounding.
-eight::Frame Robot::bounded(std::size_t f) const {
+//! The frame with its box, nothing else set. What the box bounds it must still bound after rounding.
+simd8::FrameData Robot::bounded(std::size_t f) const {
   const FrameCover& cover = covers_[f];
-  const Box box = cover.solid ? box_around(T_body_frame_[f], *cover.solid) : box_around(T_body_frame_[f], cover.spheres);
+  const Box box =
+      cover.solid ? box_around(T_body_frame_[f], *cover.solid) : box_around(T_body_frame_[f], cover.spheres);
   const double slop = 16.0 * u * (norm(box.center) + norm(box.half));
   const Vec3 c = box.center, h = box.half + Vec3{slop, slop, slop};
-  return {body_of_frame_[f], 0, 0, {to_float(c.x), to_float(c.y), to_float(c.z)}, {to_float(h.x), to_float(h.y), to_float(h.z)},
-          to_float(box.rounding * (1.0 + 2.0 * u)), to_float(box.spread + slop), 0, 0};
+  return {body_of_frame_[f],
+          0,
+          0,
+          {to_float(c.x), to_float(c.y), to_float(c.z)},
+          {to_float(h.x), to_float(h.y), to_float(h.z)},
+          to_float(box.rounding * (1.0 + 2.0 * u)),
+          to_float(box.spread + slop),
+          0,
+          0};
 }
 
-// Every offset between two bodies inherits the rotation error of the joints before it and adds the
-// rounding of its own product (8 u of its length); every position is rounded twice more (2 u of the reach).
+//! Every offset between two bodies inherits the rotation error of the joints before it and adds the
+//! rounding of its own product (8 u of its length); every position is rounded twice more (2 u of the reach).
 void Robot::bound_rounding() {
   const double n = static_cast<double>(joints_.size());
   rounding_ = reach_ = 0.0;
@@ -205,8 +229,8 @@ void Robot::bound_rounding() {
     reach_ += offset;
   }
   double farthest = 0.0;
-  for (const eight::Ball& b : balls_) farthest = std::max(farthest, norm({b.x, b.y, b.z}));
-  for (const eight::Frame& f : frames_) farthest = std::max(farthest, corner_distance(f));
+  for (const simd8::Ball& b : balls_) farthest = std::max(farthest, norm({b.x, b.y, b.z}));
+  for (const simd8::FrameData& f : frames_) farthest = std::max(farthest, corner_distance(f));
   rounding_ += (n * kRotationError + 8.0 * u) * farthest;
   // A held solid is turned once more, and so are the points of its core.
   if (const std::optional<Solid>& solid = covers_.back().solid) {
@@ -219,9 +243,11 @@ void Robot::bound_rounding() {
   rounding_per_travel_ = n * kRotationError + 8.0 * u + 2.0 * (n + 1.0) * u;
 }
 
-// Of two points; where one frame is a solid, the other's points are seen in its frame, turned as wrongly as it is.
+//! Of two points; where one frame is a solid, the other's points are seen in its frame, turned as wrongly as
+//! it is.
 double Robot::self_rounding(double travel) const {
-  const double turned = single_.held ? 2.0 * (static_cast<double>(joints_.size()) + 1.0) * kRotationError : 0.0;
+  const double turned =
+      single_.held ? 2.0 * (static_cast<double>(joints_.size()) + 1.0) * kRotationError : 0.0;
   return 2.0 * rounding(travel) + (16.0 * u + turned) * reach(travel);
 }
 

@@ -1,4 +1,5 @@
-// Memory that a thread keeps from one edge to the next.
+//! \file
+//! Memory that a thread keeps from one edge to the next.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +12,12 @@ namespace apc {
 
 class Workspace {
  public:
-  // This thread's own: one user at a time.
+  //! This thread's own: one user at a time.
   static Workspace& mine();
 
   std::vector<Interval> intervals;
 
-  // At least n_bytes, aligned to 64, valid until the next call.
+  //! At least n_bytes, aligned to 64, valid until the next call.
   void* scratch(std::size_t n_bytes);
 
  private:

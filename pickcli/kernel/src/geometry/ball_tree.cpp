@@ -26,7 +26,8 @@ void add_nodes(Sphere* first, Sphere* last, std::vector<BallNode>& nodes) {
   const std::size_t self = nodes.size();
   nodes.push_back({ball_around(first, last), 0, false});
   if (last - first <= kLeafSpheres) {
-    for (const Sphere* s = first; s != last; ++s) nodes.push_back({*s, static_cast<int>(nodes.size()) + 1, true});
+    for (const Sphere* s = first; s != last; ++s)
+      nodes.push_back({*s, static_cast<int>(nodes.size()) + 1, true});
   } else {
     const int axis = widest_axis(first, last);
     Sphere* middle = first + (last - first) / 2;
@@ -41,8 +42,8 @@ void add_nodes(Sphere* first, Sphere* last, std::vector<BallNode>& nodes) {
 
 }  // namespace
 
-// From the centre of the bounding box, walk towards whatever sticks out most in ever smaller steps
-// (Badoiu and Clarkson), and keep the best centre met.
+//! From the centre of the bounding box, walk towards whatever sticks out most in ever smaller steps
+//! (Badoiu and Clarkson), and keep the best centre met.
 Sphere ball_around(const Sphere* first, const Sphere* last) {
   Vec3 low = first->center, high = first->center;
   for (const Sphere* s = first; s != last; ++s) {

@@ -1,4 +1,5 @@
-// Balls around balls around the spheres of one frame.
+//! \file
+//! Balls around balls around the spheres of one frame.
 #pragma once
 
 #include <vector>
@@ -12,16 +13,16 @@ struct Sphere {
   double radius;
 };
 
-// Nodes stand in depth-first order, the root first: what follows a node up to `next` lies inside it.
+//! Nodes stand in depth-first order, the root first: what follows a node up to `next` lies inside it.
 struct BallNode {
   Sphere ball;
-  int next;        // index of the first node that is not below this one
-  bool is_sphere;  // a sphere of the frame itself, with nothing below
+  int next;        //!< index of the first node that is not below this one
+  bool is_sphere;  //!< a sphere of the frame itself, with nothing below
 };
 
 std::vector<BallNode> build_ball_tree(std::vector<Sphere> spheres);
 
-// A small ball that contains all spheres (at least one).
+//! A small ball that contains all spheres (at least one).
 Sphere ball_around(const Sphere* first, const Sphere* last);
 
 }  // namespace apc

@@ -1,4 +1,5 @@
-// Small fixed-size linear algebra in double: what forward kinematics and boxes need.
+//! \file
+//! Small fixed-size linear algebra in double: what forward kinematics and boxes need.
 #pragma once
 
 #include <array>
@@ -20,7 +21,7 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 
 struct Mat3 {
-  std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major
+  std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};  //!< row-major
 
   double operator()(int row, int column) const { return m[3 * row + column]; }
   double& operator()(int row, int column) { return m[3 * row + column]; }
@@ -56,15 +57,15 @@ inline Pose inverse(const Pose& T) {
   return {R, -1.0 * (R * T.p)};
 }
 
-// Rotation about a unit axis by an angle in rad (Rodrigues).
+//! Rotation about a unit axis by an angle in rad (Rodrigues).
 inline Mat3 rotation(const Vec3& a, double angle) {
   const double s = std::sin(angle), c = std::cos(angle), k = 1.0 - c;
-  return {{c + k * a.x * a.x, k * a.x * a.y - s * a.z, k * a.x * a.z + s * a.y,
-           k * a.y * a.x + s * a.z, c + k * a.y * a.y, k * a.y * a.z - s * a.x,
-           k * a.z * a.x - s * a.y, k * a.z * a.y + s * a.x, c + k * a.z * a.z}};
+  return {{c + k * a.x * a.x, k * a.x * a.y - s * a.z, k * a.x * a.z + s * a.y, k * a.y * a.x + s * a.z,
+           c + k * a.y * a.y, k * a.y * a.z - s * a.x, k * a.z * a.x - s * a.y, k * a.z * a.y + s * a.x,
+           c + k * a.z * a.z}};
 }
 
-// Some right-handed rotation whose third column is the unit vector z.
+//! Some right-handed rotation whose third column is the unit vector z.
 inline Mat3 rotation_with_z(const Vec3& z) {
   const Vec3 helper = std::abs(z.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   Vec3 y = cross(z, helper);
@@ -72,7 +73,7 @@ inline Mat3 rotation_with_z(const Vec3& z) {
   return from_columns(cross(y, z), y, z);
 }
 
-// Rotation vector (axis times angle, angle in [0, pi]) of R; well-conditioned at both ends.
+//! Rotation vector (axis times angle, angle in [0, pi]) of R; well-conditioned at both ends.
 inline Vec3 rotation_vector(const Mat3& R) {
   const Vec3 v{R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1)};  // 2 sin(angle) axis
   const double trace = R(0, 0) + R(1, 1) + R(2, 2);

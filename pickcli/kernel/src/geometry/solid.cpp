@@ -8,11 +8,11 @@
 namespace apc {
 namespace {
 
-constexpr double kTouching = 1e-12;  // m between two cores
-constexpr double kExact = 1e-10;     // m between what is proven and what is found
+constexpr double kTouching = 1e-12;  //!< m between two cores
+constexpr double kExact = 1e-10;     //!< m between what is proven and what is found
 constexpr int kMostSteps = 1000;
 
-// The directions of faces and edges.
+//! The directions of faces and edges.
 std::vector<Vec3> axes(const Solid& solid) {
   const Mat3& R = solid.T.R;
   if (solid.kind == SolidKind::box) return {R.column(0), R.column(1), R.column(2)};
@@ -20,15 +20,15 @@ std::vector<Vec3> axes(const Solid& solid) {
   return {};
 }
 
-// A lower bound of the distance of two cores: the width of the slab across a direction that separates them,
-// negative if it does not. The largest over all directions is the distance.
+//! A lower bound of the distance of two cores: the width of the slab across a direction that separates them,
+//! negative if it does not. The largest over all directions is the distance.
 double gap(const Solid& a, const Solid& b, const Vec3& direction) {
   const double length = norm(direction);
   if (!(length > 1e-9)) return -std::numeric_limits<double>::infinity();
   return (std::abs(dot(direction, a.T.p - b.T.p)) - support(a, direction) - support(b, direction)) / length;
 }
 
-// The widest slab across faces, pairs of edges and lines of centres.
+//! The widest slab across faces, pairs of edges and lines of centres.
 double widest_gap(const Solid& a, const Solid& b) {
   const std::vector<Vec3> of_a = axes(a), of_b = axes(b);
   const Vec3 between = a.T.p - b.T.p;
@@ -51,13 +51,14 @@ Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double roundin
     throw std::invalid_argument(what + ": negative half extent");
   if (!(rounding >= 0.0)) throw std::invalid_argument(what + ": negative rounding");
   if ((kind != SolidKind::box && half.x != half.y) || (kind == SolidKind::sphere && half.y != half.z))
-    throw std::invalid_argument(what + ": the half extents of a round solid must be its radius where it is round");
+    throw std::invalid_argument(what +
+                                ": the half extents of a round solid must be its radius where it is round");
   if (kind == SolidKind::sphere) return {T, {}, half.x + rounding, kind};
   return {T, half, rounding, kind};
 }
 
-eight::Solid to_single(const Solid& solid) {
-  eight::Solid single{};
+simd8::SolidData to_single(const Solid& solid) {
+  simd8::SolidData single{};
   for (int i = 0; i < 9; ++i) single.R[i] = static_cast<float>(solid.T.R.m[i]);
   const Vec3 &c = solid.T.p, &h = solid.half;
   for (int i = 0; i < 3; ++i) {
@@ -101,8 +102,8 @@ double signed_distance(const Vec3& point, const Solid& solid) {
   return (outside > 0.0 ? outside : std::max({d.x, d.y, d.z})) - solid.rounding;
 }
 
-// From one core to the nearest point of the other and back (von Neumann), each time from a little farther
-// along (Nesterov): the points found bound the distance from above, the slab between them from below.
+//! From one core to the nearest point of the other and back (von Neumann), each time from a little farther
+//! along (Nesterov): the points found bound the distance from above, the slab between them from below.
 double signed_distance(const Solid& a, const Solid& b, double enough) {
   const double rounding = a.rounding + b.rounding;
   double proven = widest_gap(a, b);

@@ -1,42 +1,43 @@
-// Solids in double precision: boxes, cylinders and spheres, each with everything within a rounding of it.
+//! \file
+//! Solids in double precision: boxes, cylinders and spheres, each with everything within a rounding of it.
 #pragma once
 
 #include <string>
 
-#include "simd/simd8_collision.hpp"
 #include "geometry/linear.hpp"
+#include "simd/simd8_collision.hpp"
 
 namespace apc {
 
-using eight::SolidKind;
+using simd8::SolidKind;
 
-// A core (a box, a cylinder about its z, or a point) and everything within rounding of it. All cores are
-// convex and symmetric about their centre.
+//! A core (a box, a cylinder about its z, or a point) and everything within rounding of it. All cores are
+//! convex and symmetric about their centre.
 struct Solid {
-  Pose T;     // in the parent's frame
-  Vec3 half;  // half extents of the core, m
+  Pose T;     //!< in the parent's frame
+  Vec3 half;  //!< half extents of the core, m
   double rounding = 0.0;
   SolidKind kind = SolidKind::box;
 };
 
-// From the half extents of the solid itself: a cylinder's are (r, r, half length), a sphere's (r, r, r).
-// Throws std::invalid_argument, naming the solid by what, for what is none.
+//! From the half extents of the solid itself: a cylinder's are (r, r, half length), a sphere's (r, r, r).
+//! Throws std::invalid_argument, naming the solid by what, for what is none.
 Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding, const std::string& what);
 
-// The same in single precision.
-eight::Solid to_single(const Solid& solid);
+//! The same in single precision.
+simd8::SolidData to_single(const Solid& solid);
 
-// How far the core reaches from its centre along a vector of the parent's frame, times the vector's length.
+//! How far the core reaches from its centre along a vector of the parent's frame, times the vector's length.
 double support(const Solid& solid, const Vec3& direction);
 
-// The point of the core nearest to a point.
+//! The point of the core nearest to a point.
 Vec3 nearest(const Solid& solid, const Vec3& point);
 
-// Negative inside: minus the depth below the surface.
+//! Negative inside: minus the depth below the surface.
 double signed_distance(const Vec3& point, const Solid& solid);
 
-// Exact for solids whose cores are apart. For others minus a depth: exact for two boxes, never too small
-// where there is a cylinder. What is not below enough is only found to be so.
+//! Exact for solids whose cores are apart. For others minus a depth: exact for two boxes, never too small
+//! where there is a cylinder. What is not below enough is only found to be so.
 double signed_distance(const Solid& a, const Solid& b, double enough);
 
 }  // namespace apc

@@ -9,12 +9,13 @@ namespace {
 
 void check_joint(Joint& joint, int k) {
   const std::string where = "joint " + std::to_string(k) + ": ";
-  if (joint.type == JointType::fixed) {
+  if (joint.type == JointKind::fixed) {
     if (joint.q_index != -1) throw std::invalid_argument(where + "a fixed joint must have q_index -1");
     return;
   }
   if (joint.q_index < 0 || joint.q_index >= kMaxJoints)
-    throw std::invalid_argument(where + "q_index of a moving joint must be in 0.." + std::to_string(kMaxJoints - 1));
+    throw std::invalid_argument(where + "q_index of a moving joint must be in 0.." +
+                                std::to_string(kMaxJoints - 1));
   const double length = norm(joint.axis);
   if (!(length > 1e-9)) throw std::invalid_argument(where + "the axis has no direction");
   joint.axis = (1.0 / length) * joint.axis;
@@ -41,8 +42,8 @@ void Chain::fk(const double* q, Pose* frames) const {
   for (int k = 0; k < n_frames(); ++k) {
     const Joint& joint = joints_[k];
     Pose T = parent * joint.T_parent_joint;
-    if (joint.type == JointType::revolute) T.R = T.R * rotation(joint.axis, q[joint.q_index]);
-    if (joint.type == JointType::prismatic) T.p = T.p + q[joint.q_index] * (T.R * joint.axis);
+    if (joint.type == JointKind::revolute) T.R = T.R * rotation(joint.axis, q[joint.q_index]);
+    if (joint.type == JointKind::prismatic) T.p = T.p + q[joint.q_index] * (T.R * joint.axis);
     frames[k] = parent = T;
   }
 }
@@ -51,10 +52,10 @@ void Chain::jacobian(const Pose* frames, const Vec3& p_tip, double* J) const {
   std::fill(J, J + 6 * n_, 0.0);
   for (int k = 0; k < n_frames(); ++k) {
     const Joint& joint = joints_[k];
-    if (joint.type == JointType::fixed) continue;
+    if (joint.type == JointKind::fixed) continue;
     // A joint's own motion leaves its axis where it is, so the child frame may stand in for the joint frame.
     const Vec3 z = frames[k].R * joint.axis;
-    const bool turns = joint.type == JointType::revolute;
+    const bool turns = joint.type == JointKind::revolute;
     const Vec3 linear = turns ? cross(z, p_tip - frames[k].p) : z;
     const Vec3 angular = turns ? z : Vec3{};
     const double column[6] = {linear.x, linear.y, linear.z, angular.x, angular.y, angular.z};
@@ -68,15 +69,16 @@ Motion Chain::tip_motion(const Pose* frames, const Vec3& p_tip, const double* dq
   const auto carry = [&now](const Vec3& arm) {
     const Vec3 swing = cross(now.angular_velocity, arm);
     now.velocity = now.velocity + swing;
-    now.acceleration = now.acceleration + cross(now.angular_acceleration, arm) + cross(now.angular_velocity, swing);
+    now.acceleration =
+        now.acceleration + cross(now.angular_acceleration, arm) + cross(now.angular_velocity, swing);
   };
   for (int k = 0; k < n_frames(); ++k) {
     if (k > 0) carry(frames[k].p - frames[k - 1].p);
     const Joint& joint = joints_[k];
-    if (joint.type == JointType::fixed) continue;
+    if (joint.type == JointKind::fixed) continue;
     const Vec3 z = frames[k].R * joint.axis, first = dq[joint.q_index] * z, second = ddq[joint.q_index] * z;
     const Vec3 turned = cross(now.angular_velocity, first);
-    if (joint.type == JointType::prismatic) {
+    if (joint.type == JointKind::prismatic) {
       now.velocity = now.velocity + first;
       now.acceleration = now.acceleration + second + 2.0 * turned;
     } else {

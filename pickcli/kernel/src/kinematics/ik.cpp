@@ -14,7 +14,7 @@ double squared(const Vec6& e) {
   return sum;
 }
 
-// Solves the symmetric positive definite system A x = b in place of b (Cholesky).
+//! Solves the symmetric positive definite system A x = b in place of b (Cholesky).
 void solve_spd(double A[6][6], Vec6& b) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) {
@@ -33,7 +33,7 @@ void solve_spd(double A[6][6], Vec6& b) {
   }
 }
 
-// One descent: the iterate, its error and its Jacobian.
+//! One descent: the iterate, its error and its Jacobian.
 class Descent {
  public:
   Descent(const IkProblem& problem, const Pose& target, double* q)
@@ -83,8 +83,8 @@ class Descent {
     return {p.x, p.y, p.z, r.x, r.y, r.z};
   }
 
-  // Damped step clamped to the limits. A joint that stands at a limit and would leave it is taken out
-  // and the step solved again, so that the others do its work.
+  //! Damped step clamped to the limits. A joint that stands at a limit and would leave it is taken out
+  //! and the step solved again, so that the others do its work.
   void step(double damping, double* q_new) {
     bool is_free[kMaxJoints];
     std::fill(is_free, is_free + n_, true);
@@ -101,7 +101,7 @@ class Descent {
     for (int j = 0; j < n_; ++j) q_new[j] = std::clamp(q_new[j], problem_.lower[j], problem_.upper[j]);
   }
 
-  // q + W^-1 J^T (J W^-1 J^T + damping I)^-1 e over the free joints.
+  //! q + W^-1 J^T (J W^-1 J^T + damping I)^-1 e over the free joints.
   void damped_step(double damping, const bool* is_free, double* q_new) const {
     double A[6][6] = {};
     for (int j = 0; j < n_; ++j) {
@@ -144,15 +144,16 @@ IkResult solve(const IkProblem& problem, const Pose& T_world_target, double* q) 
   return Descent(problem, T_world_target, q).run();
 }
 
-std::vector<Configuration> solve_all(const IkProblem& problem, const Pose& T_world_target, const double* seeds,
-                                     int n_seeds, double distinct) {
+std::vector<Configuration> solve_all(const IkProblem& problem, const Pose& T_world_target,
+                                     const double* seeds, int n_seeds, double distinct) {
   const int n = problem.chain.n();
   std::vector<Configuration> found;
   for (int i = 0; i < n_seeds; ++i) {
     Configuration q(seeds + i * n, seeds + (i + 1) * n);
     if (solve(problem, T_world_target, q.data()) != IkResult::converged) continue;
-    const bool is_new = std::none_of(found.begin(), found.end(),
-                                     [&](const Configuration& other) { return are_close(q, other, distinct); });
+    const bool is_new = std::none_of(found.begin(), found.end(), [&](const Configuration& other) {
+      return are_close(q, other, distinct);
+    });
     if (is_new) found.push_back(std::move(q));
   }
   return found;
@@ -161,18 +162,18 @@ std::vector<Configuration> solve_all(const IkProblem& problem, const Pose& T_wor
 FollowPath follow(const IkProblem& problem, const std::vector<Pose>& targets, const double* q0,
                   const double* max_step) {
   const int n = problem.chain.n();
-  FollowPath path{{}, FollowReason::done};
+  FollowPath path{{}, FollowEnd::done};
   Configuration q(q0, q0 + n);
   for (const Pose& target : targets) {
     const Configuration before = q;
     const IkResult result = solve(problem, target, q.data());
     if (result == IkResult::converged) {
       for (int j = 0; j < n; ++j)
-        if (std::abs(q[j] - before[j]) > max_step[j]) path.reason = FollowReason::joint_step;
+        if (std::abs(q[j] - before[j]) > max_step[j]) path.reason = FollowEnd::joint_step;
     } else {
-      path.reason = result == IkResult::at_limit ? FollowReason::limit : FollowReason::no_convergence;
+      path.reason = result == IkResult::at_limit ? FollowEnd::limit : FollowEnd::no_convergence;
     }
-    if (path.reason != FollowReason::done) break;
+    if (path.reason != FollowEnd::done) break;
     path.configurations.push_back(q);
   }
   return path;

@@ -1,4 +1,5 @@
-// Two trees of proven edges that grow towards each other.
+//! \file
+//! Two trees of proven edges that grow towards each other.
 #include "planning/rrt_connect.hpp"
 
 #include <algorithm>
@@ -9,14 +10,17 @@
 namespace apc {
 namespace {
 
-// Configurations, each with the one that it was reached from; the roots come first.
+//! Configurations, each with the one that it was reached from; the roots come first.
 class Tree {
  public:
-  Tree(int n, const double* roots, int n_roots) : n_(n), states_(roots, roots + n * n_roots), parents_(n_roots, -1) {}
+  Tree(int n, const double* roots, int n_roots)
+      : n_(n), states_(roots, roots + n * n_roots), parents_(n_roots, -1) {}
 
   int size() const { return static_cast<int>(parents_.size()); }
   int parent(int i) const { return parents_[static_cast<std::size_t>(i)]; }
-  const double* state(int i) const { return &states_[static_cast<std::size_t>(i) * static_cast<std::size_t>(n_)]; }
+  const double* state(int i) const {
+    return &states_[static_cast<std::size_t>(i) * static_cast<std::size_t>(n_)];
+  }
 
   int add(const double* q, int parent) {
     states_.insert(states_.end(), q, q + n_);
@@ -24,7 +28,7 @@ class Tree {
     return size() - 1;
   }
 
-  // The first of the nearest, by going through all: up to some thousands nothing is quicker.
+  //! The first of the nearest, by going through all: up to some thousands nothing is quicker.
   int nearest(const double* q) const {
     int best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -46,8 +50,14 @@ class Tree {
 class Search {
  public:
   Search(const Checker& checker, const ConnectQuery& query)
-      : checker_(checker), query_(query), n_(checker.n()), random_(query.seed), at_start_(n_, query.start, 1),
-        at_goals_(n_, query.goals, query.n_goals), drawn_(static_cast<std::size_t>(n_)), stepped_(drawn_) {}
+      : checker_(checker),
+        query_(query),
+        n_(checker.n()),
+        random_(query.seed),
+        at_start_(n_, query.start, 1),
+        at_goals_(n_, query.goals, query.n_goals),
+        drawn_(static_cast<std::size_t>(n_)),
+        stepped_(drawn_) {}
 
   std::vector<double> run() {
     for (int i = 0; i < query_.max_iterations; ++i) {
@@ -66,11 +76,11 @@ class Search {
 
  private:
   struct Step {
-    int node = -1;  // that was added; -1: the edge to it is not proven
+    int node = -1;  //!< that was added; -1: the edge to it is not proven
     bool arrived = false;
   };
 
-  // By a recipe of our own: what std::uniform_real_distribution returns is not the same everywhere.
+  //! By a recipe of our own: what std::uniform_real_distribution returns is not the same everywhere.
   void draw() {
     for (std::size_t j = 0; j < drawn_.size(); ++j) {
       const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
@@ -92,7 +102,7 @@ class Search {
     return {tree.add(stepped_.data(), near), arrives};
   }
 
-  // Step by step as far as edges are proven; the node at q if it gets there, else -1.
+  //! Step by step as far as edges are proven; the node at q if it gets there, else -1.
   int run_towards(Tree& tree, const double* q, bool from_start) {
     for (;;) {
       const Step step = step_towards(tree, q, from_start);
@@ -101,13 +111,14 @@ class Search {
     }
   }
 
-  // Through both trees, whose nodes of these numbers are the same configuration.
+  //! Through both trees, whose nodes of these numbers are the same configuration.
   std::vector<double> joined(int in_start, int in_goals) const {
     std::vector<int> up;
     for (int i = in_start; i >= 0; i = at_start_.parent(i)) up.push_back(i);
     std::vector<double> path;
     for (auto i = up.rbegin(); i != up.rend(); ++i) append(path, at_start_.state(*i));
-    for (int i = at_goals_.parent(in_goals); i >= 0; i = at_goals_.parent(i)) append(path, at_goals_.state(i));
+    for (int i = at_goals_.parent(in_goals); i >= 0; i = at_goals_.parent(i))
+      append(path, at_goals_.state(i));
     return path;
   }
 

@@ -1,4 +1,5 @@
-// First needless vertices go, then shortcuts are tried one after the other, then needless vertices go again.
+//! \file
+//! First needless vertices go, then shortcuts are tried one after the other, then needless vertices go again.
 #include "planning/shorten.hpp"
 
 #include <algorithm>
@@ -21,13 +22,15 @@ namespace {
 class Polyline {
  public:
   Polyline(const Checker& checker, const ShortenQuery& query)
-      : checker_(checker), query_(query), n_(static_cast<std::size_t>(checker.n())),
+      : checker_(checker),
+        query_(query),
+        n_(static_cast<std::size_t>(checker.n())),
         points_(query.Q, query.Q + n_ * static_cast<std::size_t>(query.n_rows)) {}
 
   std::size_t size() const { return points_.size() / n_; }
   std::vector<double> take() { return std::move(points_); }
 
-  // Goes from each vertex to the last that a proven edge leads to.
+  //! Goes from each vertex to the last that a proven edge leads to.
   void drop_needless() {
     std::vector<double> kept(points_.begin(), points_.begin() + signed_n());
     for (std::size_t at = 0, last = size() - 1; at < last;) {
@@ -43,7 +46,8 @@ class Polyline {
     add_up();
     std::vector<double> a(n_), b(n_);
     for (int k = 0; k < query_.n_shortcuts; ++k) {
-      const double from = query_.shortcuts[2 * k] * along_.back(), to = query_.shortcuts[2 * k + 1] * along_.back();
+      const double from = query_.shortcuts[2 * k] * along_.back(),
+                   to = query_.shortcuts[2 * k + 1] * along_.back();
       const std::size_t i = point(from, a.data()), j = point(to, b.data());
       const double saved = to - from - query_.cost(a.data(), b.data(), checker_.n());
       if (i == j || saved < query_.worthwhile * along_.back() || !is_free(a.data(), b.data())) continue;
@@ -66,14 +70,14 @@ class Polyline {
     return checker_.check_edge(a, b, query_.margin, nullptr, query_.resolution).free;
   }
 
-  // along_[i]: cost from the start to vertex i.
+  //! along_[i]: cost from the start to vertex i.
   void add_up() {
     along_.assign(1, 0.0);
     for (std::size_t i = 0; i + 1 < size(); ++i)
       along_.push_back(along_.back() + query_.cost(row(i), row(i + 1), checker_.n()));
   }
 
-  // The edge on which this cost from the start is reached, and the point.
+  //! The edge on which this cost from the start is reached, and the point.
   std::size_t point(double cost, double* out) const {
     const auto after = std::upper_bound(along_.begin(), along_.end(), cost) - along_.begin();
     const std::size_t i = std::min(static_cast<std::size_t>(after) - 1, along_.size() - 2);

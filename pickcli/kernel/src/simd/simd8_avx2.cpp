@@ -1,3 +1,4 @@
-// The hot test for processors with AVX2 (compiled with -mavx2).
+//! \file
+//! The batch test for processors with AVX2 (compiled with -mavx2).
 #define APC_ARCHITECTURE avx2
 #include "simd/simd8_collision_impl.hpp"

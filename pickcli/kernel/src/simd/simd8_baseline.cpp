@@ -1,3 +1,4 @@
-// The hot test for any x86-64.
+//! \file
+//! The batch test for any x86-64.
 #define APC_ARCHITECTURE baseline
 #include "simd/simd8_collision_impl.hpp"

@@ -1,46 +1,52 @@
-// The test of eight.hpp, for one instruction set. The includer defines APC_ARCHITECTURE.
-//
-// No templates or inline functions of the standard library in here: the linker keeps one copy of each,
-// and it must not be the one compiled for AVX2.
+//! \file
+//! The test of simd8_collision.hpp, for one instruction set. The includer defines APC_ARCHITECTURE.
+//!
+//! No templates or inline functions of the standard library in here: the linker keeps one copy of each,
+//! and it must not be the one compiled for AVX2.
 #include "simd/simd8_distance_bound.hpp"
 #include "simd/simd8_link_poses.hpp"
 
-namespace apc::eight::APC_ARCHITECTURE {
+namespace apc::simd8::APC_ARCHITECTURE {
 namespace {
 
-// How close is too close, by lane: `near` at the midpoint, `far` for the whole interval.
+//! How close is too close, by lane: `near` at the midpoint, `far` for the whole interval.
 struct Threshold {
   V near, far;
 };
 
-class EightTest {
+class CollisionTest {
  public:
-  EightTest(const Robot& robot, const World& world, const Batch& batch, void* scratch, Verdict& verdict)
-      : robot_(robot), world_(world), batch_(batch), verdict_(verdict), posture_(robot, batch, scratch),
+  CollisionTest(const RobotData& robot, const WorldData& world, const Batch& batch, void* scratch,
+                BatchResult& result)
+      : robot_(robot),
+        world_(world),
+        batch_(batch),
+        result_(result),
+        poses_(robot, batch, scratch),
         half_width_(load(batch.half_width)) {}
 
-  // From the base outwards; the first hit ends it.
+  //! From the base outwards; the first hit ends it.
   void run() {
     const Pending world(batch_.world), self(batch_.self);
     for (Frames left = (world.any | self.any) & robot_.covered; left; left &= left - 1) {
       const int f = __builtin_ctzll(left);
-      const Frame& frame = robot_.frames[f];
-      posture_.reach(frame.body);
-      if (is_solid(f)) held_ = map(posture_.place(frame.body), *robot_.held);
+      const FrameData& frame = robot_.frames[f];
+      poses_.reach(frame.body);
+      if (is_solid(f)) held_ = map(poses_.place(frame.body), *robot_.held);
       if (batch_.is_edge) bound_motion(f);
       if (start(world, f)) {
         if (hits_world(f)) return;
-        note(verdict_.world, f);
+        note(result_.world, f);
       }
       if (frame.n_tested > 0 && start(self, f)) {
         if (hits_self(f)) return;
-        note(verdict_.self, f);
+        note(result_.self, f);
       }
     }
   }
 
  private:
-  // What is still to be tested in any lane, and in all.
+  //! What is still to be tested in any lane, and in all.
   struct Pending {
     explicit Pending(const Frames* by_lane) : by_lane(by_lane) {
       for (int i = 0; i < kLanes; ++i) any |= by_lane[i], all &= by_lane[i];
@@ -49,11 +55,12 @@ class EightTest {
     Frames any = 0, all = ~Frames{0};
   };
 
-  // Takes up the lanes in which a frame is still to be tested; whether there are any.
+  //! Takes up the lanes in which a frame is still to be tested; whether there are any.
   bool start(const Pending& pending, int f) {
     live_ = open_ = 0;
     if (!(pending.any >> f & 1)) return false;
-    if (pending.all >> f & 1) live_ = 255;
+    if (pending.all >> f & 1)
+      live_ = 255;
     else
       for (int i = 0; i < kLanes; ++i) live_ |= static_cast<int>(pending.by_lane[i] >> f & 1) << i;
     live_ &= ~done_;
@@ -61,23 +68,25 @@ class EightTest {
   }
 
   void note(Frames* unproven, int f) {
-    for (int left = open_; left; left &= left - 1) unproven[__builtin_ctz(static_cast<unsigned>(left))] |= Frames{1} << f;
+    for (int left = open_; left; left &= left - 1)
+      unproven[__builtin_ctz(static_cast<unsigned>(left))] |= Frames{1} << f;
     if (!batch_.is_edge) done_ |= open_;
   }
 
-  // For every inner body b: how far frame f moves relative to b, per unit of half_width and by slack. Turning
-  // the joints one by one from the base outwards, each sees the geometry of the midpoint, so a point
-  // moves by at most the sum of (joint motion) * (distance from the joint's axis).
+  //! For every inner body b: how far frame f moves relative to b, per unit of half_width and by slack.
+  //! Turning the joints one by one from the base outwards, each sees the geometry of the midpoint, so a point
+  //! moves by at most the sum of (joint motion) * (distance from the joint's axis).
   void bound_motion(int f) {
-    const Frame& frame = robot_.frames[f];
+    const FrameData& frame = robot_.frames[f];
     const V spread = all(frame.spread + batch_.lever_error);
-    const Point center = posture_.center(f);
+    const Point center = poses_.center(f);
     V moved{}, slack{};
     moved_[frame.body] = slack_[frame.body] = V{};
     for (int k = frame.body; k > 0; --k) {
       const float speed = batch_.speed[k - 1], loose = batch_.slack[k - 1];
       if (speed + loose > 0.0f) {
-        const V lever = robot_.joints[k - 1].is_prismatic ? all(1.0f) : posture_.axis_distance(center, k) + spread;
+        const V lever =
+            robot_.joints[k - 1].is_prismatic ? all(1.0f) : poses_.axis_distance(center, k) + spread;
         moved += lever * speed;
         if (loose > 0.0f) slack += lever * loose;
       }
@@ -86,29 +95,30 @@ class EightTest {
     }
   }
 
-  // Thresholds for a frame moving relative to an inner body. An interval too short to split must be proven
-  // as it is.
+  //! Thresholds for a frame moving relative to an inner body. An interval too short to split must be proven
+  //! as it is.
   Threshold threshold(float margin, int inner_body) const {
     if (!batch_.is_edge) return {all(margin), all(margin)};
-    const V moved = moved_[inner_body] * half_width_, still = slack_[inner_body] + margin, whole = still + moved;
+    const V moved = moved_[inner_body] * half_width_, still = slack_[inner_body] + margin,
+            whole = still + moved;
     return {select(above(all(batch_.resolution), moved), whole, still), whole};
   }
 
-  // The lanes at stake in which a squared distance does not exceed a threshold.
+  //! The lanes at stake in which a squared distance does not exceed a threshold.
   int within(V d2, V threshold) const { return ~bits(above(d2, square(threshold))) & live_; }
 
-  // Compares the squared distance of one pair, sum of radii given, with both thresholds. True: nothing is
-  // left to be found for this frame.
+  //! Compares the squared distance of one pair, sum of radii given, with both thresholds. True: nothing is
+  //! left to be found for this frame.
   bool judge(V d2, V radius, Threshold& limit, int frame, int kind, int index) {
     const int open = within(d2, radius + limit.far);
     if (!open) return false;
     open_ |= open;
     if (!batch_.is_edge) return (live_ &= ~open) == 0;
     if (const int hit = within(d2, radius + limit.near)) {
-      verdict_.hit_lane = __builtin_ctz(static_cast<unsigned>(hit));
-      verdict_.frame = frame;
-      verdict_.kind = kind;
-      verdict_.index = index;
+      result_.hit_lane = __builtin_ctz(static_cast<unsigned>(hit));
+      result_.frame = frame;
+      result_.kind = kind;
+      result_.index = index;
       return true;
     }
     // What is unproven anyway is only searched for a hit at its midpoint.
@@ -116,10 +126,10 @@ class EightTest {
     return false;
   }
 
-  // True: a hit, the test is over.
+  //! True: a hit, the test is over.
   bool hits_world(int f) {
     Threshold limit = threshold(batch_.world_margin, 0);
-    const Bounds swept = swept_bounds(posture_.bounds(f), robot_.frames[f].radius + limit.far);
+    const Bounds swept = swept_bounds(poses_.bounds(f), robot_.frames[f].radius + limit.far);
     for (int first = 0; first < world_.n_groups; first += kLanes) {
       for (int near = swept.meets(world_.bounds[first / kLanes]); near; near &= near - 1) {
         const Group& group = world_.groups[first + __builtin_ctz(static_cast<unsigned>(near))];
@@ -130,23 +140,25 @@ class EightTest {
   }
 
   bool hits_group(int f, const Group& group, const Bounds& swept, Threshold& limit) {
-    const Frame& frame = robot_.frames[f];
+    const FrameData& frame = robot_.frames[f];
     const V radius = all(frame.radius), size = all(robot_.balls[frame.first_ball].radius);
-    const Bounds& bounds = posture_.bounds(f);
+    const Bounds& bounds = poses_.bounds(f);
     for (int first = 0; first < group.n_obstacles; first += kLanes) {
-      const EightBounds& eight = group.bounds[first / kLanes];
-      for (int near = swept.meets(eight); near; near &= near - 1) {
+      const Bounds8& boxes = group.bounds[first / kLanes];
+      for (int near = swept.meets(boxes); near; near &= near - 1) {
         const int i = __builtin_ctz(static_cast<unsigned>(near));
-        const Obstacle& obstacle = group.obstacles[first + i];
-        if (obstacle.ignored >> f & 1 || !is_near(distance2(bounds, bounds_of(eight, i)), radius, size, limit)) continue;
+        const ObstacleData& obstacle = group.obstacles[first + i];
+        if (obstacle.ignored >> f & 1 ||
+            !is_near(distance2(bounds, bounds_of(boxes, i)), radius, size, limit))
+          continue;
         if (is_solid(f) ? hits_as_solid(f, obstacle, limit) : hits_obstacle(f, obstacle, limit)) return true;
       }
     }
     return false;
   }
 
-  // Whether something is near enough to look at what is in it. Where the interval moves it by more than half its size
-  // that would rarely prove anything: such lanes are left to their halves, but for hits.
+  //! Whether something is near enough to look at what is in it. Where the interval moves it by more than half
+  //! its size that would rarely prove anything: such lanes are left to their halves, but for hits.
   bool is_near(V d2, V radius, V size, Threshold& limit) {
     const int near = within(d2, radius + limit.far);
     if (!near) return false;
@@ -157,20 +169,21 @@ class EightTest {
     return within(d2, radius + limit.far) != 0;
   }
 
-  // Bounds of everything within radius of the bounds of any live lane.
+  //! Bounds of everything within radius of the bounds of any live lane.
   Bounds swept_bounds(const Bounds& box, V radius) const {
     const Mask live = lanes(live_);
     const V nowhere = all(-__builtin_inff());
     const auto most = [&](V a) { return all(largest(select(live, a + radius, nowhere))); };
-    return {{-most(-box.low.x), -most(-box.low.y), -most(-box.low.z)}, {most(box.high.x), most(box.high.y), most(box.high.z)}};
+    return {{-most(-box.low.x), -most(-box.low.y), -most(-box.low.z)},
+            {most(box.high.x), most(box.high.y), most(box.high.z)}};
   }
 
-  // Down the tree of a frame, skipping balls that are clear of the obstacle in every live lane.
-  bool hits_obstacle(int f, const Obstacle& obstacle, Threshold& limit) {
-    const Frame& frame = robot_.frames[f];
+  //! Down the tree of a frame, skipping balls that are clear of the obstacle in every live lane.
+  bool hits_obstacle(int f, const ObstacleData& obstacle, Threshold& limit) {
+    const FrameData& frame = robot_.frames[f];
     for (int i = frame.first_ball + 1; i < frame.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(posture_.point(i, frame.body), obstacle.solid);
+      const V d2 = distance2(poses_.point(i, frame.body), obstacle.solid);
       const V radius = all(ball.radius + obstacle.solid.rounding);
       if (ball.is_sphere && judge(d2, radius, limit, f, 0, obstacle.index)) return true;
       i = ball.is_sphere || within(d2, radius + limit.far) ? i + 1 : ball.next;
@@ -178,50 +191,51 @@ class EightTest {
     return false;
   }
 
-  // The held solid itself: by the widest slab between the two.
-  bool hits_as_solid(int f, const Obstacle& obstacle, Threshold& limit) {
+  //! The held solid itself: by the widest slab between the two.
+  bool hits_as_solid(int f, const ObstacleData& obstacle, Threshold& limit) {
     const V radius = all(held_.rounding + obstacle.solid.rounding);
-    const V gap = Gap(held_, obstacle.solid).widest(radius + limit.far, live_);
+    const V gap = DistanceBound(held_, obstacle.solid).widest(radius + limit.far, live_);
     return judge(square(gap), radius, limit, f, 0, obstacle.index);
   }
 
   bool hits_self(int f) {
-    const Frame& outer = robot_.frames[f];
+    const FrameData& outer = robot_.frames[f];
     for (int i = outer.first_tested; i < outer.first_tested + outer.n_tested; ++i) {
       const int g = robot_.tested[i];
-      const Frame& inner = robot_.frames[g];
+      const FrameData& inner = robot_.frames[g];
       if (inner.first_ball == inner.last_ball) continue;
       Threshold limit = threshold(batch_.self_margin, inner.body);
       const V radius = all(outer.radius + inner.radius);
       const V size = all(robot_.balls[outer.first_ball].radius + robot_.balls[inner.first_ball].radius);
-      if (!is_near(distance2(posture_.bounds(f), posture_.bounds(g)), radius, size, limit)) continue;
+      if (!is_near(distance2(poses_.bounds(f), poses_.bounds(g)), radius, size, limit)) continue;
       if (is_solid(f) ? hits_as_solid(f, g, limit) : hits_frame(f, g, limit)) return batch_.is_edge;
     }
     return false;
   }
 
-  // Down the tree of the outer frame against the box of the inner one, and from each sphere that is near down
-  // the tree of the inner one.
+  //! Down the tree of the outer frame against the box of the inner one, and from each sphere that is near
+  //! down the tree of the inner one.
   bool hits_frame(int f, int g, Threshold& limit) {
-    const Frame &outer = robot_.frames[f], &inner = robot_.frames[g];
-    const Bounds& box = posture_.bounds(g);
+    const FrameData &outer = robot_.frames[f], &inner = robot_.frames[g];
+    const Bounds& box = poses_.bounds(g);
     const float size = robot_.balls[inner.first_ball].radius;
     for (int i = outer.first_ball + 1; i < outer.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const Point center = posture_.point(i, outer.body);
-      const bool near = is_near(distance2({center, center}, box), all(ball.radius + inner.radius), all(ball.radius + size), limit);
+      const Point center = poses_.point(i, outer.body);
+      const bool near = is_near(distance2({center, center}, box), all(ball.radius + inner.radius),
+                                all(ball.radius + size), limit);
       if (near && ball.is_sphere && hits_sphere(center, ball.radius, f, g, limit)) return true;
       i = near ? i + 1 : ball.next;
     }
     return false;
   }
 
-  // The held solid itself against the tree of the inner frame.
+  //! The held solid itself against the tree of the inner frame.
   bool hits_as_solid(int f, int g, Threshold& limit) {
-    const Frame& inner = robot_.frames[g];
+    const FrameData& inner = robot_.frames[g];
     for (int i = inner.first_ball; i < inner.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(posture_.point(i, inner.body), held_), sum = all(held_.rounding + ball.radius);
+      const V d2 = distance2(poses_.point(i, inner.body), held_), sum = all(held_.rounding + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
       i = ball.is_sphere || within(d2, sum + limit.far) ? i + 1 : ball.next;
     }
@@ -231,34 +245,35 @@ class EightTest {
   bool is_solid(int f) const { return robot_.held && f == robot_.n_frames - 1; }
 
   bool hits_sphere(const Point& center, float radius, int f, int g, Threshold& limit) {
-    const Frame& inner = robot_.frames[g];
+    const FrameData& inner = robot_.frames[g];
     for (int i = inner.first_ball; i < inner.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(center, posture_.point(i, inner.body)), sum = all(radius + ball.radius);
+      const V d2 = distance2(center, poses_.point(i, inner.body)), sum = all(radius + ball.radius);
       if (ball.is_sphere && judge(d2, sum, limit, f, 1, g)) return true;
       i = ball.is_sphere || within(d2, sum + limit.far) ? i + 1 : ball.next;
     }
     return false;
   }
 
-  const Robot& robot_;
-  const World& world_;
+  const RobotData& robot_;
+  const WorldData& world_;
   const Batch& batch_;
-  Verdict& verdict_;
-  Posture posture_;
+  BatchResult& result_;
+  LinkPoses poses_;
   const V half_width_;
-  Placed held_;  // of the held solid
-  // A bit per lane: at stake in the frame at hand, found unproven in it, and, of configurations, found not
-  // free in any frame before.
+  Placed held_;  //!< of the held solid
+  //! A bit per lane: at stake in the frame at hand, found unproven in it, and, of configurations, found not
+  //! free in any frame before.
   int live_ = 0, open_ = 0, done_ = 0;
-  V moved_[33], slack_[33];  // of the frame at hand, by inner body
+  V moved_[33], slack_[33];  //!< of the frame at hand, by inner body
 };
 
 }  // namespace
 
-void test(const Robot& robot, const World& world, const Batch& batch, void* scratch, Verdict& verdict) {
-  verdict = {{}, {}, -1, -1, -1, -1};
-  EightTest(robot, world, batch, scratch, verdict).run();
+void test(const RobotData& robot, const WorldData& world, const Batch& batch, void* scratch,
+          BatchResult& result) {
+  result = {{}, {}, -1, -1, -1, -1};
+  CollisionTest(robot, world, batch, scratch, result).run();
 }
 
-}  // namespace apc::eight::APC_ARCHITECTURE
+}  // namespace apc::simd8::APC_ARCHITECTURE

@@ -1,27 +1,30 @@
-// Lower bounds of the distance of two solids, eight lanes wide.
-//
-// Across any direction, the slab between two convex solids is no wider than their distance: whatever
-// direction is tried, what it gives is a proof, and rounding of the direction itself does no harm. Only how
-// sharp the bound is depends on the choice. Faces, pairs of edges and a few steps towards the nearest points
-// are tried.
+//! \file
+//! Lower bounds of the distance of two solids, eight lanes wide.
+//!
+//! Across any direction, the slab between two convex solids is no wider than their distance: whatever
+//! direction is tried, what it gives is a proof, and rounding of the direction itself does no harm. Only how
+//! sharp the bound is depends on the choice. Faces, pairs of edges and a few steps towards the nearest points
+//! are tried.
 #pragma once
 
 #include "simd/simd8_geometry.hpp"
 
-namespace apc::eight::APC_ARCHITECTURE {
+namespace apc::simd8::APC_ARCHITECTURE {
 namespace {
 
-class Gap {
+class DistanceBound {
  public:
-  // moving and standing in one frame.
-  Gap(const Placed& moving, const Solid& standing) : moving_(moving), standing_(standing) {
+  //! moving and standing in one frame.
+  DistanceBound(const Placed& moving, const SolidData& standing) : moving_(moving), standing_(standing) {
     // The moving one as seen from the standing one.
-    for (int j = 0; j < 3; ++j) axes_[j] = turned_into(standing, {moving.R[j], moving.R[3 + j], moving.R[6 + j]});
-    between_ = turned_into(standing, {moving.center[0] - standing.center[0], moving.center[1] - standing.center[1],
-                                      moving.center[2] - standing.center[2]});
+    for (int j = 0; j < 3; ++j)
+      axes_[j] = turned_into(standing, {moving.R[j], moving.R[3 + j], moving.R[6 + j]});
+    between_ =
+        turned_into(standing, {moving.center[0] - standing.center[0], moving.center[1] - standing.center[1],
+                               moving.center[2] - standing.center[2]});
   }
 
-  // Of the cores, at least zero. Ends as soon as it is above enough in all of the lanes live.
+  //! Of the cores, at least zero. Ends as soon as it is above enough in all of the lanes live.
   V widest(V enough, int live) {
     const auto is_enough = [&] { return (bits(above(widest_, enough)) & live) == live; };
     try_faces();
@@ -35,13 +38,16 @@ class Gap {
   }
 
  private:
-  static constexpr int kSteps = 6;  // from one solid to the other and back
+  static constexpr int kSteps = 6;  //!< from one solid to the other and back
 
-  static int first_axis(SolidKind kind) { return kind == SolidKind::box ? 0 : kind == SolidKind::cylinder ? 2 : 3; }
+  static int first_axis(SolidKind kind) {
+    return kind == SolidKind::box ? 0 : kind == SolidKind::cylinder ? 2 : 3;
+  }
 
   void try_faces() {
     for (int i = first_axis(standing_.kind); i < 3; ++i)
-      try_direction({V{} + (i == 0 ? 1.0f : 0.0f), V{} + (i == 1 ? 1.0f : 0.0f), V{} + (i == 2 ? 1.0f : 0.0f)});
+      try_direction(
+          {V{} + (i == 0 ? 1.0f : 0.0f), V{} + (i == 1 ? 1.0f : 0.0f), V{} + (i == 2 ? 1.0f : 0.0f)});
     for (int j = first_axis(moving_.kind); j < 3; ++j) try_direction(axes_[j]);
     if (standing_.kind == SolidKind::cylinder) try_direction({between_.x, between_.y, V{}});
     if (moving_.kind == SolidKind::cylinder) {
@@ -55,12 +61,14 @@ class Gap {
     for (int j = first_axis(moving_.kind); j < 3; ++j) {
       const Point& a = axes_[j];
       for (int i = first_axis(standing_.kind); i < 3; ++i)
-        try_direction(i == 0 ? Point{V{}, -a.z, a.y} : i == 1 ? Point{a.z, V{}, -a.x} : Point{-a.y, a.x, V{}});
+        try_direction(i == 0   ? Point{V{}, -a.z, a.y}
+                      : i == 1 ? Point{a.z, V{}, -a.x}
+                               : Point{-a.y, a.x, V{}});
     }
   }
 
-  // From the middle of one core to the nearest point of the other and back (von Neumann), again and again, each
-  // time from a little farther along (Nesterov).
+  //! From the middle of one core to the nearest point of the other and back (von Neumann), again and again,
+  //! each time from a little farther along (Nesterov).
   void try_nearest_points(bool from_moving) {
     Point from = from_moving ? between_ : Point{V{}, V{}, V{}}, before = from;
     for (int i = 0; i < kSteps; ++i) {
@@ -68,19 +76,22 @@ class Gap {
       const Point here = from_moving ? nearest_of_moving(there) : nearest_of_standing(there);
       try_direction({here.x - there.x, here.y - there.y, here.z - there.z});
       const float on = static_cast<float>(i) / static_cast<float>(i + 3);
-      from = {here.x + (here.x - before.x) * on, here.y + (here.y - before.y) * on, here.z + (here.z - before.z) * on};
+      from = {here.x + (here.x - before.x) * on, here.y + (here.y - before.y) * on,
+              here.z + (here.z - before.z) * on};
       before = here;
     }
   }
 
   void try_direction(const Point& d) {
     const Point along{inner(d, axes_[0]), inner(d, axes_[1]), inner(d, axes_[2])};
-    const V width = magnitude(inner(d, between_)) - (support(moving_.kind, moving_.half, along) +
-                                                     support(standing_.kind, standing_.half, d));
+    const V width = magnitude(inner(d, between_)) -
+                    (support(moving_.kind, moving_.half, along) + support(standing_.kind, standing_.half, d));
     widest_ = larger(width / larger(square_root(norm2(d)), V{} + 1e-15f), widest_);  // of a NaN: unchanged
   }
 
-  Point nearest_of_standing(const Point& point) const { return nearest(standing_.kind, standing_.half, point); }
+  Point nearest_of_standing(const Point& point) const {
+    return nearest(standing_.kind, standing_.half, point);
+  }
 
   Point nearest_of_moving(const Point& point) const {
     const Point p{point.x - between_.x, point.y - between_.y, point.z - between_.z};
@@ -91,14 +102,14 @@ class Gap {
             between_.z + (axes_[0].z * n.x + axes_[1].z * n.y + axes_[2].z * n.z)};
   }
 
-  // In the solid's own frame: how far the core reaches along d, times the length of d.
+  //! In the solid's own frame: how far the core reaches along d, times the length of d.
   static V support(SolidKind kind, const float* half, const Point& d) {
     const V along = magnitude(d.z) * half[2];
     if (kind == SolidKind::cylinder) return along + square_root(square(d.x) + square(d.y)) * half[0];
     return along + (magnitude(d.x) * half[0] + magnitude(d.y) * half[1]);
   }
 
-  // In the solid's own frame: the point of the core nearest to p.
+  //! In the solid's own frame: the point of the core nearest to p.
   static Point nearest(SolidKind kind, const float* half, const Point& p) {
     const V z = clamped(p.z, half[2]);
     if (kind != SolidKind::cylinder) return {clamped(p.x, half[0]), clamped(p.y, half[1]), z};
@@ -111,10 +122,10 @@ class Gap {
   static V inner(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
   const Placed& moving_;
-  const Solid& standing_;
+  const SolidData& standing_;
   Point axes_[3], between_;
   V widest_{};
 };
 
 }  // namespace
-}  // namespace apc::eight::APC_ARCHITECTURE
+}  // namespace apc::simd8::APC_ARCHITECTURE

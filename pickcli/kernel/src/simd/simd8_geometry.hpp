@@ -1,10 +1,11 @@
-// Points, places and solids of the hot test, eight lanes wide. Included after APC_ARCHITECTURE is defined.
+//! \file
+//! Points, places and solids of the batch test, eight lanes wide. Included after APC_ARCHITECTURE is defined.
 #pragma once
 
 #include "simd/simd8_collision.hpp"
 #include "simd/vector8.hpp"
 
-namespace apc::eight::APC_ARCHITECTURE {
+namespace apc::simd8::APC_ARCHITECTURE {
 namespace {
 
 struct Point {
@@ -20,7 +21,7 @@ APC_INLINE V square(V a) { return a * a; }
 APC_INLINE V norm2(const Point& a) { return square(a.x) + square(a.y) + square(a.z); }
 APC_INLINE V distance2(const Point& a, const Point& b) { return norm2({a.x - b.x, a.y - b.y, a.z - b.z}); }
 
-// A solid in eight poses.
+//! A solid in eight poses.
 struct Placed {
   V R[9];
   V center[3];
@@ -30,15 +31,16 @@ struct Placed {
   static constexpr bool is_square = false;
 };
 
-// A vector of the parent's frame along the axes of a solid (Solid or Placed).
+//! A vector of the parent's frame along the axes of a solid (SolidData or Placed).
 template <typename AnySolid>
 APC_INLINE Point turned_into(const AnySolid& solid, const Point& v) {
   if (solid.is_square) return v;
-  return {v.x * solid.R[0] + v.y * solid.R[3] + v.z * solid.R[6], v.x * solid.R[1] + v.y * solid.R[4] + v.z * solid.R[7],
+  return {v.x * solid.R[0] + v.y * solid.R[3] + v.z * solid.R[6],
+          v.x * solid.R[1] + v.y * solid.R[4] + v.z * solid.R[7],
           v.x * solid.R[2] + v.y * solid.R[5] + v.z * solid.R[8]};
 }
 
-// Squared distance of a point from the core of a solid (Solid or Placed), zero inside.
+//! Squared distance of a point from the core of a solid (SolidData or Placed), zero inside.
 template <typename AnySolid>
 APC_INLINE V distance2(const Point& point, const AnySolid& solid) {
   const float* half = solid.half;
@@ -56,12 +58,12 @@ APC_INLINE Point map(const Place& T, float x, float y, float z) {
           T.p.z + T.R[6] * x + T.R[7] * y + T.R[8] * z};
 }
 
-// How far a box with these half extents, turned with a body, reaches along an axis of the world.
+//! How far a box with these half extents, turned with a body, reaches along an axis of the world.
 APC_INLINE V extent_along(const V* row, const float* half) {
   return magnitude(row[0]) * half[0] + magnitude(row[1]) * half[1] + magnitude(row[2]) * half[2];
 }
 
-APC_INLINE Placed map(const Place& T, const Solid& s) {
+APC_INLINE Placed map(const Place& T, const SolidData& s) {
   const float *R = s.R, *c = s.center;
   Placed out{{}, {}, s.half, s.rounding, s.kind};
   const V p[3] = {T.p.x, T.p.y, T.p.z};
@@ -73,12 +75,12 @@ APC_INLINE Placed map(const Place& T, const Solid& s) {
   return out;
 }
 
-// World-aligned bounds.
+//! World-aligned bounds.
 struct Bounds {
   Point low, high;
 
-  // The same in every lane: which of eight obstacles they meet, a bit each.
-  APC_INLINE int meets(const EightBounds& boxes) const {
+  //! The same in every lane: which of eight obstacles they meet, a bit each.
+  APC_INLINE int meets(const Bounds8& boxes) const {
     const Mask apart = above(load(boxes.low[0]), high.x) | above(load(boxes.low[1]), high.y) |
                        above(load(boxes.low[2]), high.z) | above(low.x, load(boxes.high[0])) |
                        above(low.y, load(boxes.high[1])) | above(low.z, load(boxes.high[2]));
@@ -86,7 +88,7 @@ struct Bounds {
   }
 };
 
-APC_INLINE Bounds bounds_of(const EightBounds& boxes, int i) {
+APC_INLINE Bounds bounds_of(const Bounds8& boxes, int i) {
   return {{all(boxes.low[0][i]), all(boxes.low[1][i]), all(boxes.low[2][i])},
           {all(boxes.high[0][i]), all(boxes.high[1][i]), all(boxes.high[2][i])}};
 }
@@ -99,4 +101,4 @@ APC_INLINE V distance2(const Bounds& a, const Bounds& b) {
 }
 
 }  // namespace
-}  // namespace apc::eight::APC_ARCHITECTURE
+}  // namespace apc::simd8::APC_ARCHITECTURE

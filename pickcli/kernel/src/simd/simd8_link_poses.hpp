@@ -1,15 +1,16 @@
-// Where the robot is in eight configurations: forward kinematics on demand, body by body and ball by ball.
+//! \file
+//! Where the robot is in eight configurations: forward kinematics on demand, body by body and ball by ball.
 #pragma once
 
 #include "simd/simd8_geometry.hpp"
 
-namespace apc::eight::APC_ARCHITECTURE {
+namespace apc::simd8::APC_ARCHITECTURE {
 namespace {
 
-class Posture {
+class LinkPoses {
  public:
-  // scratch: of scratch_bytes(robot), aligned to 32.
-  Posture(const Robot& robot, const Batch& batch, void* scratch) : robot_(robot), batch_(batch) {
+  //! scratch: of scratch_bytes(robot), aligned to 32.
+  LinkPoses(const RobotData& robot, const Batch& batch, void* scratch) : robot_(robot), batch_(batch) {
     places_ = static_cast<Place*>(scratch);
     extents_ = reinterpret_cast<Extent*>(places_ + robot.n_joints + 1);
     has_extent_ = reinterpret_cast<char*>(extents_ + robot.n_frames);
@@ -18,24 +19,25 @@ class Posture {
     places_[0].p = {V{}, V{}, V{}};
   }
 
-  // Places all bodies up to this one; to be called before anything is asked about it.
+  //! Places all bodies up to this one; to be called before anything is asked about it.
   void reach(int body) {
     for (; n_placed_ < body; ++n_placed_) place_body(n_placed_);
   }
 
   const Place& place(int body) const { return places_[body]; }
 
-  // Centre of a ball of a body in the world. Not kept: the branch to see whether it is there costs more.
+  //! Centre of a ball of a body in the world. Not kept: the branch to see whether it is there costs more.
   Point point(int i, int body) const {
     const Ball& ball = robot_.balls[i];
     return map(places_[body], ball.x, ball.y, ball.z);
   }
 
-  // Centre of a frame's box in the world, and world-aligned bounds of the box. Computed when first asked for.
+  //! Centre of a frame's box in the world, and world-aligned bounds of the box. Computed when first asked
+  //! for.
   const Point& center(int f) { return extent(f).center; }
   const Bounds& bounds(int f) { return extent(f).bounds; }
 
-  // Distance of a point from the axis of the joint that moves a body.
+  //! Distance of a point from the axis of the joint that moves a body.
   V axis_distance(const Point& point, int body) const {
     const Place& T = places_[body];
     const V x = point.x - T.p.x, y = point.y - T.p.y, z = point.z - T.p.z;
@@ -52,11 +54,13 @@ class Posture {
   const Extent& extent(int f) {
     if (!has_extent_[f]) {
       has_extent_[f] = 1;
-      const Frame& frame = robot_.frames[f];
+      const FrameData& frame = robot_.frames[f];
       const Place& T = places_[frame.body];
       const Point c = map(T, frame.center[0], frame.center[1], frame.center[2]);
-      const Point half{extent_along(T.R, frame.half), extent_along(T.R + 3, frame.half), extent_along(T.R + 6, frame.half)};
-      extents_[f] = {c, {{c.x - half.x, c.y - half.y, c.z - half.z}, {c.x + half.x, c.y + half.y, c.z + half.z}}};
+      const Point half{extent_along(T.R, frame.half), extent_along(T.R + 3, frame.half),
+                       extent_along(T.R + 6, frame.half)};
+      extents_[f] = {
+          c, {{c.x - half.x, c.y - half.y, c.z - half.z}, {c.x + half.x, c.y + half.y, c.z + half.z}}};
     }
     return extents_[f];
   }
@@ -67,9 +71,9 @@ class Posture {
     return batch_.is_edge ? batch_.q0[j] + lanes * batch_.dq[j] : lanes;
   }
 
-  // Pose of body k+1 from that of body k.
+  //! Pose of body k+1 from that of body k.
   void place_body(int k) {
-    const Joint& joint = robot_.joints[k];
+    const JointData& joint = robot_.joints[k];
     const Place& from = places_[k];
     Place& to = places_[k + 1];
     const Doubles q = position(joint.q_index);
@@ -92,13 +96,13 @@ class Posture {
     to.p = {p[0], p[1], p[2]};
   }
 
-  const Robot& robot_;
+  const RobotData& robot_;
   const Batch& batch_;
-  Place* places_;    // by body
-  Extent* extents_;  // by frame, valid where has_extent_
+  Place* places_;    //!< by body
+  Extent* extents_;  //!< by frame, valid where has_extent_
   char* has_extent_;
   int n_placed_ = 0;
 };
 
 }  // namespace
-}  // namespace apc::eight::APC_ARCHITECTURE
+}  // namespace apc::simd8::APC_ARCHITECTURE

@@ -1,5 +1,6 @@
-// Eight floats as one value. Included only by the translation units of the hot test, each with its own
-// instruction set: everything has internal linkage, so that the linker cannot mix the two.
+//! \file
+//! Eight floats as one value. Included only by the translation units of the batch test, each with its own
+//! instruction set: everything has internal linkage, so that the linker cannot mix the two.
 #pragma once
 
 #if defined(__SSE2__)
@@ -9,13 +10,13 @@
 namespace {
 
 using V = float __attribute__((vector_size(32)));
-using Mask = int __attribute__((vector_size(32)));  // 0 or -1 per lane
+using Mask = int __attribute__((vector_size(32)));  //!< 0 or -1 per lane
 using Doubles = double __attribute__((vector_size(64)));
 using Longs = long long __attribute__((vector_size(64)));
 
 #define APC_INLINE inline __attribute__((always_inline))
 
-// What the compiler makes badly, or not the same, of vector operators: written out per instruction set.
+//! What the compiler makes badly, or not the same, of vector operators: written out per instruction set.
 #if defined(__AVX2__)
 
 APC_INLINE int bits(Mask m) { return _mm256_movemask_ps((__m256)m); }
@@ -80,35 +81,43 @@ APC_INLINE V square_root(V a) {
 
 APC_INLINE V select(Mask m, V a, V b) { return (V)(((Mask)a & m) | ((Mask)b & ~m)); }
 
-APC_INLINE V load(const float* eight) {
+APC_INLINE V load(const float* lanes) {
   V v;
-  __builtin_memcpy(&v, eight, sizeof v);
+  __builtin_memcpy(&v, lanes, sizeof v);
   return v;
 }
 
-// The same in every lane.
+//! The same in every lane.
 APC_INLINE V all(float a) { return V{a, a, a, a, a, a, a, a}; }
 
-// The largest lane.
+//! Lanes in another order: written with the builtin that GCC from 12 on and clang have, or with GCC's older
+//! one.
+#if defined(__has_builtin) && __has_builtin(__builtin_shufflevector)
+#define APC_SHUFFLE(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
+#else
+#define APC_SHUFFLE(a, ...) __builtin_shuffle(a, Mask{__VA_ARGS__})
+#endif
+
+//! The largest lane.
 APC_INLINE float largest(V a) {
-  a = larger(a, __builtin_shuffle(a, Mask{4, 5, 6, 7, 0, 1, 2, 3}));
-  a = larger(a, __builtin_shuffle(a, Mask{2, 3, 0, 1, 6, 7, 4, 5}));
-  a = larger(a, __builtin_shuffle(a, Mask{1, 0, 3, 2, 5, 4, 7, 6}));
+  a = larger(a, APC_SHUFFLE(a, 4, 5, 6, 7, 0, 1, 2, 3));
+  a = larger(a, APC_SHUFFLE(a, 2, 3, 0, 1, 6, 7, 4, 5));
+  a = larger(a, APC_SHUFFLE(a, 1, 0, 3, 2, 5, 4, 7, 6));
   return a[0];
 }
 
-// The lanes whose bit is set.
+//! The lanes whose bit is set.
 APC_INLINE Mask lanes(int set) {
   constexpr Mask bit{1, 2, 4, 8, 16, 32, 64, 128};
   return equal(bit & set, bit);
 }
 
 APC_INLINE V magnitude(V a) { return (V)((Mask)a & 0x7fffffff); }
-// Written so that a NaN counts as not above.
+//! Written so that a NaN counts as not above.
 APC_INLINE Mask not_above(V a, V b) { return ~above(a, b); }
 
-// Sine and cosine of angles given in double: the multiple of pi/2 is taken off in double, the rest by the
-// minimax polynomials of Cephes (S. Moshier) on [-pi/4, pi/4], each off by less than 2 units of 2^-24.
+//! Sine and cosine of angles given in double: the multiple of pi/2 is taken off in double, the rest by the
+//! minimax polynomials of Cephes (S. Moshier) on [-pi/4, pi/4], each off by less than 2 units of 2^-24.
 APC_INLINE void sine_cosine(const Doubles& angle, V& sine, V& cosine) {
   constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to an integer
   const Doubles rounded = angle * 0.63661977236758134308 + kRound;

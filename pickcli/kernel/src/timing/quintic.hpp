@@ -1,19 +1,20 @@
-// Quintic pieces of a trajectory: how large velocity, acceleration and jerk get on them.
+//! \file
+//! Quintic pieces of a trajectory: how large velocity, acceleration and jerk get on them.
 #pragma once
 
 namespace apc {
 
-// Position, velocity and acceleration of one joint.
+//! Position, velocity and acceleration of one joint.
 struct JointState {
   double p, v, a;
 };
 
-// Largest absolute values over a piece: of the velocity an upper bound, of the others exact.
+//! Largest absolute values over a piece: of the velocity an upper bound, of the others exact.
 struct Peaks {
   double velocity, acceleration, jerk;
 };
 
-// Of the quintic that leads from one state to another in h > 0 seconds.
+//! Of the quintic that leads from one state to another in h > 0 seconds.
 Peaks quintic_peaks(const JointState& start, const JointState& end, double h);
 
 }  // namespace apc

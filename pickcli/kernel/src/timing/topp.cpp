@@ -9,9 +9,9 @@ namespace apc {
 namespace {
 
 constexpr double kTiny = 1e-9;
-constexpr double kSamePoint = 1e-12;  // of the path's length
+constexpr double kSamePoint = 1e-12;  //!< of the path's length
 
-// |u - slope x| <= width, x at the start of the interval.
+//! |u - slope x| <= width, x at the start of the interval.
 struct Strip {
   double slope, width;
 };
@@ -28,7 +28,7 @@ class Passes {
 
   double x(std::size_t i) const { return x_[i]; }
 
-  // Half-width of the narrowest strip: the acceleration along a line.
+  //! Half-width of the narrowest strip: the acceleration along a line.
   double narrowest(std::size_t i) const {
     double least = std::numeric_limits<double>::infinity();
     for (const Strip* k = begin(i); k != end(i); ++k) least = std::min(least, k->width);
@@ -40,24 +40,25 @@ class Passes {
   const Strip* end(std::size_t i) const { return begin(i) + 2 * grid_.n; }
   double step(std::size_t i) const { return 2.0 * (grid_.s[i + 1] - grid_.s[i]); }
 
-  // The limits at the interval's start, and those at its end, where x is x_i + step u.
+  //! The limits at the interval's start, and those at its end, where x is x_i + step u.
   void make_strips(std::size_t i) {
     const std::size_t n = grid_.n;
     for (std::size_t j = 0; j < n; ++j) {
       const std::size_t at = i * n + j, after = at + n;
       const double limit = grid_.acceleration[at];
       strips_[2 * n * i + j] = strip(grid_.dq[at], grid_.ddq[at], limit);
-      strips_[2 * n * i + n + j] = strip(grid_.dq[after] + step(i) * grid_.ddq[after], grid_.ddq[after], limit);
+      strips_[2 * n * i + n + j] =
+          strip(grid_.dq[after] + step(i) * grid_.ddq[after], grid_.ddq[after], limit);
     }
   }
 
-  // |a u + b x| <= c
+  //! |a u + b x| <= c
   static Strip strip(double a, double b, double c) {
     if (std::abs(a) < kTiny) a = kTiny;
     return {-b / a, c / std::abs(a)};
   }
 
-  // Largest x that any u can sustain at gridpoint i, speed limit included.
+  //! Largest x that any u can sustain at gridpoint i, speed limit included.
   double highest(std::size_t i) const {
     const double x = grid_.speed[i] * grid_.speed[i];
     if (i + 1 == grid_.M || grid_.is_line[i]) return x;
@@ -69,7 +70,7 @@ class Passes {
     return std::min(x, 1.0 / parting);
   }
 
-  // x becomes the upper ends of the controllable sets: from there the end can still be reached at rest.
+  //! x becomes the upper ends of the controllable sets: from there the end can still be reached at rest.
   void backward() {
     for (std::size_t i = grid_.M - 1; i-- > 0;) {
       const double after = x_[i + 1], ds = step(i);
@@ -78,7 +79,7 @@ class Passes {
     }
   }
 
-  // x becomes the fastest: always the largest acceleration that stays controllable.
+  //! x becomes the fastest: always the largest acceleration that stays controllable.
   void forward() {
     for (std::size_t i = 0; i + 1 < grid_.M; ++i) {
       double gain = std::numeric_limits<double>::infinity();
@@ -88,11 +89,11 @@ class Passes {
   }
 
   const PathGrid& grid_;
-  std::vector<Strip> strips_;  // (M-1, 2n)
-  std::vector<double> x_;      // (M,)
+  std::vector<Strip> strips_;  //!< (M-1, 2n)
+  std::vector<double> x_;      //!< (M,)
 };
 
-// Points in time; one that lies where the one before it lies is left out, but the last stays.
+//! Points in time; one that lies where the one before it lies is left out, but the last stays.
 class Points {
  public:
   explicit Points(double length) : same_(kSamePoint * length) {}
@@ -124,8 +125,8 @@ class Points {
   PaceProfile out_;
 };
 
-// Square of the fastest cruise on line i: reached and left with acceleration u and kept for grid.cruise.
-// Distance = (v^2 - x0) / 2u + (v^2 - x1) / 2u + v cruise, solved for v.
+//! Square of the fastest cruise on line i: reached and left with acceleration u and kept for grid.cruise.
+//! Distance = (v^2 - x0) / 2u + (v^2 - x1) / 2u + v cruise, solved for v.
 double cruise_squared(const PathGrid& grid, std::size_t i, double x0, double x1, double u) {
   const double half = u * grid.cruise / 2.0;
   const double v = std::sqrt(half * half + u * (grid.s[i + 1] - grid.s[i]) + (x0 + x1) / 2.0) - half;

@@ -1,0 +1,63 @@
+//! \file
+//! Forward kinematics, Jacobian and inverse kinematics of random chains.
+#include "check.hpp"
+#include "kinematics/ik.hpp"
+#include "random_cases.hpp"
+
+using namespace apc;
+
+TEST("the Jacobian is what small steps do") {
+  test::Random random(31);
+  for (int i = 0; i < 30; ++i) {
+    const Robot robot = random.robot();
+    const Chain& chain = robot.chain();
+    std::vector<double> q = random.configuration(chain.n()), J(6 * static_cast<std::size_t>(chain.n()));
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames())), moved = frames;
+    chain.fk(q.data(), frames.data());
+    chain.jacobian(frames.data(), frames.back().p, J.data());
+    for (int j = 0; j < chain.n(); ++j) {
+      constexpr double step = 1e-6;
+      q[static_cast<std::size_t>(j)] += step;
+      chain.fk(q.data(), moved.data());
+      q[static_cast<std::size_t>(j)] -= step;
+      const Vec3 d = (1.0 / step) * (moved.back().p - frames.back().p);
+      const Vec3 turn = (1.0 / step) * rotation_vector(moved.back().R * transposed(frames.back().R));
+      const double expected[6] = {d.x, d.y, d.z, turn.x, turn.y, turn.z};
+      for (int row = 0; row < 6; ++row)
+        CHECK_NEAR(J[static_cast<std::size_t>(row * chain.n() + j)], expected[row], 1e-5);
+    }
+  }
+}
+
+TEST("a configuration that is found reaches its target within the limits") {
+  test::Random random(32);
+  int n_found = 0;
+  for (int i = 0; i < 30; ++i) {
+    const Robot robot = random.robot();
+    const Chain& chain = robot.chain();
+    const std::size_t n = static_cast<std::size_t>(chain.n());
+    const std::vector<double> lower(n, -3.0), upper(n, 3.0), weights(n, 1.0),
+        goal = random.configuration(chain.n());
+    std::vector<double> q = goal;
+    for (double& each : q) each += random.between(-0.1, 0.1);
+    for (double& each : q) each = std::min(std::max(each, -3.0), 3.0);
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+    chain.fk(goal.data(), frames.data());
+    const Pose target = frames.back();
+    const IkProblem problem{chain, {}, lower.data(), upper.data(), weights.data()};
+    if (solve(problem, target, q.data()) != IkResult::converged) continue;
+    ++n_found;
+    chain.fk(q.data(), frames.data());
+    CHECK_AT_MOST(norm(frames.back().p - target.p), 1e-5);
+    CHECK_AT_MOST(norm(rotation_vector(frames.back().R * transposed(target.R))), 1e-4);
+    for (std::size_t j = 0; j < n; ++j) CHECK(q[j] >= lower[j] && q[j] <= upper[j]);
+  }
+  CHECK(n_found > 20);
+}
+
+TEST("what is no chain is refused") {
+  CHECK_THROWS(Chain({}));
+  CHECK_THROWS(Chain({{JointKind::revolute, {}, {0.0, 0.0, 0.0}, 0}}));
+  CHECK_THROWS(Chain({{JointKind::revolute, {}, {0.0, 0.0, 1.0}, 1}}));
+  CHECK_THROWS(Chain({{JointKind::fixed, {}, {0.0, 0.0, 1.0}, 0}}));
+}
