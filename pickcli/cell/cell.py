@@ -16,12 +16,19 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class NamedConfiguration:
-    """A configuration with a name and the tool state it is meant for."""
+    """A configuration with a name and the tool state it is meant for.
+
+    Attributes:
+        name: Unique in the cell.
+        q: (n,) rad or m.
+        tool_state: State of the tool.
+        kind: "home", "bin", "camera", "tote", "drop" or "midway"; "yardstick" is only to compare with Delft.
+    """
 
     name: str
-    q: Array  # (n,)
+    q: Array
     tool_state: ToolState
-    kind: str  # "home", "bin", "camera", "tote", "drop", "midway"; "yardstick": only to compare with Delft
+    kind: str
 
     @property
     def place(self) -> str:
@@ -31,32 +38,56 @@ class NamedConfiguration:
 
 @dataclass(frozen=True, eq=False)
 class AllowedPair:
-    """Two bodies that are never tested against each other, and why."""
+    """Two bodies that are never tested against each other, and why.
 
-    a: str  # link name
-    b: str  # link or obstacle name
+    Attributes:
+        a: Name of a link.
+        b: Name of a link or an obstacle.
+        reason: Why they may touch, in a sentence.
+    """
+
+    a: str
+    b: str
     reason: str
 
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A station. World frame = the pod frame of the nominal pod (see docs/formats/cell.md)."""
+    """A robot cell. World frame = the pod frame of the nominal pod (see docs/formats/cell.md).
+
+    Attributes:
+        name: Of the cell.
+        path: The cell's folder.
+        robot: The robot with its tool.
+        T_world_pod: (4, 4) nominal pose of the pod, identity in the default cell.
+        pod: The shelf.
+        tote: The tote.
+        obstacles: Everything else that stands still.
+        devices: Devices by name.
+        configurations: Named configurations by name.
+        allowed_pairs: Pairs that may touch.
+        items: Items by (name, year).
+        speed_scale: Factor on all velocity and acceleration limits.
+        clearance: m that every planned motion keeps outside of planned contacts.
+        max_tool_speed: m/s of the tool's tip, in every motion; None without a limit.
+        fingerprint: SHA-256 over all that the validity of a motion depends on.
+    """
 
     name: str
-    path: Path  # the cell's folder
+    path: Path
     robot: Robot
-    T_world_pod: Array  # (4, 4) nominal, identity in the default cell
+    T_world_pod: Array
     pod: Pod
     tote: Tote
     obstacles: Obstacles
     devices: dict[str, Device]
     configurations: dict[str, NamedConfiguration]
     allowed_pairs: tuple[AllowedPair, ...]
-    items: dict[tuple[str, int], Item]  # by (name, year)
-    speed_scale: float  # of all velocity and acceleration limits
-    clearance: float  # m, margin that every planned motion keeps outside of planned contacts
-    max_tool_speed: float | None = None  # m/s of the tool's tip, in every motion
-    fingerprint: str = field(default="")  # SHA-256 over all that the validity of a motion depends on
+    items: dict[tuple[str, int], Item]
+    speed_scale: float
+    clearance: float
+    max_tool_speed: float | None = None
+    fingerprint: str = field(default="")
 
     @property
     def places(self) -> dict[str, Place]:
@@ -68,7 +99,18 @@ class Cell:
         return place.in_world(self.T_world_pod)
 
     def item(self, name: str, year: int = 2016) -> Item:
-        """The item of that name, of the year if it has one, else of the other. Raises UnknownNameError."""
+        """The item of a name, of the given year if it has one, else of the other.
+
+        Args:
+            name: Of the item.
+            year: Preferred year.
+
+        Returns:
+            The item.
+
+        Raises:
+            UnknownNameError: If there is none.
+        """
         from pickcli.errors import UnknownNameError
 
         for key in ((name, year), (name, 2016), (name, 2015)):

@@ -1,4 +1,4 @@
-"""What is other in a cell than it was: by a record of its parts, which a file can carry."""
+"""Difference between two cells, from a record of a cell's parts that a file can carry."""
 
 from __future__ import annotations
 
@@ -30,10 +30,12 @@ _TOLD = {
 class CellChange:
     """The difference between a cell and what it was.
 
-    rules: in words, what changed of what every motion depends on
-    came: solids ("pod wall_left") that were not there, or were other or elsewhere
-    went: solids that are not there any more, or are other or elsewhere
-    cell_of_came, cell_of_went: the cell with no other solids than these around the robot
+    Attributes:
+        rules: In words, what changed of what every motion depends on.
+        came: Solids ("pod wall_left") that are new, changed or moved.
+        went: Solids that were removed, changed or moved.
+        cell_of_came: The cell with no other solids than those that came around the robot.
+        cell_of_went: The cell with no other solids than those that went around the robot.
     """
 
     rules: tuple[str, ...]
@@ -44,17 +46,24 @@ class CellChange:
 
     @property
     def leaves_room(self) -> bool:
-        """Whether a solid is gone, or one that is not of the pod is other or elsewhere."""
+        """True if a solid was removed, or a solid outside the pod was changed or moved."""
         return any(name not in self.came or not name.startswith("pod ") for name in self.went)
 
     @property
     def solids(self) -> tuple[str, ...]:
-        """All solids that changed."""
+        """Names of all solids that changed."""
         return tuple(dict.fromkeys((*self.came, *self.went)))
 
 
 def parts_of(cell: Cell) -> dict[str, Any]:
-    """What ``change_since`` compares, as JSON values: digests of the rules, and every solid by name."""
+    """What ``change_since`` compares: digests of the rules, and every solid by name.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        JSON values.
+    """
     return {
         "rules": {name: digest(rule)[:_LENGTH] for name, rule in rules(cell).items()},
         "T_world_pod": numbers(cell.T_world_pod),
@@ -63,7 +72,20 @@ def parts_of(cell: Cell) -> dict[str, Any]:
 
 
 def change_since(before: Mapping[str, Any], cell: Cell) -> CellChange:
-    """What changed since ``parts_of`` was taken. Raises ValueError, TypeError or KeyError if that is none."""
+    """What changed since ``parts_of`` was taken.
+
+    Args:
+        before: The parts of the cell as it was.
+        cell: The cell as it is.
+
+    Returns:
+        The difference.
+
+    Raises:
+        ValueError: If ``before`` is no such record.
+        TypeError: If ``before`` is no such record.
+        KeyError: If ``before`` is no such record.
+    """
     now, then = parts_of(cell), before
     moved = "pod " if now["T_world_pod"] != then["T_world_pod"] else None
     came = _others(now["solids"], then["solids"], moved)

@@ -1,4 +1,4 @@
-"""A cell from its folder: cell.yaml, its URDF and the items, checked against each other."""
+"""Reading a cell from its folder: cell.yaml, its URDF and the items, checked against each other."""
 
 from __future__ import annotations
 
@@ -31,10 +31,17 @@ from pickcli.geometry import Array, pose
 
 
 def load_cell(name_or_path: str | Path) -> Cell:
-    """The cell of that name under data/cells, or in that folder, or of that cell.yaml.
+    """Load a cell.
 
-    Raises InputError with file, line and key of everything that is wrong; UnknownNameError if there is
-    no such cell.
+    Args:
+        name_or_path: A name under data/cells, a folder, or a cell.yaml.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: With file, line and key of everything that is wrong.
+        UnknownNameError: If there is no such cell.
     """
     path = cell_file(name_or_path)
     source = read_yaml(path, CELL)
@@ -72,12 +79,26 @@ def load_cell(name_or_path: str | Path) -> Cell:
 
 
 def cell_names() -> list[str]:
-    """Names of the cells under data/cells."""
+    """Names of the cells under data/cells.
+
+    Returns:
+        Sorted names.
+    """
     return sorted(path.parent.name for path in data_path().glob("cells/*/cell.yaml"))
 
 
 def cell_file(name_or_path: str | Path) -> Path:
-    """The cell.yaml that a name, a folder or a path means. Raises UnknownNameError."""
+    """The cell.yaml that a name, a folder or a path means.
+
+    Args:
+        name_or_path: A name under data/cells, a folder, or a cell.yaml.
+
+    Returns:
+        The file.
+
+    Raises:
+        UnknownNameError: If there is none.
+    """
     path = Path(name_or_path)
     for candidate in (data_path() / "cells" / path / "cell.yaml", path / "cell.yaml", path):
         with suppress(OSError):  # e.g. a name that is too long for a file

@@ -1,4 +1,4 @@
-"""What may stand in a cell file: names, types and ranges. See docs/formats/cell.md."""
+"""Schema of cell files: names, types and ranges. See docs/formats/cell.md."""
 
 from __future__ import annotations
 

@@ -19,7 +19,16 @@ ANGULAR = {"max_velocity": 60.0, "max_acceleration": 2000.0, "max_jerk": 1e6}
 
 
 def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    """Raise one InputError with every disagreement inside the cell file and with its URDF."""
+    """Check what the parts of a cell file must agree on, among each other and with the URDF.
+
+    Args:
+        source: The file, for places in messages.
+        model: The cell as it stands in the file.
+        chain: Links and joints of its URDF.
+
+    Raises:
+        InputError: With every disagreement.
+    """
     _check_joints(source, model, chain)
     _check_limits(source, model, chain)
     _check_tool(source, model, chain)

@@ -24,12 +24,19 @@ UNIFORM_DISC = 2.0 / 3.0  # torque over force times radius that friction bears u
 
 @dataclass(frozen=True)
 class CupLimits:
-    """Limits at full vacuum; all of them fall in proportion with the vacuum that the seal keeps."""
+    """Limits at full vacuum; all of them fall in proportion with the vacuum that the seal keeps.
 
-    max_pull: float  # N along the cup's axis, away from it
-    max_shear: float  # N across it
-    max_moment: float  # Nm of bending, about any axis across it
-    max_twist: float  # Nm about it
+    Attributes:
+        max_pull: N along the cup's axis, away from it.
+        max_shear: N across it.
+        max_moment: Nm of bending, about any axis across it.
+        max_twist: Nm about it.
+    """
+
+    max_pull: float
+    max_shear: float
+    max_moment: float
+    max_twist: float
 
     def lip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
         """Share of the lip's force that pull and bending take up, at full vacuum share ``vacuum_share``.
@@ -46,7 +53,11 @@ class CupLimits:
         return _over(pull / self.max_pull + bending / self.max_moment, vacuum_share)
 
     def slip(self, wrench: Array, vacuum_share: Array | float = 1.0) -> Array:
-        """Share of the friction that shear and twist take up; arguments as of ``lip``.
+        """Share of the friction that shear and twist take up.
+
+        Args:
+            wrench: (..., 6) at the tip, in the tool frame, exerted by the cup on the item.
+            vacuum_share: Vacuum under the cup over full vacuum, a number or an array (...).
 
         Returns:
             (...) length of (shear / max_shear, twist / max_twist) over the share; the lip slips above 1.
@@ -70,17 +81,20 @@ class CupLimits:
 
 
 def twist_of(max_shear: float, cup_radius: float) -> float:
-    """The twist in Nm that a cup bears whose cell does not state it: friction of a uniformly pressed disc.
+    """The twist that a cup bears whose cell does not state it: friction of a uniformly pressed disc.
 
     Args:
         max_shear: N.
         cup_radius: m.
+
+    Returns:
+        Nm.
     """
     return UNIFORM_DISC * max_shear * cup_radius
 
 
 def _over(load: Array, share: Array | float) -> Array:
-    """load / share, infinite where the share is not positive."""
+    """Quotient of load and share, infinite where the share is not positive."""
     share = np.asarray(share, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.where(share > 0.0, load / share, np.inf))

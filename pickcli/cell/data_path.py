@@ -8,7 +8,11 @@ import pickcli
 
 
 def data_path() -> Path:
-    """The folder that holds cells/, items/ and tasks/."""
+    """The folder that holds cells/, items/ and tasks/.
+
+    Returns:
+        Its path.
+    """
     package = Path(pickcli.__file__).resolve().parent
     beside = package.parent / "data"
     return beside if (beside / "cells").is_dir() else package / "data"

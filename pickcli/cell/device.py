@@ -19,10 +19,14 @@ class DeviceKind(StrEnum):
 class Device:
     """One switched device.
 
-    lead: s between the command and its full effect (a pump's time to full vacuum, a valve's switching).
+    Attributes:
+        name: Unique in the cell.
+        kind: What it does.
+        lead: s between the command and its full effect (a pump's time to full vacuum, a valve's switching).
+        actions: E.g. ("on", "off"), ("read",), ("straight", "down").
     """
 
     name: str
     kind: DeviceKind
     lead: float
-    actions: tuple[str, ...]  # e.g. ("on", "off"), ("read",), ("straight", "down")
+    actions: tuple[str, ...]

@@ -25,7 +25,14 @@ _DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a 
 
 
 def fingerprint(cell: Cell) -> str:
-    """SHA-256 (hex) of the cell's canonical content."""
+    """SHA-256 of the cell's canonical content.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        Hexadecimal digits.
+    """
     return digest(
         {
             **rules(cell),
@@ -38,7 +45,14 @@ def fingerprint(cell: Cell) -> str:
 
 
 def rules(cell: Cell) -> dict[str, Any]:
-    """What every motion depends on: all of the canonical content but the solids around the robot."""
+    """What every motion depends on: all of the canonical content but the solids around the robot.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        Plain values.
+    """
     found = {
         "robot": _robot(cell.robot),
         "displacement": numbers(astuple(cell.pod.displacement)),
@@ -52,18 +66,39 @@ def rules(cell: Cell) -> dict[str, Any]:
 
 
 def solid(body: Body) -> list[Any]:
-    """The canonical content of a solid: name, kind, size and pose in its frame."""
+    """The canonical content of a solid: name, kind, size and pose in its frame.
+
+    Args:
+        body: The solid.
+
+    Returns:
+        Plain values.
+    """
     return [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
 
 
 def digest(content: Any) -> str:
-    """SHA-256 (hex) of plain values, independent of the order of keys."""
+    """SHA-256 of plain values, independent of the order of keys.
+
+    Args:
+        content: Plain values.
+
+    Returns:
+        Hexadecimal digits.
+    """
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def numbers(values: Array | float | Iterable[float]) -> list[Any]:
-    """Numbers rounded to 1e-9 as plain lists; infinities as text, minus zero as zero."""
+    """Numbers as plain lists, rounded to 1e-9; infinities as text, minus zero as zero.
+
+    Args:
+        values: The numbers.
+
+    Returns:
+        Plain values.
+    """
     flat = np.asarray(values, dtype=float).ravel()
     return [round(v, _DIGITS) + 0.0 if isfinite(v) else str(v) for v in flat.tolist()]
 

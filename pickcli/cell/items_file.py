@@ -1,4 +1,4 @@
-"""Items from data/items: one file per year. See docs/formats/items.md."""
+"""Item files under data/items: one file per year. See docs/formats/items.md."""
 
 from __future__ import annotations
 
@@ -110,7 +110,17 @@ class ItemsModel(FileModel):
 
 
 def load_items(folder: Path | None = None) -> dict[tuple[str, int], Item]:
-    """All items of all files in ``folder`` (default: data/items), by (name, year). Raises InputError."""
+    """Load all items of all files in a folder.
+
+    Args:
+        folder: data/items if None.
+
+    Returns:
+        Items by (name, year).
+
+    Raises:
+        InputError: With every mistake in a file and its place.
+    """
     items: dict[tuple[str, int], Item] = {}
     for path in sorted((folder or data_path() / "items").glob("*.yaml")):
         items.update(read_items(path))
@@ -118,7 +128,17 @@ def load_items(folder: Path | None = None) -> dict[tuple[str, int], Item]:
 
 
 def read_items(path: Path) -> dict[tuple[str, int], Item]:
-    """The items of one file, by (name, year). Raises InputError with every mistake and its place."""
+    """Read the items of one file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Items by (name, year).
+
+    Raises:
+        InputError: With every mistake and its place.
+    """
     model = validate(read_yaml(path, ITEMS), ItemsModel)
     return {(name, model.year): _item(name, model.year, item) for name, item in model.items.items()}
 

@@ -20,7 +20,14 @@ from pickcli.geometry import pose
 
 
 def build_pod(figures: PodModel) -> Pod:
-    """Boxes (pod frame), bins and bounding groups of the shelf."""
+    """Boxes (pod frame), bins and bounding groups of the shelf.
+
+    Args:
+        figures: The shelf as it stands in the cell file.
+
+    Returns:
+        The pod.
+    """
     groups = {row_name(row): _row_bodies(figures, i) for i, row in enumerate(figures.rows)}
     groups.update(_frame_bodies(figures))
     bodies = tuple(body for group in groups.values() for body in group)
@@ -36,17 +43,38 @@ def build_pod(figures: PodModel) -> Pod:
 
 
 def row_name(row: RowModel) -> str:
-    """``row_ABC`` for the bins bin_A, bin_B, bin_C."""
+    """Name of a row: ``row_ABC`` for the bins bin_A, bin_B, bin_C.
+
+    Args:
+        row: The row.
+
+    Returns:
+        Its name.
+    """
     return "row_" + "".join(name.rsplit("_", 1)[-1] for name in row.bins)
 
 
 def flat_from(figures: PodModel) -> float:
-    """x in m where the floor's slope ends."""
+    """Where the floor's slope ends.
+
+    Args:
+        figures: The shelf as it stands in the cell file.
+
+    Returns:
+        x in m, pod frame.
+    """
     return float(figures.lip_depth + figures.floor_drop / np.tan(figures.floor_slope))
 
 
 def floor_names(row: RowModel) -> tuple[str, str]:
-    """Names of the two bodies that carry what lies in this row."""
+    """Names of the two bodies that carry what lies in a row.
+
+    Args:
+        row: The row.
+
+    Returns:
+        The sloped and the flat part.
+    """
     return f"{row_name(row)}_floor_slope", f"{row_name(row)}_floor_flat"
 
 

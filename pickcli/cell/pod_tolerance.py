@@ -33,7 +33,9 @@ class PodStand(StrEnum):
 class PodMark:
     """For which pods something that is stored was proven.
 
-    why_nominal: why it is for the pod in its place alone, "" where it holds for any
+    Attributes:
+        stand: Where the pod may stand.
+        why_nominal: Why it holds for the pod in its place alone, "" if it holds for any.
     """
 
     stand: PodStand = PodStand.NOMINAL
@@ -48,8 +50,10 @@ NOMINAL_POD = PodMark()
 class Displacement:
     """Bounds of where the pod stands, in the frame of the nominal pod. It stands on the floor, upright.
 
-    x, y: m, how far its frame may be off, either way
-    yaw: rad, how far it may be turned about its own z, either way
+    Attributes:
+        x: m, how far its frame may be off, either way.
+        y: m, how far its frame may be off, either way.
+        yaw: rad, how far it may be turned about its own z, either way.
     """
 
     x: float = 0.0
@@ -57,22 +61,41 @@ class Displacement:
     yaw: float = 0.0
 
     def allows(self, T_nominal_pod: Array) -> bool:
-        """Whether a pod (4, 4) stands within the bounds."""
+        """Whether a pod stands within the bounds.
+
+        Args:
+            T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+
+        Returns:
+            True if it does.
+        """
         x, y, z = T_nominal_pod[:3, 3]
         roll_pitch = float(np.abs(T_nominal_pod[:3, 2] - [0.0, 0.0, 1.0]).max())
         off = (abs(x) - self.x, abs(y) - self.y, abs(z), roll_pitch, abs(yaw_of(T_nominal_pod)) - self.yaw)
         return bool(max(off) <= _TOLERANCE)
 
     def bound(self, radius: float) -> float:
-        """How far, in m, a point at that distance from the pod's z axis can be moved."""
+        """How far a point of the pod can be moved.
+
+        Args:
+            radius: m from the pod's z axis to the point.
+
+        Returns:
+            m.
+        """
         return float(np.hypot(self.x, self.y)) + self.yaw * radius
 
     def swept(self, body: Body) -> Body:
-        """The smallest box along the body's own axes that holds it wherever the pod stands.
+        """The smallest box along a body's own axes that holds it wherever the pod stands.
 
-        The body is given, and the box stands, in the frame of the nominal pod. Exact for boxes: how far the
-        sweep reaches along an axis is how far the farthest of the corners gets, each of which moves on an arc
-        about the pod's z and then by x and y.
+        Exact for boxes: how far the sweep reaches along an axis is how far the farthest of the corners gets,
+        each of which moves on an arc about the pod's z and then by x and y.
+
+        Args:
+            body: A body in the frame of the nominal pod.
+
+        Returns:
+            The box, in that frame.
         """
         R = body.T_parent_shape[:3, :3]
         corners = body.T_parent_shape[:3, 3] + (_CORNERS * body.shape.extents / 2) @ R.T
@@ -93,17 +116,41 @@ UNMOVED = Displacement()  # it always stands in its place
 
 
 def displaced(T_world_pod: Array, x: float, y: float, yaw: float) -> Array:
-    """T_world_pod (4, 4) of a pod that is moved by x and y (m) and turned by yaw (rad) from its place."""
+    """Pose of a pod that is moved and turned from its place.
+
+    Args:
+        T_world_pod: (4, 4) nominal pose.
+        x: m.
+        y: m.
+        yaw: rad.
+
+    Returns:
+        (4, 4) ``T_world_pod``.
+    """
     return np.asarray(T_world_pod @ pose((x, y, 0.0), rpy=(0.0, 0.0, yaw)))
 
 
 def yaw_of(T_nominal_pod: Array) -> float:
-    """rad, how far a pod is turned about z."""
+    """How far a pod is turned about z.
+
+    Args:
+        T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+
+    Returns:
+        rad.
+    """
     return float(np.arctan2(T_nominal_pod[1, 0], T_nominal_pod[0, 0]))
 
 
 def pod_stand(T_nominal_pod: Array) -> str:
-    """Where a pod stands, in words: mm and degrees, seen from its place."""
+    """Where a pod stands, in words: mm and degrees, seen from its place.
+
+    Args:
+        T_nominal_pod: (4, 4) its pose, seen from its nominal place.
+
+    Returns:
+        The words.
+    """
     x, y, z = 1e3 * T_nominal_pod[:3, 3]
     text = f"{x:+.1f} mm in x, {y:+.1f} mm in y, {degrees(yaw_of(T_nominal_pod)):+.2f} degrees off its place"
     tilt = degrees(acos(min(T_nominal_pod[2, 2], 1.0)))

@@ -24,30 +24,55 @@ class JointType(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """One joint of the chain. Angles in rad (prismatic: m); limits per second, s^2, s^3."""
+    """One joint of the chain. Positions in rad (prismatic: m).
+
+    Attributes:
+        name: Unique in the robot.
+        type: Kind of motion.
+        parent: Name of the link that it is fixed to.
+        child: Name of the link that it moves.
+        T_parent_joint: (4, 4) pose of the joint frame in the parent link, at position 0.
+        axis: (3,) unit axis in the joint frame; motion is along or about it.
+        lower: Lower position limit.
+        upper: Upper position limit.
+    """
 
     name: str
     type: JointType
     parent: str
     child: str
-    T_parent_joint: Array  # (4, 4) pose of the joint frame in the parent link, at position 0
-    axis: Array  # (3,) unit axis in the joint frame; motion is along or about it
+    T_parent_joint: Array
+    axis: Array
     lower: float
     upper: float
 
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """One rigid link; its collision shapes stand in the link frame."""
+    """One rigid link.
+
+    Attributes:
+        name: Unique in the robot.
+        shapes: Collision shapes in the link frame.
+        mass: kg.
+    """
 
     name: str
     shapes: tuple[Body, ...]
-    mass: float  # kg
+    mass: float
 
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """Motion limits of the planned joints, arrays (n,). Positions m or rad; jerk is chosen in the cell."""
+    """Motion limits of the planned joints, arrays (n,). Jerk is chosen in the cell.
+
+    Attributes:
+        lower: Lower position limits, m or rad.
+        upper: Upper position limits.
+        velocity: Limits per s.
+        acceleration: Limits per s^2.
+        jerk: Limits per s^3.
+    """
 
     lower: Array
     upper: Array
@@ -61,18 +86,28 @@ class Robot:
     """A serial chain from the world to the cup.
 
     ``joints`` runs from the base outwards, one joint per link but the root; the joint of the tool, if it has
-    one, is the last of them but not among ``joint_names``, which are the planned ones, in the order of every
-    configuration ``q``.
+    one, is the last of them but not among ``joint_names``.
+
+    Attributes:
+        name: Of the robot.
+        urdf: Its file.
+        T_world_base: (4, 4) pose of the root link in the world.
+        links: From the root outwards; links[i + 1] is the child of joints[i].
+        joints: All joints, the base first.
+        joint_names: The planned joints, in the order of every configuration ``q``.
+        limits: Limits of the planned joints.
+        motor_forces: N or Nm by joint, for simulation only.
+        tool: What is mounted on the flange.
     """
 
     name: str
     urdf: Path
-    T_world_base: Array  # (4, 4) pose of the root link in the world
-    links: tuple[Link, ...]  # from the root outwards; links[i + 1] is the child of joints[i]
+    T_world_base: Array
+    links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     joint_names: tuple[str, ...]
     limits: Limits
-    motor_forces: dict[str, float]  # N or Nm by joint, for simulation only
+    motor_forces: dict[str, float]
     tool: Tool
 
     @property
@@ -81,12 +116,30 @@ class Robot:
         return len(self.joint_names)
 
     def link(self, name: str) -> Link:
-        """The link of that name. Raises KeyError."""
+        """The link of a name.
+
+        Args:
+            name: Of the link.
+
+        Returns:
+            The link.
+
+        Raises:
+            KeyError: If there is none.
+        """
         return next(link for link in self.links if link.name == name)
 
 
 def joint_motion(joint: Joint, position: float) -> Array:
-    """Pose (4, 4) of a joint's child in the joint frame at a position in rad (prismatic: m)."""
+    """Pose of a joint's child in the joint frame.
+
+    Args:
+        joint: The joint.
+        position: rad (prismatic: m).
+
+    Returns:
+        (4, 4).
+    """
     if joint.type is JointType.FIXED:
         return np.eye(4)
     if joint.type is JointType.PRISMATIC:

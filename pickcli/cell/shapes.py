@@ -22,7 +22,9 @@ class ShapeKind(StrEnum):
 class Shape:
     """A solid centred on its own frame.
 
-    size: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,). All in m.
+    Attributes:
+        kind: Which solid.
+        size: m: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,).
     """
 
     kind: ShapeKind
@@ -39,7 +41,14 @@ class Shape:
         return np.full(3, 2 * self.size[0])
 
     def reach(self, R: Array) -> Array:
-        """Half extents (..., 3) in m along the axes of the frame that R (..., 3, 3) turns the shape into."""
+        """Half extents along the axes of a frame that the shape is turned into.
+
+        Args:
+            R: (..., 3, 3) orientation of the shape in that frame.
+
+        Returns:
+            (..., 3) m.
+        """
         if self.kind is ShapeKind.SPHERE:
             return np.full(R.shape[:-1], self.size[0])
         if self.kind is ShapeKind.BOX:
@@ -77,8 +86,17 @@ class Shape:
         return float(4.0 / 3.0 * np.pi * self.size[0] ** 3)
 
     def inflated(self, by: float) -> Shape:
-        """The shape grown by ``by`` m on every side (contains every point within ``by`` of it, but for
-        the rounded corners of which it is the hull)."""
+        """The shape grown on every side.
+
+        It contains every point within ``by`` of the shape, but for the rounded corners of which it is the
+        hull.
+
+        Args:
+            by: m.
+
+        Returns:
+            The larger shape.
+        """
         if self.kind is ShapeKind.BOX:
             return Shape(self.kind, tuple(s + 2 * by for s in self.size))
         if self.kind is ShapeKind.CYLINDER:
@@ -88,15 +106,30 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A named shape standing in a parent frame (world, pod, link or item: the owner says which)."""
+    """A named shape standing in a parent frame (world, pod, link or item: the owner says which).
+
+    Attributes:
+        name: Unique in its owner.
+        shape: The shape.
+        T_parent_shape: (4, 4) pose of the shape.
+    """
 
     name: str
     shape: Shape
-    T_parent_shape: Array  # (4, 4)
+    T_parent_shape: Array
 
 
 def box(name: str, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Body:
-    """An axis-aligned box between two corners in the parent frame, m."""
+    """An axis-aligned box between two corners.
+
+    Args:
+        name: Of the body.
+        lower: Lower corner (x, y, z) in the parent frame, m.
+        upper: Upper corner.
+
+    Returns:
+        The body.
+    """
     lo, hi = np.array(lower), np.array(upper)
     T = np.eye(4)
     T[:3, 3] = (lo + hi) / 2

@@ -102,23 +102,59 @@ class Tool:
         return min(self.positions.values()), max(self.positions.values())
 
     def position(self, state: ToolState) -> float:
-        """Position in rad or m of the joint in a state; MOVING counts as the default state."""
+        """Position of the joint in a state; MOVING counts as the default state.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            rad, or m of a prismatic joint.
+        """
         return self.positions[self.default_state if state == MOVING else state]
 
     def lance_axis(self, state: ToolState) -> Array:
-        """Direction (3,) of the lance, the flange's +z, in the tool frame."""
+        """Direction of the lance, the flange's +z.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            (3,) in the tool frame.
+        """
         return np.asarray(np.round(self.T_flange_tip[state][2, :3], _DIGITS) + 0.0)
 
     def has_lance(self, state: ToolState, axis: Array) -> bool:
-        """Whether the lance points along ``axis`` (3,), a unit vector of the tool frame, in a state."""
+        """Whether the lance points along an axis.
+
+        Args:
+            state: State of the tool.
+            axis: (3,) unit vector in the tool frame.
+
+        Returns:
+            True if it does.
+        """
         return bool(self.lance_axis(state) @ axis >= _SAME_DIRECTION)
 
     def state_with_lance(self, axis: Array) -> ToolState | None:
-        """The first state in which the lance points along ``axis`` (3,) of the tool frame, or None."""
+        """The first state in which the lance points along an axis.
+
+        Args:
+            axis: (3,) unit vector in the tool frame.
+
+        Returns:
+            The state, or None.
+        """
         return next((state for state in self.states if self.has_lance(state, axis)), None)
 
     def R_tip_lance(self, state: ToolState) -> Array:
-        """Axes of the lance in the tool frame (3, 3): x along the lance, y nearly the tool's."""
+        """Axes of the lance in the tool frame: x along the lance, y nearly the tool's.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            (3, 3).
+        """
         x = self.lance_axis(state)
         side = np.array([0.0, 1.0, 0.0]) if abs(x[1]) < _SAME_DIRECTION else np.array([1.0, 0.0, 0.0])
         y = side - (side @ x) * x

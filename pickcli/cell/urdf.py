@@ -26,7 +26,13 @@ MAX_TRAVEL = 100.0  # m, of a rail
 
 @dataclass(frozen=True, eq=False)
 class UrdfChain:
-    """``links[i + 1]`` is the child of ``joints[i]``."""
+    """A serial chain; ``links[i + 1]`` is the child of ``joints[i]``.
+
+    Attributes:
+        name: Of the robot.
+        links: From the root outwards.
+        joints: From the root outwards.
+    """
 
     name: str
     links: tuple[Link, ...]
@@ -34,7 +40,17 @@ class UrdfChain:
 
 
 def read_urdf(path: Path) -> UrdfChain:
-    """The serial chain in a URDF file. Raises InputError that names file, line and element."""
+    """Read the serial chain in a URDF file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The chain.
+
+    Raises:
+        InputError: Naming file, line and element of what is missing or refused.
+    """
     robot = read_xml(path)
     if robot.tag != "robot":
         raise robot.error("expected <robot> as the outermost element")

@@ -13,11 +13,18 @@ from pickcli.errors import InputError
 
 @contextmanager
 def connected(address: str, timeout: float) -> Iterator[Any]:
-    """A ``distributed.Client``; closing it cancels what it has asked for and nobody else has.
+    """Connect to a Dask scheduler; closing the connection cancels what it alone has asked for.
 
-    timeout: s
-    Raises InputError if that is no address, Dask is not installed, certificates are missing, or no scheduler
-    answers.
+    Args:
+        address: Of the scheduler, e.g. tcp://host:8786.
+        timeout: s for the scheduler to answer.
+
+    Yields:
+        A ``distributed.Client``.
+
+    Raises:
+        InputError: If that is no address, Dask is not installed, certificates are missing, or no scheduler
+            answers.
     """
     if not re.fullmatch(r"(tcp|tls)://\S+:\d+", address):
         raise InputError(f"{address!r}: not a scheduler's address; name one like tcp://host:8786")

@@ -1,4 +1,4 @@
-"""Tasks on the workers of a Dask scheduler, on this machine or many. See docs/cluster.md."""
+"""Executor on the workers of a Dask scheduler, on this machine or many. See docs/cluster.md."""
 
 from __future__ import annotations
 
@@ -19,18 +19,27 @@ from pickcli.jobs.job import Key, Recipe
 class Cluster:
     """Workers that a Dask scheduler hands tasks to. When one dies, its tasks are done again by others.
 
-    address: of the scheduler, e.g. tcp://host:8786
-    timeout: s, for the scheduler to answer, and for a worker to appear where there is none
+    Attributes:
+        address: Of the scheduler, e.g. tcp://host:8786.
+        timeout: s for the scheduler to answer, and for a worker to appear where there is none.
     """
 
     address: str
     timeout: float = 10.0
 
     def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
-        """See Runner.
+        """Run tasks on the workers of the cluster.
 
-        Raises what a task raises; WorkerLostError if workers died of a task; InputError without the extra,
-        a scheduler or workers, or where a worker has another version.
+        Args:
+            recipe: How the tasks are done.
+            keys: The tasks.
+
+        Yields:
+            Records by key, in the order in which they are finished.
+
+        Raises:
+            WorkerLostError: If workers died of a task.
+            InputError: If Dask, the scheduler or workers are missing, or a worker has another version.
         """
         if keys:
             with connected(self.address, self.timeout) as client:

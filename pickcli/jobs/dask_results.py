@@ -1,4 +1,4 @@
-"""Fetching what the workers of a cluster have done, while workers, or the scheduler, may die."""
+"""Fetching results from the workers of a cluster, while workers or the scheduler may die."""
 
 from __future__ import annotations
 
@@ -19,11 +19,20 @@ _KEPT = "what is finished is kept, the same command goes on from there"
 
 
 def results(client: Any, futures: Sequence[Any], address: str, timeout: float) -> Iterator[tuple[Any, bytes]]:
-    """Futures and their results as they come; a future whose result was fetched is released.
+    """Results of futures as they come; a future whose result was fetched is released.
 
-    timeout: s without news after which it is asked whether any worker is left
-    Raises the exception that came as a result; WorkerLostError for a task that workers died of; InputError
-    if a worker could not read a task, all workers have left, or the scheduler is lost.
+    Args:
+        client: Connection to the scheduler.
+        futures: What was submitted.
+        address: Of the scheduler, for messages.
+        timeout: s without news after which it is asked whether any worker is left.
+
+    Yields:
+        Futures with their results.
+
+    Raises:
+        WorkerLostError: If workers died of a task.
+        InputError: If a worker could not read a task, all workers have left, or the scheduler is lost.
     """
     fetching = _Fetching(client, address, timeout)
     fetching.watch(futures)
@@ -42,7 +51,7 @@ class _Fetching:
     ended: SimpleQueue[Any] = field(default_factory=SimpleQueue)  # futures, done or failed
 
     def watch(self, futures: Sequence[Any]) -> None:
-        """Have these told when they come to an end; those that have are told at once."""
+        """Queue each future when it finishes; futures already finished are queued immediately."""
         for future in futures:
             future.add_done_callback(self.ended.put)
 

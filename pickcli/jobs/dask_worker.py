@@ -1,4 +1,4 @@
-"""What a worker of a cluster does. Here nothing is imported that only the asking side needs."""
+"""The worker's side of a cluster. Here nothing is imported that only the asking side needs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 def software() -> Software:
-    """What this process runs."""
+    """Versions of all software in this process that may change the bytes of a record.
+
+    Returns:
+        Name to version.
+    """
     return {"apc's code": job.code_digest()[:12], **_libraries()}
 
 
@@ -32,7 +36,16 @@ def _libraries() -> Software:
 
 
 def check_software(theirs: Software, ours: Software, where: str) -> None:
-    """Raise InputError unless a worker runs what the asking process does."""
+    """Refuse a worker that runs other software than the asking process.
+
+    Args:
+        theirs: Versions of the worker.
+        ours: Versions of the asking process.
+        where: The worker, for the message.
+
+    Raises:
+        InputError: If a version differs.
+    """
     differing = [name for name in ours if theirs.get(name) != ours[name]]
     differences = [f"{name} {theirs.get(name, 'none')}, here {ours[name]}" for name in differing]
     if differences:
@@ -42,7 +55,18 @@ def check_software(theirs: Software, ours: Software, where: str) -> None:
 
 
 def cluster_outcome(how: Recipe, key: Key, ours: Software) -> bytes | Exception:
-    """The record of a task, or what it raised: also where this worker came later, with another version."""
+    """Do one task on a worker of a cluster.
+
+    The software is checked here, too, as the worker may have come later, with another version.
+
+    Args:
+        how: How tasks are done.
+        key: The task.
+        ours: Versions of the asking process.
+
+    Returns:
+        The bytes of the record, or the exception that was raised.
+    """
     try:
         check_software(software(), ours, f"a worker on {platform.node()}")
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Who does the tasks: this process, or several workers beside it."""
+"""Executors: this process, or several workers beside it."""
 
 from __future__ import annotations
 
@@ -27,41 +27,80 @@ Finished: TypeAlias = Generator[tuple[Key, bytes], None, None]
 
 
 class Runner(Protocol):
-    """Something that does tasks."""
+    """Something that runs tasks."""
 
     def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
-        """Records by key in whatever order they get finished. Closing the iterator ends all work."""
+        """Run tasks. Closing the iterator ends all work.
+
+        Args:
+            recipe: How the tasks are done.
+            keys: The tasks.
+
+        Yields:
+            Records by key, in the order in which they are finished.
+        """
 
 
 def available_cores() -> int:
-    """Cores that this process may use."""
+    """Number of cores that this process may use.
+
+    Returns:
+        At least 1.
+    """
     return len(os.sched_getaffinity(0))
 
 
 def runner(n_jobs: int) -> Runner:
-    """A runner with that many processes; one means this one."""
+    """An executor with a number of processes; one means this process.
+
+    Args:
+        n_jobs: Number of processes.
+
+    Returns:
+        The executor.
+    """
     return Here() if n_jobs == 1 else Processes(n_jobs)
 
 
 @dataclass(frozen=True)
 class Here:
-    """This process, one task after the other."""
+    """Serial executor: this process runs one task after the other."""
 
     def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
-        """See Runner."""
+        """Run tasks in this process.
+
+        Args:
+            recipe: How the tasks are done.
+            keys: The tasks.
+
+        Yields:
+            Records by key, in their order.
+        """
         return ((key, recipe.make(key).to_bytes()) for key in keys)
 
 
 @dataclass(frozen=True)
 class Processes:
-    """Workers on this machine. A worker that dies is replaced and its task done again."""
+    """Process executor: workers on this machine. A worker that dies is replaced and its task done again.
+
+    Attributes:
+        n_jobs: Number of workers.
+    """
 
     n_jobs: int
 
     def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
-        """See Runner. Raises what a task raises; WorkerLostError if a task ended several workers.
+        """Run tasks on workers. A task alone is run here: a worker would only begin to be ready by then.
 
-        A task alone is done here: a worker would only begin to be ready by then.
+        Args:
+            recipe: How the tasks are done.
+            keys: The tasks.
+
+        Yields:
+            Records by key, in the order in which they are finished.
+
+        Raises:
+            WorkerLostError: If a task ended several workers. What a task raises is raised, too.
         """
         if len(keys) == 1:
             yield from Here().run(recipe, keys)

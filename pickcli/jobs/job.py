@@ -1,4 +1,4 @@
-"""Tasks that can be done in any order, anywhere, more than once."""
+"""Jobs: tasks that can be done in any order, anywhere, more than once."""
 
 from __future__ import annotations
 
@@ -25,15 +25,29 @@ class Recipe(Protocol):
 
     @property
     def inputs(self) -> str:
-        """SHA-256 over all that records depend on besides the key; records of other inputs are not ours."""
+        """SHA-256 over all that records depend on besides the key: records of other inputs cannot be used."""
 
     def make(self, key: Key) -> Record:
-        """Do one task."""
+        """Do one task.
+
+        Args:
+            key: The task.
+
+        Returns:
+            What it leaves.
+        """
 
     def effort(self, key: Key) -> float:
-        """About how long one task takes compared with others, in any unit, always more than 0.
+        """Estimated cost of a task, compared with others.
 
-        What takes long is begun first, so that no worker is left with it in the end; time left goes by it.
+        What takes long is begun first, so that no worker is left with it in the end; the time left is
+        estimated from it.
+
+        Args:
+            key: The task.
+
+        Returns:
+            In any unit, always more than 0.
         """
 
 

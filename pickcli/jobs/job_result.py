@@ -1,4 +1,4 @@
-"""What one task leaves: numbers and values, or why there is nothing. As bytes it travels and is kept."""
+"""Results of jobs: numbers and values, or the reason why there is none; as bytes they travel and stay."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from pickcli.geometry import Array
 class Record:
     """The outcome of a task.
 
-    values: JSON values
-    arrays: of float64
-    reason: why the task has no result, or None
+    Attributes:
+        values: JSON values.
+        arrays: Arrays of float64 by name.
+        reason: Why the task has no result, or None.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -28,7 +29,11 @@ class Record:
     reason: Reason | None = None
 
     def to_bytes(self) -> bytes:
-        """One line of JSON, then the arrays one after the other. Same content, same bytes."""
+        """The record as bytes: one line of JSON, then the arrays in turn. Same content, same bytes.
+
+        Returns:
+            The bytes.
+        """
         reason = self.reason
         head = {
             "values": dict(self.values),
@@ -40,7 +45,17 @@ class Record:
 
     @classmethod
     def of_bytes(cls, content: bytes) -> Record:
-        """The record of those bytes. Raises DamagedError if they are none."""
+        """The record of those bytes.
+
+        Args:
+            content: What ``to_bytes`` made.
+
+        Returns:
+            The record.
+
+        Raises:
+            DamagedError: If they are not a record.
+        """
         try:
             return _parsed(content)
         except (ValueError, TypeError, KeyError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""One build: tasks that are kept from before, tasks that are done now, and how far it is."""
+"""One run of jobs: tasks that are kept from before, tasks that are done now, and how far it is."""
 
 from __future__ import annotations
 
@@ -16,13 +16,17 @@ from pickcli.jobs.journal import Journal
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a build is.
+    """How far a run is.
 
-    n_kept: tasks among ``n_done`` that were not done now but found in a journal or file
-    n_failed: tasks among ``n_done`` that ended with a reason instead of a result
-    effort_done, effort_total: of the tasks that are to be done now, as the recipe estimates it
-    task: the one that was finished last, "" at the beginning
-    journal: where finished tasks are kept while the build lasts; None if they are not
+    Attributes:
+        n_done: Tasks that are finished.
+        n_total: All tasks.
+        n_kept: Tasks among ``n_done`` that were not done now but found in a journal or file.
+        n_failed: Tasks among ``n_done`` that ended with a reason instead of a result.
+        effort_done: Estimated cost of the tasks that were done now.
+        effort_total: Estimated cost of the tasks that are to be done now.
+        task: The one that was finished last, "" at the beginning.
+        journal: Where finished tasks are kept while the run lasts; None if they are not.
     """
 
     n_done: int
@@ -36,7 +40,7 @@ class Progress:
 
     @property
     def n_done_now(self) -> int:
-        """Tasks that were not kept from before."""
+        """Number of tasks that were not kept from before."""
         return self.n_done - self.n_kept
 
     @property
@@ -50,10 +54,13 @@ Report: TypeAlias = Callable[[Progress], None]
 
 @dataclass(frozen=True)
 class Means:
-    """With what a build is done; none of it changes a byte of its result.
+    """Options of a run; none of them changes a byte of its result.
 
-    output: the file to be written; finished tasks are kept in a journal beside it while the build lasts
-    kept: records from elsewhere that are right, by key
+    Attributes:
+        runner: Executor of the tasks.
+        output: The file to be written; finished tasks are kept in a journal beside it while the run lasts.
+        kept: Records from elsewhere that are right, by key.
+        report: Called whenever a task is finished.
     """
 
     runner: Runner = field(default_factory=Here)
@@ -65,8 +72,9 @@ class Means:
 class Build:
     """The tasks of one recipe, each done once.
 
-    Attributes:
-        progress: How far the build is; in the end, how many tasks were kept and how many done.
+    Args:
+        recipe: How the tasks are done.
+        means: Options; a serial run without a journal if None.
     """
 
     def __init__(self, recipe: Recipe, means: Means | None = None) -> None:
@@ -78,9 +86,15 @@ class Build:
         self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[Record]:
-        """The records of these tasks, in their order; those not kept are done now.
+        """The records of tasks; those that were not kept are done now.
 
         May be called again with what follows from the records: the next round's tasks count on top.
+
+        Args:
+            keys: The tasks.
+
+        Returns:
+            Records, in the order of the keys.
         """
         missing = self._longest_first([key for key in keys if key not in self._records])
         self._begin_round(keys, missing)
@@ -97,7 +111,7 @@ class Build:
         return sorted(keys, key=lambda key: -self._efforts[key])
 
     def finish(self) -> None:
-        """The output is written: the journal goes."""
+        """Delete the journal, once the output is written."""
         if self.journal is not None:
             self.journal.remove()
 

@@ -1,8 +1,8 @@
-"""Finished tasks, kept on disk while a build runs, so that a kill at any moment loses only those in hand.
+r"""Finished tasks, kept on disk while a build runs, so that a kill at any moment loses only those in hand.
 
 The journal is a file beside the output to which records are appended:
 
-    "APCTASK\\n" | length, 8 bytes | SHA-256 of the body, 32 bytes | body: key as JSON, newline, record
+    "APCTASK\n" | length, 8 bytes | SHA-256 of the body, 32 bytes | body: key as JSON, newline, record
 
 A record is appended in one write under a lock and synced. One that a kill or a full disk cut short, or a
 flipped bit changed, is passed over and its task done again. As records of one key are the same bytes, two
@@ -32,16 +32,25 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # a full disk, a quota, a 
 
 
 class Journal:
-    """The finished tasks of one build.
+    """The finished tasks of one run. The file appears with the first record.
 
-    path: of the journal itself; the file appears with the first record
+    Args:
+        output: The file that the run will write; the journal lies beside it.
+        inputs: SHA-256 over all that records depend on, which is part of the journal's name.
     """
 
     def __init__(self, output: Path, inputs: str) -> None:
         self.path = output.with_name(f"{output.name}.{inputs[:12]}.journal")
 
     def read(self) -> dict[Key, bytes]:
-        """All whole records by key; none if there is no journal. Raises InputError if it cannot be read."""
+        """Read all whole records.
+
+        Returns:
+            Bytes by key; none if there is no journal.
+
+        Raises:
+            InputError: If the journal cannot be read.
+        """
         try:
             content = self.path.read_bytes() if self.path.exists() else b""
         except OSError as error:
@@ -49,7 +58,15 @@ class Journal:
         return dict(_records(content))
 
     def append(self, key: Key, record: bytes) -> None:
-        """Keep one record. Raises InputError if it cannot be written."""
+        """Keep one record.
+
+        Args:
+            key: The task.
+            record: Its bytes.
+
+        Raises:
+            InputError: If the journal cannot be written.
+        """
         body = json.dumps(key).encode() + b"\n" + record
         head = _HEAD.pack(_MAGIC, len(body), hashlib.sha256(body).digest())
         try:
@@ -61,7 +78,7 @@ class Journal:
             ) from None
 
     def remove(self) -> None:
-        """The output is written: nothing of this is needed any more."""
+        """Delete the journal, once the output is written."""
         with contextlib.suppress(OSError):
             self.path.unlink()
 
@@ -77,7 +94,14 @@ class Journal:
 
 
 def journals(output: Path) -> list[Path]:
-    """Journals of builds of this output, whatever their inputs."""
+    """Journals of runs with this output, whatever their inputs.
+
+    Args:
+        output: The file that the runs write.
+
+    Returns:
+        Paths.
+    """
     return sorted(output.parent.glob(f"{glob.escape(output.name)}.*.journal"))
 
 

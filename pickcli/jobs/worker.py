@@ -22,7 +22,11 @@ _PR_SET_PDEATHSIG = 1  # of prctl(2)
 
 
 def serve(pipe: Connection) -> None:
-    """Do what comes until nothing comes any more."""
+    """Run tasks from the pipe until it is closed.
+
+    Args:
+        pipe: Connection to the process that asks.
+    """
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         sys.path[:] = pipe.recv()
         recipe: Recipe = pipe.recv()
@@ -31,7 +35,15 @@ def serve(pipe: Connection) -> None:
 
 
 def outcome(recipe: Recipe, key: Key) -> bytes | Exception:
-    """The record of a task, or the exception it raised, with the place as a note."""
+    """Run one task.
+
+    Args:
+        recipe: How tasks are done.
+        key: The task.
+
+    Returns:
+        The bytes of the record, or the exception that was raised, with the place as a note.
+    """
     try:
         return recipe.make(key).to_bytes()
     except Exception as error:
@@ -53,6 +65,9 @@ def end_with(parent: int) -> None:
     """Let the system end this process when its parent ends, in the middle of a task too.
 
     Where the system cannot (it is not Linux), the worker outlives a killed parent by one task at most.
+
+    Args:
+        parent: Process id.
     """
     with contextlib.suppress(AttributeError, OSError):
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
