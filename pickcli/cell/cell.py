@@ -95,7 +95,14 @@ class Cell:
         return {**self.pod.bins, self.tote.place.name: self.tote.place}
 
     def T_world_place(self, place: Place) -> Array:
-        """Pose (4, 4) of a place's frame in the world, the pod where it nominally stands."""
+        """Pose of a place's frame in the world, the pod where it nominally stands.
+
+        Args:
+            place: The place.
+
+        Returns:
+            (4, 4).
+        """
         return place.in_world(self.T_world_pod)
 
     def item(self, name: str, year: int = 2016) -> Item:

@@ -39,12 +39,29 @@ class Access:
 
     @classmethod
     def from_front(cls, width: float, height: float) -> Access:
-        """Along +x, through a mouth at x = 0; the middle of its lower edge is the place's origin."""
+        """The way along +x, through a mouth at x = 0; the middle of its lower edge is the place's origin.
+
+        Args:
+            width: m.
+            height: m.
+
+        Returns:
+            The access.
+        """
         return cls(pose((0.0, 0.0, height / 2)), width, height)
 
     @classmethod
     def from_above(cls, x_size: float, y_size: float, rim: float) -> Access:
-        """Along -z, through a mouth ``rim`` m above the place's origin."""
+        """The way along -z, through a mouth above the place's origin.
+
+        Args:
+            x_size: m.
+            y_size: m.
+            rim: m from the origin up to the mouth.
+
+        Returns:
+            The access.
+        """
         down = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
         return cls(pose((0.0, 0.0, rim), R=down), y_size, x_size)
 
@@ -87,13 +104,22 @@ class Room:
 
     @classmethod
     def box(cls, x_size: float, y_size: float, height: float) -> Room:
-        """A room with a level floor, around the origin of the place in its middle."""
+        """A room with a level floor, around the origin of the place in its middle.
+
+        Args:
+            x_size: m.
+            y_size: m.
+            height: m.
+
+        Returns:
+            The room.
+        """
         x, y = x_size / 2, y_size / 2
         return cls((-x, x), (-y, y), 0.0, 0.0, height, height, -x, x)
 
     @property
     def depth(self) -> float:
-        """m along x."""
+        """Depth along x, m."""
         return self.x_range[1] - self.x_range[0]
 
     @property
@@ -133,23 +159,38 @@ class Room:
         return f"{own} mm, the bin {clear} mm inside"
 
     def floor_at(self, x: Array | float) -> Array:
-        """Height of the floor in m at x."""
+        """Height of the floor.
+
+        Args:
+            x: m.
+
+        Returns:
+            m.
+        """
         ends, heights = (self.slope_from, self.floor_flat_from), (self.floor_front, self.floor_back)
         return np.asarray(np.interp(x, ends, heights))
 
     def ceiling_at(self, x: Array | float) -> Array:
-        """Height of the ceiling in m at x."""
+        """Height of the ceiling.
+
+        Args:
+            x: m.
+
+        Returns:
+            m.
+        """
         ends, heights = (self.slope_from, self.floor_flat_from), (self.ceiling_front, self.ceiling_back)
         return np.asarray(np.interp(x, ends, heights))
 
     def rest(self, x: Array, half: Array) -> tuple[Array, Array]:
-        """Height of the middle of a base that lies on the floor, in m, and its pitch in rad.
-
-        The floor is hollow, so a base touches it with its two ends.
+        """How a base lies on the floor. The floor is hollow, so a base touches it with its two ends.
 
         Args:
             x: Middle of the base along x, m.
             half: Half its length along x, m.
+
+        Returns:
+            Height of its middle in m, and its pitch in rad.
         """
         front, back = self.floor_at(x - half), self.floor_at(x + half)
         return (front + back) / 2, np.arctan2(front - back, 2 * half)
@@ -184,15 +225,27 @@ class Place:
     displacement: Displacement = UNMOVED
 
     def in_world(self, T_world_pod: Array) -> Array:
-        """Pose (4, 4) of the place's frame in the world, the pod at ``T_world_pod`` (4, 4)."""
+        """Pose of the place's frame in the world.
+
+        Args:
+            T_world_pod: (4, 4) pose of the pod.
+
+        Returns:
+            (4, 4).
+        """
         if self.carrier is Carrier.WORLD:
             return self.T_carrier_place
         return np.asarray(T_world_pod @ self.T_carrier_place)
 
     def holds(self, p: Array, above: float = 0.0) -> bool:
-        """Whether a point (3,) of the place's frame is in the box around the room.
+        """Whether a point is in the box around the room.
 
-        above: m over the rim that count as well, where the way in leads down
+        Args:
+            p: (3,) m in the place's frame.
+            above: m over the rim that count as well, where the way in leads down.
+
+        Returns:
+            True if it is.
         """
         high = self.room.high
         high[2] += above if self.access.is_from_above else 0.0

@@ -1,4 +1,4 @@
-"""What stands around the robot: the pod with its bins, the tote, obstacles."""
+"""Places and obstacles around the robot: pod, bins, tote."""
 
 from __future__ import annotations
 
@@ -11,28 +11,49 @@ from pickcli.cell.shapes import Body
 
 @dataclass(frozen=True, eq=False)
 class Pod:
-    """The shelf. Its frame is the pod frame: front face at x = 0, +x into the shelf, z = 0 on the floor."""
+    """The shelf. Its frame is the pod frame: front face at x = 0, +x into the shelf, z = 0 on the floor.
 
-    bodies: tuple[Body, ...]  # boxes in the pod frame
+    Attributes:
+        bodies: Boxes in the pod frame.
+        bins: Bins by name.
+        groups: Bounding groups: name to names of bodies, which speeds up collision tests.
+        displacement: How far it may stand from its place.
+    """
+
+    bodies: tuple[Body, ...]
     bins: dict[str, Place]
-    groups: dict[str, tuple[str, ...]]  # bounding groups: name -> body names (speeds up collision tests)
-    displacement: Displacement = UNMOVED  # how far it may stand from its place
+    groups: dict[str, tuple[str, ...]]
+    displacement: Displacement = UNMOVED
 
     def swept(self) -> Pod:
-        """The pod with each body grown to a box that holds it wherever the pod stands in its bounds."""
+        """The pod with each body grown to a box that holds it wherever the pod stands in its bounds.
+
+        Returns:
+            The grown pod.
+        """
         return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
 
 
 @dataclass(frozen=True, eq=False)
 class Tote:
-    """The tote: an open box."""
+    """The tote: an open box. Its frame sits at the centre of the inner floor, axes of the world.
+
+    Attributes:
+        T_world_tote: (4, 4) pose of its frame.
+        inner: m, clear inside x, y and height of the rim over the inner floor.
+        bodies: Boxes in the world frame.
+    """
 
     place: Place
-    bodies: tuple[Body, ...]  # in the world frame
+    bodies: tuple[Body, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """Everything else that stands still: boxes in the world frame."""
+    """Everything else that stands still.
+
+    Attributes:
+        bodies: Boxes in the world frame.
+    """
 
     bodies: tuple[Body, ...]

@@ -1,4 +1,4 @@
-"""The tote: from the figures in the cell file to boxes: floor, four walls, and the flange around the rim."""
+"""The tote, from the figures in the cell file to boxes: floor, four walls, and the flange around the rim."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ Corner = tuple[float, float, float]
 
 
 def build_tote(figures: ToteModel) -> Tote:
-    """Boxes in the world frame, and the place between them."""
+    """Boxes in the world frame, and the frame at the centre of the inner floor.
+
+    Args:
+        figures: The tote as it stands in the cell file.
+
+    Returns:
+        The tote.
+    """
     (x0, y0, z0), (x1, y1, z1) = figures.inner.lower, figures.inner.upper
     w = figures.wall_thickness
     floor = box("tote_floor", (x0 - w, y0 - w, z0 - w), (x1 + w, y1 + w, z0))
