@@ -35,11 +35,13 @@ class CupPress:
         outward: Unit normal, in the world, of the face it is pressed on; None where that is curved.
         axis: Unit vector, in the world, along which the cup is pressed.
         depth: m along it that what the cup is pressed on may be inside of the cup at rest.
+        overtravel: m by which the tool goes on beyond the surface.
     """
 
     outward: Outward | None
     axis: tuple[float, float, float]
     depth: float
+    overtravel: float
 
     @property
     def way(self) -> Array:

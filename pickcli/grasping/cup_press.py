@@ -41,8 +41,9 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
         cup_excess: m by which the model of the cup is larger than the cup.
     """
     x, y, z = (R_world_item @ grasp.T_item_tip[:3, 2]).tolist()
-    depth = overtravel(grasp, tool, noise) + _lag(grasp, tool) + cup_excess
-    return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth)
+    beyond = overtravel(grasp, tool, noise)
+    depth = beyond + _lag(grasp, tool) + cup_excess
+    return CupPress(outward_of(grasp.face, R_world_item), (x, y, z), depth, beyond)
 
 
 def outward_of(face: str, R_world_item: Array) -> Outward | None:

@@ -47,6 +47,10 @@ class Grasp:
     twist: float
     load_ratio: float
 
+    def __str__(self) -> str:
+        """What reasons call it."""
+        return f"{self.kind} grasp on face {self.face}"
+
 
 @dataclass(frozen=True)
 class GraspKind:

@@ -75,7 +75,7 @@ def carried_run(
         hold: The item as it hangs in the cup.
     """
     most = context.settings.load_ratio
-    where = f"{grasp.kind} grasp on face {grasp.face}"
+    where = str(grasp)
     waypoints = np.vstack([segment.waypoints for segment in segments])
     still = path_load(context.arm, grasp.tool_state, waypoints, hold)
     if still.ratio > most:

@@ -14,7 +14,7 @@ from pickcli.scene.scene import PoseNoise, Scene
 from support.handmade_piles import lying_on
 
 BIN, CASE, BOOK = "bin_K", "jane_eyre_dvd", "i_am_a_bunny_book"
-FROM_ABOVE = CupPress((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.004)
+FROM_ABOVE = CupPress((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), 0.004, 0.002)
 
 
 @pytest.fixture(scope="module")

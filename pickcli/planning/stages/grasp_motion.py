@@ -21,13 +21,11 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.cup_press import cup_press
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import Planner
-from pickcli.planning.stages.extraction import CorridorSet
-from pickcli.planning.stages.tool_clearance import tool_ways_in, tool_ways_out
+from pickcli.planning.stages.tool_clearance import ToolLines
 from pickcli.scene.scene import Scene
 
 SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
@@ -63,40 +61,30 @@ class GraspMotion:
 
 
 def plan_grasp_motion(
-    problem: PickProblem, grasp: Grasp, rng: np.random.Generator, ways: CorridorSet = CorridorSet.FEW
+    problem: PickProblem, ways: ToolLines, rng: np.random.Generator
 ) -> GraspMotion | Failures:
     """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
 
     Args:
         problem: The pick.
-        grasp: Where the cup sits on the target.
+        ways: What the tool alone can do for the grasp.
         rng: Source of the arm's random seeds.
-        ways: Out of the bin, among which one is chosen.
     """
-    context, where = problem.context, f"{grasp.kind} grasp on face {grasp.face}"
-    if isinstance(problem.extraction.corridors, Reason):
-        return Failures.of(problem.extraction.corridors)
-    ways_in = tool_ways_in(problem, grasp)
-    if isinstance(ways_in, Reason):
-        return Failures.of(ways_in.within(where))
-    contact = ways_in[0].contact
-    ways_out = tool_ways_out(problem, grasp, contact, ways)
-    if isinstance(ways_out, Reason):
-        return Failures.of(ways_out.within(where))
+    context, grasp, contact, where = problem.context, ways.grasp, ways.contact, str(ways.grasp)
     solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
-    lines = _Lines.of(problem, grasp, contact, where)
+    lines = _Lines.of(problem, ways)
     failures, pressed = Failures(), lines.checker(lines.pressing)
     for q_contact in solutions[: context.settings.solutions_per_grasp]:
         if not pressed.is_valid(q_contact):
             failures += pressed.explain(q_contact).at(f"{where}, contact")
             continue
-        inward = _first(ways_in, lines.inward, q_contact)
+        inward = _first(ways.inward, lines.inward, q_contact)
         if isinstance(inward, Failures):
             failures += inward
             continue
-        outward = _first(ways_out, lines.outward, q_contact)
+        outward = _first(ways.outward, lines.outward, q_contact)
         if isinstance(outward, Failures):
             failures += outward
             continue
@@ -151,18 +139,16 @@ class _Lines:
     carrying: Mode
 
     @classmethod
-    def of(cls, problem: PickProblem, grasp: Grasp, contact: Array, where: str) -> _Lines:
-        state, contacts, target = grasp.tool_state, problem.contacts, problem.target
-        tool, excess = problem.context.cell.robot.tool, problem.context.model.cup_excess
-        press = cup_press(grasp, tool, problem.scene.noise, target.T_world_item[:3, :3], excess)
+    def of(cls, problem: PickProblem, ways: ToolLines) -> _Lines:
+        state, contacts, target = ways.grasp.tool_state, problem.contacts, problem.target
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
-        T_tip_item = inverse(contact) @ target.T_world_item
+        T_tip_item = inverse(ways.contact) @ target.T_world_item
         attached = AttachedItem(target.item, T_tip_item, problem.uncertainty, target.id)
         return cls(
-            problem.context, problem.scene, contact, where, attached,
+            problem.context, problem.scene, ways.contact, str(ways.grasp), attached,
             approaching=Mode(state, None, contacts.while_approaching()),
-            pressing=Mode(state, None, contacts.while_pressing(press)),
-            lifting=Mode(state, attached, contacts.while_lifting(press)),
+            pressing=Mode(state, None, contacts.while_pressing(ways.press)),
+            lifting=Mode(state, attached, contacts.while_lifting(ways.press)),
             carrying=Mode(state, attached, contacts.while_carrying()),
         )  # fmt: skip
 

@@ -17,7 +17,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
 from pickcli.planning.stages.target_check import check_target
-from pickcli.planning.stages.tool_clearance import with_room
+from pickcli.planning.stages.tool_clearance import tool_lines, with_room
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
@@ -64,7 +64,11 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_room(problem, grasps, ways)
     for grasp in _steady_first(problem, roomy if ways is CorridorSet.FEW else _in_turns(roomy), feasible):
-        result = plan_grasp_motion(problem, grasp, rng, ways)
+        tool = tool_lines(problem, grasp, ways)
+        if isinstance(tool, Reason):
+            failures += tool
+            continue
+        result = plan_grasp_motion(problem, tool, rng)
         if isinstance(result, Failures):
             failures += result
             continue

@@ -20,6 +20,7 @@ from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.bin_placements import bin_spots
 from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
+from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.planning.stages.tote_placements import TotePlacement, spots
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.seeds import derived_rng
@@ -124,7 +125,8 @@ def _into_bin(
         if there.contacts.beside:
             failures += _too_close(there, f"place {k} in {cell_bin.name}")
             continue
-        picked = plan_grasp_motion(there, chosen.grasp, rng)
+        ways = tool_lines(there, chosen.grasp)
+        picked = Failures.of(ways) if isinstance(ways, Reason) else plan_grasp_motion(there, ways, rng)
         if isinstance(picked, Failures):
             failures += picked
             continue

@@ -7,6 +7,7 @@ do so here, for a hundredth of what following a line with the arm costs.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -14,12 +15,13 @@ from numpy.typing import NDArray
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import CONTACT_DISTANCE, PickPoses, pick_poses
-from pickcli.cell.tool import ToolState
+from pickcli.cell.tool import Tool, ToolState
 from pickcli.collision.allowed_contacts import AllowedContacts
 from pickcli.collision.free_flyer import FreeToolChecker
+from pickcli.collision.stage_contacts import CupPress
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.grasping.cup_press import outward_of, overtravel
+from pickcli.grasping.cup_press import cup_press, outward_of
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem
@@ -35,8 +37,30 @@ LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
+@dataclass(frozen=True, eq=False)
+class ToolLines:
+    """What the tool alone can do for one grasp.
+
+    Attributes:
+        grasp: Where the cup sits on the target.
+        press: How it is pressed on there.
+        inward: Ways to the contact, the plainest first.
+        outward: Ways out of the bin that leave the lance room, and on which the cup holds.
+    """
+
+    grasp: Grasp
+    press: CupPress
+    inward: tuple[PickPoses, ...]
+    outward: tuple[LiftPoses, ...]
+
+    @property
+    def contact(self) -> Array:
+        """(4, 4) pose of the tool in the world when the cup is pressed on."""
+        return self.inward[0].contact
+
+
 def with_room(
-    problem: PickProblem, grasps: Sequence[Grasp], ways: CorridorSet
+    problem: PickProblem, grasps: Sequence[Grasp], corridors: CorridorSet
 ) -> tuple[list[Grasp], Failures]:
     """The grasps with room for the tool at the target and where it has been lifted; why others have none."""
     T = problem.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
@@ -44,48 +68,76 @@ def with_room(
     kinds = [(g.tool_state, g.face) for g in grasps]
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
-        mine = mine[_are_valid(_meeting(problem, *kind), T[mine])]
-        has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], ways)
+        mine = mine[_are_valid(_pressing(problem, *kind), T[mine])]
+        has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], corridors)
     without = np.flatnonzero(~has_room)
     explained = without[:: 1 + len(without) // N_EXPLAINED]
-    failures = Failures(tuple(_why_no_room(problem, grasps[i], T[i], ways) for i in explained))
+    failures = Failures(tuple(_why_no_room(problem, grasps[i], T[i], corridors) for i in explained))
     return [g for g, has in zip(grasps, has_room, strict=True) if has], failures
 
 
 def _can_be_lifted(
-    problem: PickProblem, tool_state: ToolState, T: Array, ways: CorridorSet
+    problem: PickProblem, tool_state: ToolState, T: Array, corridors: CorridorSet
 ) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
-    lifted = np.stack([pushed[LIFTED] for pushed in problem.extraction.pushes(ways)]) @ T[:, None]
+    lifted = np.stack([pushed[LIFTED] for pushed in problem.extraction.pushes(corridors)]) @ T[:, None]
     is_free = _are_valid(_carrying(problem, tool_state), lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
-def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, ways: CorridorSet) -> Reason:
-    where = f"{grasp.kind} grasp on face {grasp.face}"
-    tool = _meeting(problem, grasp.tool_state, grasp.face)
+def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: CorridorSet) -> Reason:
+    where, tool = str(grasp), _pressing(problem, grasp.tool_state, grasp.face)
     if not _are_valid(tool, T[None])[0]:
         return _blocked(problem, tool, T, f"{where}, contact")
-    lifted = problem.extraction.pushes(ways)[0][LIFTED] @ T
+    lifted = problem.extraction.pushes(corridors)[0][LIFTED] @ T
     return _blocked(problem, _carrying(problem, grasp.tool_state), lifted, f"{where}, lift")
 
 
-def tool_ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | Reason:
-    """Ways to the contact that the tool alone can go, the plainest first; or what is in its way."""
-    pressed = overtravel(grasp, problem.context.cell.robot.tool, problem.scene.noise)
-    empty = _tool(problem, grasp.tool_state, problem.contacts.while_approaching())
-    meeting = _meeting(problem, grasp.tool_state, grasp.face)
-    usual, shortest = problem.context.settings.approach_offset, pressed + CONTACT_DISTANCE
-    plain = _poses(problem, grasp, usual, pressed, STRAIGHT_IN)
-    if not _is_valid_path(meeting, plain.contact, plain.touch):
-        return _blocked(problem, meeting, plain.contact, "contact")
+def tool_lines(
+    problem: PickProblem, grasp: Grasp, corridors: CorridorSet = CorridorSet.FEW
+) -> ToolLines | Reason:
+    """What the tool alone can do for one grasp, or what is in its way.
+
+    Args:
+        problem: The pick.
+        grasp: Where the cup sits on the target.
+        corridors: Ways out of the bin for the target by itself, among which one is chosen.
+    """
+    if isinstance(problem.extraction.corridors, Reason):
+        return problem.extraction.corridors
+    tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
+    press = cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
+    inward = _ways_in(problem, grasp, press)
+    if isinstance(inward, Reason):
+        return inward.within(str(grasp))
+    outward = _ways_out(problem, grasp, inward[0].contact, corridors)
+    if isinstance(outward, Reason):
+        return outward.within(str(grasp))
+    return ToolLines(grasp, press, inward, outward)
+
+
+def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickPoses, ...] | Reason:
+    """Ways to the contact, the plainest first."""
+    empty = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
+    pressing = _pressing(problem, grasp.tool_state, grasp.face)
+    usual, shortest = problem.context.settings.approach_offset, press.overtravel + CONTACT_DISTANCE
+
+    def poses_of(offset: float, aside: tuple[float, float] = STRAIGHT_IN) -> PickPoses:
+        T_world_item = problem.target.T_world_item
+        return pick_poses(
+            problem.T_world_bin, T_world_item, grasp.T_item_tip, offset, press.overtravel, aside
+        )
+
+    plain = poses_of(usual)
+    if not _is_valid_path(pressing, plain.contact, plain.touch):
+        return _blocked(problem, pressing, plain.contact, "contact")
     found: list[PickPoses] = []
     for offset in (usual, shortest):
-        poses = _poses(problem, grasp, offset, pressed, STRAIGHT_IN)
+        poses = poses_of(offset)
         if not _is_valid_path(empty, poses.touch, poses.approach):
             continue
         for aside in ASIDE:
-            poses = _poses(problem, grasp, offset, pressed, aside)
+            poses = poses_of(offset, aside)
             if _is_valid_path(empty, poses.approach, poses.preapproach):
                 found.append(poses)
             if len(found) == N_WAYS:
@@ -93,12 +145,12 @@ def tool_ways_in(problem: PickProblem, grasp: Grasp) -> tuple[PickPoses, ...] | 
     return tuple(found) or _blocked(problem, empty, plain.approach, "approach")
 
 
-def tool_ways_out(
-    problem: PickProblem, grasp: Grasp, contact: Array, ways: CorridorSet
+def _ways_out(
+    problem: PickProblem, grasp: Grasp, contact: Array, corridors: CorridorSet
 ) -> tuple[LiftPoses, ...] | Reason:
-    """Ways out on which the tool keeps clear of everything and holds the target; or what is in their way."""
-    tool = _carrying(problem, grasp.tool_state)
-    found = [pushed @ contact for pushed in problem.extraction.pushes(ways)]
+    """Ways out on which the tool keeps clear of everything and holds the target."""
+    tool = _checker(problem, grasp.tool_state, problem.contacts.while_carrying())
+    found = [pushed @ contact for pushed in problem.extraction.pushes(corridors)]
     # A push that turns the item moves the tool farther than the item's middle.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
     if not found:
@@ -106,31 +158,30 @@ def tool_ways_out(
     free = [poses for poses in found if _are_valid(tool, poses).all() and _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
-    held = [poses for poses in free if _holds(problem, grasp, poses)]
+    hold = Hold.of(problem.target.item, grasp.face, inverse(grasp.T_item_tip), _tool_of(problem))
+    most = problem.context.settings.load_ratio
+    held = [poses for poses in free if hold.at_rest(poses[:, :3, :3]).ratio <= most]
     if not held:
         return Reason("does not hold", "lift", "turned over on every way out")
     return tuple(LiftPoses.of(poses) for poses in held)
 
 
-def _holds(problem: PickProblem, grasp: Grasp, poses: Array) -> bool:
-    """Whether the cup holds the target at rest in every pose (K, 4, 4) of a way out."""
-    tool, most = problem.context.cell.robot.tool, problem.context.settings.load_ratio
-    hold = Hold.of(problem.target.item, grasp.face, inverse(grasp.T_item_tip), tool)
-    return hold.at_rest(poses[:, :3, :3]).ratio <= most
+def _tool_of(problem: PickProblem) -> Tool:
+    return problem.context.cell.robot.tool
 
 
-def _tool(problem: PickProblem, tool_state: ToolState, contacts: AllowedContacts) -> FreeToolChecker:
+def _checker(problem: PickProblem, tool_state: ToolState, contacts: AllowedContacts) -> FreeToolChecker:
     axes = problem.T_world_bin[:3, :3]
     return problem.context.checkers.tool(problem.scene, tool_state, axes, contacts)
 
 
-def _meeting(problem: PickProblem, tool_state: ToolState, face: str) -> FreeToolChecker:
+def _pressing(problem: PickProblem, tool_state: ToolState, face: str) -> FreeToolChecker:
     outward = outward_of(face, problem.target.T_world_item[:3, :3])
-    return _tool(problem, tool_state, problem.contacts.tool_while_pressing(outward))
+    return _checker(problem, tool_state, problem.contacts.tool_while_pressing(outward))
 
 
 def _carrying(problem: PickProblem, tool_state: ToolState) -> FreeToolChecker:
-    return _tool(problem, tool_state, problem.contacts.while_carrying())
+    return _checker(problem, tool_state, problem.contacts.while_carrying())
 
 
 def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
@@ -141,14 +192,6 @@ def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
 def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
     """Whether the tool has room on the straight ways from pose to pose (4, 4)."""
     return tool.is_valid_path(tool.displacements(np.stack(poses)))
-
-
-def _poses(
-    problem: PickProblem, grasp: Grasp, offset: float, pressed: float, aside: tuple[float, float]
-) -> PickPoses:
-    return pick_poses(
-        problem.T_world_bin, problem.target.T_world_item, grasp.T_item_tip, offset, pressed, aside
-    )
 
 
 def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Reason:
