@@ -128,7 +128,7 @@ class PickContacts:
     def rolling_along(self) -> tuple[AllowedContacts, ...]:
         """The target by itself with one neighbour each that may roll along with it, and the ground."""
         others = frozenset(placed.id for placed in self.scene.items)
-        ground = {body.name for body in self.scene.cell.pod.bodies} & set(self.near)
+        ground = {body.name for body, _ in self.scene.standing} & set(self.near)
         rolling = [p.id for p in self.scene.items if p.id in self.near and p.can_roll]
         return tuple(AllowedContacts.anyhow(ground, others - {name}) for name in rolling)
 

@@ -86,10 +86,10 @@ def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:
     where = location_of(scene, placed.item, placed.T_world_item)
     if where != placed.location:
         return Reason("left its place", placed.location, f"{placed.id} is {where}")
-    cell_bin = scene.cell.pod.bins.get(placed.location)
-    if cell_bin is None:
+    place = scene.cell.places.get(placed.location)
+    if place is None or place.access.is_from_above:  # a heap may rise above the rim
         return None
-    lower, _ = bounds(placed.item.shape, inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item)
+    lower, _ = bounds(placed.item.shape, inverse(scene.T_world_place(place)) @ placed.T_world_item)
     if lower[0] < 0.0:
         return Reason("sticks out", placed.location, f"{placed.id} by {-lower[0] * 1e3:.0f} mm")
     return None

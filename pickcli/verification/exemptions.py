@@ -92,7 +92,7 @@ def _touching(
                 part.solid.place(states.links[part.link, i] @ part.T_link_shape)
                 if part.solid.distance(fixture.solid) - part.slack - fixture.slack <= most:
                     near.add(fixture.name)
-    for cell_bin in scene.cell.pod.bins.values():  # what lies on a floor may lie on all parts of it
-        if near & set(cell_bin.support):
-            near |= set(cell_bin.support)
+    for place in scene.cell.places.values():  # what lies on a floor may lie on all parts of it
+        if near & set(place.support):
+            near |= set(place.support)
     return frozenset(near & set(segment.touching))

@@ -91,9 +91,8 @@ def _segments(plan: Plan) -> Iterator[Reason]:
 
 def _names(plan: Plan, scene: Scene) -> Iterator[Reason]:
     """Items and bodies that segments and grasp speak of must exist."""
-    cell = scene.cell
     taken = {placed.id for placed in scene.items} | ({scene.held.id} if scene.held is not None else set())
-    bodies = {b.name for b in cell.pod.bodies + cell.tote.bodies + cell.obstacles.bodies}
+    bodies = {body.name for body, _ in scene.standing}
     if plan.grasp is not None and plan.grasp.item not in taken:
         yield Reason("unknown item", "grasp", f"{plan.grasp.item} is not in the scene")
     for k, segment in enumerate(plan.segments):
