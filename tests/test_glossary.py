@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "precompute": {"EdgeRecipe", "Learned", "Learner", "MotionRecipe", "Reproof", "SecondRoutes"},
+    "precompute": {"Learned", "Learner", "MotionRecipe", "Reproof", "SecondRoutes"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

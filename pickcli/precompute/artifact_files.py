@@ -15,7 +15,7 @@ from pickcli.precompute.coarse_motion_job import MotionRecipe
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.roadmap_builder import build_roadmap
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import write_database, write_roadmap
@@ -34,7 +34,7 @@ def make_roadmap(
     Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
     interrupted build goes on from there. ``overwrite``: whether a file that is there by then may be replaced.
     """
-    recipe = EdgeRecipe(cell, settings or RoadmapSettings())
+    recipe = RoadmapEdgeJob(cell, settings or RoadmapSettings())
     build = Build(recipe, replace(means or Means(), output=path))
     roadmap, report = build_roadmap(recipe, build)
     made = _made(recipe, report.summary())
@@ -66,7 +66,7 @@ def versions() -> dict[str, str]:
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 
 
-def _made(recipe: MotionRecipe | EdgeRecipe, summary: dict[str, Any]) -> dict[str, Any]:
+def _made(recipe: MotionRecipe | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
     """How a file was made: no times, no places, so that equal builds are equal bytes."""
     return {
         "by": versions(),

@@ -21,7 +21,7 @@ from pickcli.geometry import Array
 from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, task_key
 from pickcli.precompute.provenance import configurations_digest
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.merge_edges import with_polylines, without_doubles
@@ -141,9 +141,9 @@ class Learner:
         }
 
     @cached_property
-    def _proof(self) -> EdgeRecipe:
+    def _proof(self) -> RoadmapEdgeJob:
         """What proves edges when a roadmap is built."""
-        return EdgeRecipe(self.cell, RoadmapSettings())
+        return RoadmapEdgeJob(self.cell, RoadmapSettings())
 
     @staticmethod
     def _make_folder(path: Path) -> None:

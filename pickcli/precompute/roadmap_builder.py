@@ -18,7 +18,7 @@ from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build
 from pickcli.precompute.critical_pairs import important_pairs
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe, mark_of
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.route_redundancy import SecondRoutes, detour, edge_to_try, for_any_pod, why_alone
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, edge_disjoint
@@ -28,7 +28,7 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 Pair = tuple[int, int]
 
 
-def build_roadmap(recipe: EdgeRecipe, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
+def build_roadmap(recipe: RoadmapEdgeJob, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
     """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
     Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. Each edge depends
@@ -56,7 +56,7 @@ def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
 class _Builder:
     """A roadmap that grows."""
 
-    recipe: EdgeRecipe
+    recipe: RoadmapEdgeJob
     build: Build
     roadmap: Roadmap = field(init=False)
     refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)

@@ -34,7 +34,7 @@ _AS_SHORT = 1.1
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeRecipe:
+class RoadmapEdgeJob:
     """Edges between named configurations of one cell; the key of a task is the two names, sorted.
 
     Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. An edge's seed
@@ -95,7 +95,7 @@ class EdgeRecipe:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.
-        return EdgeRecipe, (self.cell, self.settings)
+        return RoadmapEdgeJob, (self.cell, self.settings)
 
     @cached_property
     def space(self) -> JointSpace:

@@ -24,7 +24,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion_planner import MotionMaker
 from pickcli.precompute.empty_cell_checkers import empty_scene, stand_in
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe, mark_of
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.scene.scene import Scene
@@ -129,7 +129,7 @@ EDGES = {
 @pytest.fixture(scope="module")
 def edges() -> dict[tuple[str, str], Record]:
     cell = small_cell(*(name for pair in EDGES for name in pair))
-    recipe = EdgeRecipe(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
+    recipe = RoadmapEdgeJob(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
     return {pair: recipe.make(pair) for pair in EDGES}
 
 

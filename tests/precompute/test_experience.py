@@ -26,7 +26,7 @@ from pickcli.planning.stages.transit import Coarse, plan_coarse
 from pickcli.precompute import experience
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.precompute.experience import Learner
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.merge_edges import with_polylines
@@ -49,7 +49,7 @@ def cell() -> Cell:
 
 @pytest.fixture(scope="module")
 def proof(cell: Cell) -> MotionValidator:
-    return EdgeRecipe(cell, RoadmapSettings()).checker
+    return RoadmapEdgeJob(cell, RoadmapSettings()).checker
 
 
 @pytest.fixture

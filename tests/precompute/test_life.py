@@ -30,7 +30,7 @@ from pickcli.precompute.coarse_motion_job import MotionRecipe
 from pickcli.precompute.experience import Learner
 from pickcli.precompute.refreshing import refresh
 from pickcli.precompute.repair import repair
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.store import surveyed
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
@@ -46,7 +46,7 @@ def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recipe, "code_digest", lambda: "the same")
         patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
-        for kind in (EdgeRecipe, MotionRecipe):
+        for kind in (RoadmapEdgeJob, MotionRecipe):
             patch.setattr(kind, "make", _remembered(kind.make))
         # So that those who die while they learn it remember it, too.
         folder = tmp_path_factory.mktemp("learned")

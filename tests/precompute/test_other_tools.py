@@ -15,7 +15,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion_planner import MotionMaker
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.roadmap_builder import build_roadmap
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import read_database, read_roadmap, write_database, write_roadmap
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
@@ -38,7 +38,7 @@ def test_a_roadmap_holds_in_every_state_and_comes_back_from_its_file(
     cell_copy: CellCopy, kind: str, tmp_path: Path
 ) -> None:
     cell = _small(cell_copy, kind)
-    roadmap, report = build_roadmap(EdgeRecipe(cell, QUICK))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     assert roadmap.n_edges > 0 and report.n_components == 1
     assert set(roadmap.tool_states) <= set(cell.robot.tool.states) and roadmap.proven_for == MOVING
     for state in cell.robot.tool.shapes:
@@ -66,7 +66,7 @@ def test_a_coarse_motion_is_made_and_comes_back_from_its_file(
 
 def test_a_file_that_names_a_state_of_another_tool_is_refused(cell_copy: CellCopy, tmp_path: Path) -> None:
     cell = _small(cell_copy, ONE_STATE)
-    roadmap, _ = build_roadmap(EdgeRecipe(cell, QUICK))
+    roadmap, _ = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     foreign = replace(roadmap, tool_states=(STRAIGHT,) * roadmap.n_nodes)
     path = tmp_path / "roadmap.h5"
     write_roadmap(path, foreign, cell.fingerprint, {})

@@ -15,7 +15,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.roadmap_builder import build_roadmap, nearest_pairs
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
@@ -27,7 +27,7 @@ QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=
 
 def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() -> None:
     cell = small_cell()
-    roadmap, _ = build_roadmap(EdgeRecipe(cell, QUICK))
+    roadmap, _ = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     model = CollisionModel(cell)
     for tool_state in ALL_STATES:
         tests = checker(model, tool_state, PayloadClass.EMPTY)
@@ -38,7 +38,7 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
 
 
 def test_nodes_are_the_free_configurations_and_the_rest_is_reported_with_its_reason() -> None:
-    roadmap, report = build_roadmap(EdgeRecipe(small_cell(), QUICK))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(small_cell(), QUICK))
     assert set(roadmap.names) == set(FEW) - {"tote_10h"}
     ((names, reason),) = report.gaps.refused
     assert names == ("tote_10h",)
@@ -46,7 +46,7 @@ def test_nodes_are_the_free_configurations_and_the_rest_is_reported_with_its_rea
 
 
 def test_the_roadmap_is_connected_and_no_star() -> None:
-    roadmap, report = build_roadmap(EdgeRecipe(small_cell(), QUICK))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(small_cell(), QUICK))
     graph = nx.Graph(roadmap.edges.tolist())
     assert nx.is_connected(graph) and report.n_components == 1
     home = roadmap.index("home")
@@ -56,7 +56,7 @@ def test_the_roadmap_is_connected_and_no_star() -> None:
 
 def test_parts_that_the_nearest_leave_apart_are_bridged_and_the_bridge_is_told() -> None:
     cell = small_cell("tote", "drop_01", "bin_G", "bin_J")
-    roadmap, report = build_roadmap(EdgeRecipe(cell, replace(QUICK, n_neighbours=1)))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(cell, replace(QUICK, n_neighbours=1)))
     assert report.n_components == 1
     assert len(report.bridges) == 1
     assert roadmap.n_edges == 3 + len(report.routes.added)
@@ -65,7 +65,7 @@ def test_parts_that_the_nearest_leave_apart_are_bridged_and_the_bridge_is_told()
 def test_pairs_that_fail_are_told() -> None:
     cell = small_cell("home", "drop_00_down", "cam_D")
     hopeless = replace(QUICK, n_neighbours=2, max_iterations=0)
-    roadmap, report = build_roadmap(EdgeRecipe(cell, hopeless))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(cell, hopeless))
     told = dict(report.gaps.missing)
     assert "RRTConnect gave up after 0 iterations" in told["cam_D", "drop_00_down"].detail
     alone = dict(report.gaps.alone)
@@ -76,7 +76,7 @@ def test_pairs_that_fail_are_told() -> None:
 def test_where_the_chosen_planner_gives_up_rrt_connect_tries() -> None:
     cell = small_cell("cam_G", "drop_10_down")
     one_tree = RoadmapSettings(PlannerName.RRT_STAR, max_iterations=500, n_shortcuts=50)
-    recipe = EdgeRecipe(cell, one_tree)
+    recipe = RoadmapEdgeJob(cell, one_tree)
     ends = [cell.configurations[name].q for name in ("cam_G", "drop_10_down")]
     seed = derived_seed(one_tree.seed, "edge", "cam_G", "drop_10_down")
     alone = plan(
@@ -93,7 +93,7 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
     turned = replace(cell, configurations=dict(reversed(cell.configurations.items())))
     edges = []
     for variant in (cell, turned):
-        roadmap, _ = build_roadmap(EdgeRecipe(variant, QUICK))
+        roadmap, _ = build_roadmap(RoadmapEdgeJob(variant, QUICK))
         named = {}
         for m, (a, b) in enumerate(roadmap.edges.tolist()):
             key = frozenset((roadmap.names[a], roadmap.names[b]))
@@ -103,7 +103,7 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
 
 
 def test_progress_counts_each_edge_once() -> None:
-    recipe, told = EdgeRecipe(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
+    recipe, told = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
     roadmap, report = build_roadmap(recipe, Build(recipe, Means(report=told.append)))
     assert [p.n_done for p in told] == list(range(told[-1].n_total + 1))
     assert told[-1].n_total == roadmap.n_edges + len(report.gaps.missing)
@@ -118,4 +118,4 @@ def test_nearest_pairs_name_each_pair_once() -> None:
 
 def test_a_cell_without_a_free_configuration_is_refused() -> None:
     with pytest.raises(InputError, match="no named configuration is free"):
-        build_roadmap(EdgeRecipe(small_cell("tote_10h"), QUICK))
+        build_roadmap(RoadmapEdgeJob(small_cell("tote_10h"), QUICK))

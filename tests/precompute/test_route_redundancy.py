@@ -14,7 +14,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.critical_pairs import important_pairs, neighbouring_bins
 from pickcli.precompute.roadmap_builder import build_roadmap
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.precompute.route_redundancy import MOST_TRIES, edge_to_try, for_any_pod, why_alone
 from pickcli.roadmap import validate
@@ -29,7 +29,7 @@ THIN = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=1, max_iterations=2
 
 def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
     cell = small_cell("home", "bin_A", "bin_B", "bin_E", "cam_E", "tote", "drop_00", "drop_01")
-    roadmap, report = build_roadmap(EdgeRecipe(cell, THIN))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(cell, THIN))
     graph = nx.Graph((roadmap.names[a], roadmap.names[b]) for a, b in roadmap.edges.tolist())
     double = {names for names, _ in report.routes.detours}
     alone = {names for names, _ in report.routes.alone}
@@ -40,7 +40,7 @@ def test_every_important_pair_has_two_routes_by_networkx_or_a_reason() -> None:
 
 
 def test_routes_for_any_pod_use_its_edges_alone() -> None:
-    roadmap, report = build_roadmap(EdgeRecipe(small_cell("home", "bin_A", "tote"), THIN))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(small_cell("home", "bin_A", "tote"), THIN))
     assert report.summary()["second_routes"]["n_for_any_displaced_pod"] == 3
     part = for_any_pod(replace(roadmap, marks=(ANY_POD, NOMINAL_POD, ANY_POD)))
     assert part.names == roadmap.names and part.n_edges == 2
@@ -51,7 +51,7 @@ def test_routes_for_any_pod_use_its_edges_alone() -> None:
 
 def test_edges_are_added_for_them_and_told() -> None:
     cell = small_cell("home", "bin_A", "tote")
-    roadmap, report = build_roadmap(EdgeRecipe(cell, THIN))
+    roadmap, report = build_roadmap(RoadmapEdgeJob(cell, THIN))
     told = report.summary()["second_routes"]
     assert roadmap.n_edges == 3  # a chain is closed to a ring
     assert len(told["added"]) == 1
@@ -60,7 +60,7 @@ def test_edges_are_added_for_them_and_told() -> None:
 
 
 def test_a_pair_with_one_edge_in_all_is_told_with_the_edge_that_it_needs() -> None:
-    _, report = build_roadmap(EdgeRecipe(small_cell("home", "bin_A"), THIN))
+    _, report = build_roadmap(RoadmapEdgeJob(small_cell("home", "bin_A"), THIN))
     ((names, reason),) = report.routes.alone
     assert names == ("bin_A", "home")
     assert "all need the edge bin_A to home" in reason.what and "no other pair is left" in reason.detail
@@ -70,7 +70,7 @@ def test_an_end_that_is_not_free_is_the_reason() -> None:
     cell = small_cell("home", "bin_A", "bin_B", "tote_10h")
     as_bin = replace(cell.configurations["tote_10h"], kind="bin")
     cell = replace(cell, configurations=cell.configurations | {"tote_10h": as_bin})
-    _, report = build_roadmap(EdgeRecipe(cell, THIN))
+    _, report = build_roadmap(RoadmapEdgeJob(cell, THIN))
     reasons = dict(report.routes.alone)
     assert reasons["home", "tote_10h"].what == "collision"
 

@@ -14,7 +14,7 @@ from pickcli.jobs.job_run import Means
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.coarse_motion_job import MotionRecipe
-from pickcli.precompute.roadmap_edge_job import EdgeRecipe
+from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import read_database, read_roadmap
 from support.small_cell import LEAST_EFFORT, small_cell
@@ -66,7 +66,7 @@ MOTIONS = StoredKind(
 )
 EDGES = StoredKind(
     lambda path, means: make_roadmap(cell(), path, FEW_EDGES, means),
-    lambda: EdgeRecipe(cell(), FEW_EDGES),
+    lambda: RoadmapEdgeJob(cell(), FEW_EDGES),
     _edges,
 )
 KINDS = {"motions": MOTIONS, "edges": EDGES}
