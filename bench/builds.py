@@ -34,7 +34,7 @@ from pickcli.jobs.job_result import Record
 from pickcli.jobs.job_run import Means
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.artifact_files import make_roadmap
-from pickcli.precompute.coarse_motion_job import MotionRecipe, task_key
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob, task_key
 from pickcli.precompute.motion_pairs import coarse_pairs
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
@@ -42,7 +42,7 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 def measure() -> dict[str, Any]:
     """Seconds of a build on two processes, the speed-up over one, and what the tasks cost."""
     cell = load_cell("apc2016_delft")
-    recipe, keys = MotionRecipe(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
+    recipe, keys = CoarseMotionJob(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
     keys.sort(key=recipe.effort, reverse=True)  # as a build does them
     costs: list[float] = []
     two_s, by_two = _done(Processes(2), recipe, keys, [])
@@ -73,7 +73,7 @@ def _roadmap_seconds(cell: Cell) -> float:
 
 
 def _done(
-    runner: Runner, recipe: MotionRecipe, keys: list[Key], costs: list[float]
+    runner: Runner, recipe: CoarseMotionJob, keys: list[Key], costs: list[float]
 ) -> tuple[float, dict[Key, bytes]]:
     """Seconds, and records by key; the seconds between one record and the next go to ``costs``."""
     began = last = time.perf_counter()

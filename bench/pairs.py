@@ -31,7 +31,7 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.motion_pairs import delft_pairs
 from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
@@ -85,8 +85,8 @@ def limited(name: str) -> Cell:
 
 
 @cache
-def _maker(name: str) -> MotionMaker:
-    return MotionMaker(limited(name), TrajectorySettings())
+def _maker(name: str) -> CoarseMotionPlanner:
+    return CoarseMotionPlanner(limited(name), TrajectorySettings())
 
 
 def make(name: str, key: MotionKey) -> Made:

@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "precompute": {"Learned", "Learner", "MotionRecipe", "Reproof", "SecondRoutes"},
+    "precompute": {"Learned", "Learner", "Reproof", "SecondRoutes"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

@@ -11,7 +11,7 @@ from pickcli import __version__
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import parts_of
 from pickcli.jobs.job_run import Build, Means
-from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.roadmap_builder import build_roadmap
@@ -51,7 +51,7 @@ def make_trajectories(
     overwrite: bool = True,
 ) -> TrajectoryReport:
     """Build a cell's trajectory database and write it, like ``make_roadmap``."""
-    recipe = MotionRecipe(cell, settings or TrajectorySettings())
+    recipe = CoarseMotionJob(cell, settings or TrajectorySettings())
     build = Build(recipe, replace(means or Means(), output=path))
     database, report = build_trajectories(recipe, build)
     made = _made(recipe, report.summary())
@@ -66,7 +66,7 @@ def versions() -> dict[str, str]:
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 
 
-def _made(recipe: MotionRecipe | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
+def _made(recipe: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
     """How a file was made: no times, no places, so that equal builds are equal bytes."""
     return {
         "by": versions(),

@@ -14,7 +14,7 @@ from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.provenance import inputs_digest
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
@@ -23,7 +23,7 @@ _LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a fr
 
 
 @dataclass(frozen=True, eq=False)
-class MotionRecipe:
+class CoarseMotionJob:
     """Motions of one cell; the key of a task is (start, goal, payload class)."""
 
     cell: Cell
@@ -44,11 +44,11 @@ class MotionRecipe:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.
-        return MotionRecipe, (self.cell, self.settings)
+        return CoarseMotionJob, (self.cell, self.settings)
 
     @cached_property
-    def _maker(self) -> MotionMaker:
-        return MotionMaker(self.cell, self.settings)
+    def _maker(self) -> CoarseMotionPlanner:
+        return CoarseMotionPlanner(self.cell, self.settings)
 
 
 def task_key(key: MotionKey) -> Key:

@@ -48,7 +48,7 @@ _SAMPLES = 60  # of a straight line whose depth tells how long a search will tak
 
 
 @dataclass(frozen=True, eq=False)
-class MotionMaker:
+class CoarseMotionPlanner:
     """Makes motions of one cell. Each depends on the cell, its key and the settings alone.
 
     Cell, settings and keys can be pickled; a maker, which holds checkers, is made where it is used.

@@ -10,7 +10,7 @@ from typing import Any
 
 from pickcli.errors import Reason
 from pickcli.jobs.job_run import Build, Progress
-from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, task_key
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, task_key
 from pickcli.precompute.motion_pairs import coarse_pairs
 from pickcli.roadmap.database_tables import Missing
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase
@@ -43,7 +43,7 @@ class TrajectoryReport:
 
 
 def build_trajectories(
-    recipe: MotionRecipe, build: Build | None = None
+    recipe: CoarseMotionJob, build: Build | None = None
 ) -> tuple[TrajectoryDatabase, TrajectoryReport]:
     """The database of a cell, every motion proven with the cell's clearance and timed within its limits.
 

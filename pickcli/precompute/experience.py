@@ -19,7 +19,7 @@ from pickcli.errors import ArtifactError, InputError, Reason
 from pickcli.files.file_lock import locked
 from pickcli.geometry import Array
 from pickcli.precompute.artifact_files import versions
-from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, task_key
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, task_key
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -97,7 +97,7 @@ class Learner:
 
     def learn_motion(self, key: MotionKey) -> Learned:
         """Make the motion of a key, as a build makes it, and keep it if there is one. Raises like above."""
-        recipe = MotionRecipe(self.cell, self.settings)
+        recipe = CoarseMotionJob(self.cell, self.settings)
         made = made_of(key, recipe.make(task_key(key)), self.cell.robot.joint_names)
         if isinstance(made, Reason):
             return Learned()

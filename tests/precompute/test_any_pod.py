@@ -22,7 +22,7 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.empty_cell_checkers import empty_scene, stand_in
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -50,7 +50,7 @@ CORNERS = list(product((-1.0, 1.0), repeat=3))
 
 @pytest.fixture(scope="module")
 def motions() -> dict[MotionKey, CoarseMotion]:
-    maker = MotionMaker(CELL, TrajectorySettings())
+    maker = CoarseMotionPlanner(CELL, TrajectorySettings())
     made = {key: maker.make(key) for key in KEYS}
     return {key: motion for key, motion in made.items() if isinstance(motion, CoarseMotion)}
 
@@ -104,7 +104,7 @@ def test_a_motion_for_the_pod_in_its_place_would_hit_some_displaced_pod() -> Non
     cell = replace(
         CELL, pod=replace(CELL.pod, displacement=replace(CELL.pod.displacement, x=0.0, y=0.0, yaw=0.0))
     )
-    motion = MotionMaker(cell, TrajectorySettings()).make(KEYS[1])
+    motion = CoarseMotionPlanner(cell, TrajectorySettings()).make(KEYS[1])
     assert isinstance(motion, CoarseMotion)
     assert min(_clearance(motion, _displaced(share)) for share in CORNERS) < 0.0
 
@@ -112,7 +112,7 @@ def test_a_motion_for_the_pod_in_its_place_would_hit_some_displaced_pod() -> Non
 def test_an_end_too_near_to_a_swept_pod_leaves_a_motion_for_the_pod_in_its_place() -> None:
     cell = small_cell("cam_E", "home")
     key = MotionKey("home", "cam_E", CENTRED)
-    motion = MotionMaker(cell, TrajectorySettings()).make(key)
+    motion = CoarseMotionPlanner(cell, TrajectorySettings()).make(key)
     assert isinstance(motion, CoarseMotion)
     assert motion.mark.stand is PodStand.NOMINAL
     assert motion.mark.why_nominal.startswith("for a displaced pod: cam_E: collision: held cube against pod")
@@ -148,7 +148,7 @@ def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Rec
 
 
 @dataclass(frozen=True, eq=False)
-class _Given(MotionMaker):
+class _Given(CoarseMotionPlanner):
     """A maker that finds what it is given, in this duration (s), or nothing."""
 
     found: Mapping[PodStand, float | None] = field(default_factory=dict)

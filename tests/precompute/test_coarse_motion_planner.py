@@ -11,7 +11,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.empty_cell_checkers import checker, empty_scene
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
 from pickcli.scene.scene_file import scene_hash
@@ -32,8 +32,8 @@ KEYS = (
 )
 
 
-def maker(*keys: MotionKey) -> MotionMaker:
-    return MotionMaker(
+def maker(*keys: MotionKey) -> CoarseMotionPlanner:
+    return CoarseMotionPlanner(
         small_cell(*(name for key in keys for name in (key.start, key.goal))), TrajectorySettings()
     )
 
@@ -104,7 +104,7 @@ def test_a_task_can_be_sent_to_another_process(motions: dict[MotionKey, CoarseMo
     cell, settings, sent = pickle.loads(
         pickle.dumps((small_cell(key.start, key.goal), TrajectorySettings(), key))
     )
-    there = MotionMaker(cell, settings).make(sent)
+    there = CoarseMotionPlanner(cell, settings).make(sent)
     assert isinstance(there, CoarseMotion) and there.trajectory is not None
     here = motions[key].trajectory
     assert here is not None and there.trajectory.positions.tobytes() == here.positions.tobytes()

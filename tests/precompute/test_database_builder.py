@@ -11,8 +11,8 @@ import pytest
 from pickcli.cell.cell_file import load_cell
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.jobs.job_result import Record
-from pickcli.precompute.coarse_motion_job import MotionRecipe, made_of, record_of
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, record_of
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.database_builder import build_trajectories
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.motion_pairs import coarse_pairs
@@ -36,7 +36,7 @@ def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:
 
 @pytest.fixture(scope="module")
 def built():  # type: ignore[no-untyped-def]
-    return build_trajectories(MotionRecipe(small_cell(), LEAST_EFFORT))
+    return build_trajectories(CoarseMotionJob(small_cell(), LEAST_EFFORT))
 
 
 def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # type: ignore[no-untyped-def]
@@ -74,14 +74,16 @@ def test_pairs_with_an_end_that_is_not_free_are_told_with_the_reason(built) -> N
 
 def test_a_motion_depends_on_its_names_and_seed_alone() -> None:
     key = MotionKey("bin_E", "drop_00_down", PayloadClass.EMPTY)
-    alone = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), LEAST_EFFORT), key)
-    maker = MotionMaker(small_cell("bin_E", "drop_00_down", "home"), LEAST_EFFORT)
+    alone = _made(CoarseMotionPlanner(small_cell("bin_E", "drop_00_down"), LEAST_EFFORT), key)
+    maker = CoarseMotionPlanner(small_cell("bin_E", "drop_00_down", "home"), LEAST_EFFORT)
     maker.make(MotionKey("home", "drop_00_down", PayloadClass.EMPTY))
     after_another = _made(maker, key)
     assert alone.path.waypoints.tobytes() == after_another.path.waypoints.tobytes()
     assert alone.trajectory is not None and after_another.trajectory is not None
     assert alone.trajectory.positions.tobytes() == after_another.trajectory.positions.tobytes()
-    other = _made(MotionMaker(small_cell("bin_E", "drop_00_down"), replace(LEAST_EFFORT, seed=1)), key)
+    other = _made(
+        CoarseMotionPlanner(small_cell("bin_E", "drop_00_down"), replace(LEAST_EFFORT, seed=1)), key
+    )
     assert other.path.waypoints.tobytes() != alone.path.waypoints.tobytes()
 
 
@@ -95,7 +97,7 @@ def test_a_record_gives_back_its_motion_to_the_bit(built) -> None:  # type: igno
         assert made_of(key, Record.of_bytes(record_of(reason).to_bytes()), ()) == reason
 
 
-def _made(maker: MotionMaker, key: MotionKey) -> CoarseMotion:
+def _made(maker: CoarseMotionPlanner, key: MotionKey) -> CoarseMotion:
     made = maker.make(key)
     assert isinstance(made, CoarseMotion), made
     return made

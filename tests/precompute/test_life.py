@@ -26,7 +26,7 @@ from pickcli.geometry import Array
 from pickcli.jobs import job as recipe
 from pickcli.jobs.job_run import Means, Progress
 from pickcli.jobs.journal import Journal
-from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.experience import Learner
 from pickcli.precompute.refreshing import refresh
 from pickcli.precompute.repair import repair
@@ -46,7 +46,7 @@ def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(recipe, "code_digest", lambda: "the same")
         patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
-        for kind in (RoadmapEdgeJob, MotionRecipe):
+        for kind in (RoadmapEdgeJob, CoarseMotionJob):
             patch.setattr(kind, "make", _remembered(kind.make))
         # So that those who die while they learn it remember it, too.
         folder = tmp_path_factory.mktemp("learned")

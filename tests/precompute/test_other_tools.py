@@ -12,7 +12,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import DamagedError
 from pickcli.path_planning.planner_names import PlannerName
-from pickcli.precompute.coarse_motion_planner import MotionMaker
+from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.roadmap_builder import build_roadmap
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
@@ -55,7 +55,7 @@ def test_a_coarse_motion_is_made_and_comes_back_from_its_file(
 ) -> None:
     cell = _small(cell_copy, kind)
     key = MotionKey("home", "bin_A", PayloadClass.EMPTY)
-    motion = MotionMaker(cell, LEAST_EFFORT).make(key)
+    motion = CoarseMotionPlanner(cell, LEAST_EFFORT).make(key)
     assert isinstance(motion, CoarseMotion), motion
     assert motion.tool_state in cell.robot.tool.shapes
     path = tmp_path / "trajectories.h5"

@@ -22,7 +22,7 @@ from pickcli.jobs import job as recipe
 from pickcli.jobs.executors import Processes
 from pickcli.jobs.job_run import Means, Progress
 from pickcli.jobs.journal import Journal
-from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.roadmap.store import read_roadmap
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 from support.small_cell import LEAST_EFFORT, small_cell
@@ -86,19 +86,19 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
 def test_a_journal_of_other_settings_is_neither_used_nor_lost(
     good: dict[str, bytes], cell: Cell, tmp_path: Path
 ) -> None:
-    other = Journal(tmp_path / "motions", MotionRecipe(cell, TrajectorySettings(seed=9)).inputs)
+    other = Journal(tmp_path / "motions", CoarseMotionJob(cell, TrajectorySettings(seed=9)).inputs)
     other.append(("home", "bin_A", "empty"), b"of another build")
     assert _built(tmp_path, "motions") == good["motions"]
     assert other.path.exists()
 
 
 def test_other_configurations_or_code_are_other_inputs(cell: Cell, monkeypatch: Any) -> None:
-    inputs = MotionRecipe(cell, LEAST_EFFORT).inputs
+    inputs = CoarseMotionJob(cell, LEAST_EFFORT).inputs
     names = list(cell.configurations)
-    assert MotionRecipe(small_cell(*names), LEAST_EFFORT).inputs == inputs
-    assert MotionRecipe(small_cell(*names[:-1]), LEAST_EFFORT).inputs != inputs
+    assert CoarseMotionJob(small_cell(*names), LEAST_EFFORT).inputs == inputs
+    assert CoarseMotionJob(small_cell(*names[:-1]), LEAST_EFFORT).inputs != inputs
     monkeypatch.setattr(recipe, "code_digest", lambda: "other")
-    assert MotionRecipe(cell, LEAST_EFFORT).inputs != inputs
+    assert CoarseMotionJob(cell, LEAST_EFFORT).inputs != inputs
 
 
 def test_another_kernel_is_other_code(monkeypatch: Any, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from pickcli.cell.cell import Cell
 from pickcli.jobs.job_run import Means
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
-from pickcli.precompute.coarse_motion_job import MotionRecipe
+from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.store import read_database, read_roadmap
@@ -61,7 +61,7 @@ def _edges(path: Path) -> list[Any]:
 
 MOTIONS = StoredKind(
     lambda path, means: make_trajectories(cell(), path, LEAST_EFFORT, means),
-    lambda: MotionRecipe(cell(), LEAST_EFFORT),
+    lambda: CoarseMotionJob(cell(), LEAST_EFFORT),
     _motions,
 )
 EDGES = StoredKind(
