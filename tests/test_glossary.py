@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "precompute": {"Learned", "Learner", "Reproof", "SecondRoutes"},
+    "precompute": {"Learned", "Learner", "SecondRoutes"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

@@ -26,7 +26,7 @@ from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.coarse_motion_job import made_of, motion_key, record_of
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.recovered_results import make_again, stored_records
-from pickcli.precompute.revalidation import Reproof
+from pickcli.precompute.revalidation import Revalidation
 from pickcli.precompute.roadmap_edge_job import mark_of
 from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
@@ -103,10 +103,10 @@ class _Sieve:
     stored: Mapping[Key, Record]
     are_ends_same: bool
     touched: list[Key] = field(default_factory=list)
-    proof: Reproof = field(init=False)
+    proof: Revalidation = field(init=False)
 
     def __post_init__(self) -> None:
-        self.proof = Reproof(self.cell, self.change)
+        self.proof = Revalidation(self.cell, self.change)
 
     def motions(self) -> dict[Key, Record]:
         """Motions that hold in the cell as it is, and reasons that still do."""

@@ -33,7 +33,7 @@ from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearanc
 
 
 @dataclass(frozen=True, eq=False)
-class Reproof:
+class Revalidation:
     """Proofs in a cell after a change of its solids alone."""
 
     cell: Cell

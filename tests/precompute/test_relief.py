@@ -17,7 +17,7 @@ from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import MOVING
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.refreshing import refresh
-from pickcli.precompute.revalidation import Reproof
+from pickcli.precompute.revalidation import Revalidation
 from pickcli.roadmap.store import read_database, read_roadmap, surveyed
 from pickcli.roadmap.trajectory_database import PayloadClass
 from support.changed_cell import built, moved_divider, refreshed, shifted, with_parts
@@ -99,7 +99,7 @@ def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
 
     def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
         tool_state = MOVING if payload is PayloadClass.EMPTY else STRAIGHT
-        return Reproof(cell, change_since(before, cell)).is_relieved(ends, tool_state, payload)  # type: ignore[arg-type]
+        return Revalidation(cell, change_since(before, cell)).is_relieved(ends, tool_state, payload)  # type: ignore[arg-type]
 
     assert is_relieved(cell, parts_of(posts)), "what was there went"
     assert not is_relieved(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), "an end is within the sweep"
