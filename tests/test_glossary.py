@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "precompute": {"Learned", "Learner", "SecondRoutes"},
+    "precompute": {"Learned", "Learner"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

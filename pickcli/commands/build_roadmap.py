@@ -17,7 +17,7 @@ from pickcli.precompute.roadmap_settings import RoadmapSettings
 
 if TYPE_CHECKING:
     from pickcli.precompute.roadmap_report import RoadmapReport
-    from pickcli.precompute.route_redundancy import SecondRoutes
+    from pickcli.precompute.route_redundancy import RouteRedundancy
     from pickcli.roadmap.graph import Roadmap
 
 
@@ -85,7 +85,7 @@ def _lines(output: Path, roadmap: Roadmap, built: RoadmapReport) -> list[str]:
     return lines + _route_lines(built.routes)
 
 
-def _route_lines(routes: SecondRoutes) -> list[str]:
+def _route_lines(routes: RouteRedundancy) -> list[str]:
     """Second routes of the important pairs: figures, what was added for them, and who has none."""
     told = routes.summary()
     longer = told["second_over_first_length"]

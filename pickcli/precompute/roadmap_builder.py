@@ -20,7 +20,7 @@ from pickcli.jobs.job_run import Build
 from pickcli.precompute.critical_pairs import important_pairs
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_report import RoadmapReport
-from pickcli.precompute.route_redundancy import SecondRoutes, detour, edge_to_try, for_any_pod, why_alone
+from pickcli.precompute.route_redundancy import RouteRedundancy, detour, edge_to_try, for_any_pod, why_alone
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
@@ -62,7 +62,7 @@ class _Builder:
     refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
     failed: dict[Pair, Reason] = field(default_factory=dict)
     bridges: list[Pair] = field(default_factory=list)
-    routes: SecondRoutes = field(default_factory=SecondRoutes)
+    routes: RouteRedundancy = field(default_factory=RouteRedundancy)
 
     def __post_init__(self) -> None:
         cell = self.recipe.cell
@@ -98,7 +98,7 @@ class _Builder:
                 alone.append((names, why_alone(self.roadmap, found, self.failed)))
         joined = tuple(self._names(pair) for pair in added)
         n_for_any = self._n_double([names for names, _ in detours])
-        self.routes = SecondRoutes(tuple(detours), tuple(alone), joined, n_for_any)
+        self.routes = RouteRedundancy(tuple(detours), tuple(alone), joined, n_for_any)
 
     def report(self) -> RoadmapReport:
         """What the build could not do, and what it did beyond the k nearest."""

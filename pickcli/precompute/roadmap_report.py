@@ -7,7 +7,7 @@ from typing import Any
 
 from pickcli.jobs.job_run import Progress
 from pickcli.precompute.roadmap_settings import RoadmapSettings
-from pickcli.precompute.route_redundancy import SecondRoutes
+from pickcli.precompute.route_redundancy import RouteRedundancy
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
 
 
@@ -26,7 +26,7 @@ class RoadmapReport:
     gaps: RoadmapGaps
     bridges: tuple[tuple[str, str], ...]
     n_components: int
-    routes: SecondRoutes
+    routes: RouteRedundancy
     progress: Progress
 
     def summary(self) -> dict[str, Any]:

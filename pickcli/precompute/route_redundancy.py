@@ -25,7 +25,7 @@ MOST_TRIES = 24
 
 
 @dataclass(frozen=True)
-class SecondRoutes:
+class RouteRedundancy:
     """What became of the important pairs.
 
     detours: of those with a second route, its length over that of the first
