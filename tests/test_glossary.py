@@ -26,7 +26,6 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "precompute": {"Learned", "Learner"},
     "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

@@ -16,7 +16,7 @@ from pickcli.errors import ApcError, NoPlanError
 
 if TYPE_CHECKING:
     from pickcli.planning.planning_context import Planner
-    from pickcli.precompute.experience import Learner
+    from pickcli.precompute.experience import ExperienceFiles
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -48,7 +48,7 @@ def learning(
         The session, with the planner to be used.
 
     Raises:
-        InputError: At once where nothing can be kept; in the end like ``Learner``.
+        InputError: At once where nothing can be kept; in the end like ``ExperienceFiles``.
     """
     session = LearningSession.of(planner, roadmap, trajectories) if is_on else LearningSession(planner)
     try:
@@ -66,7 +66,7 @@ class LearningSession:
         planner: The planner to be used, with what was learned before.
     """
 
-    def __init__(self, planner: Planner, learner: Learner | None = None) -> None:
+    def __init__(self, planner: Planner, learner: ExperienceFiles | None = None) -> None:
         """Begin to learn, or not to learn at all without a learner."""
         self.planner, self._learner = planner, learner
         self._edges = self._unproven = 0
@@ -76,13 +76,13 @@ class LearningSession:
     def of(cls, planner: Planner, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
         """A session that keeps what it learns beside these files. Raises InputError where it cannot."""
         from pickcli.precompute.artifact_cache import default_paths
-        from pickcli.precompute.experience import Learner
+        from pickcli.precompute.experience import ExperienceFiles
         from pickcli.roadmap.merge_edges import with_polylines
         from pickcli.roadmap.query_experience import ExperienceRecorder
 
         default = default_paths(planner.cell)
         beside = roadmap or default.roadmap, trajectories or default.trajectories
-        learner = Learner.beside(planner.cell, *beside)
+        learner = ExperienceFiles.beside(planner.cell, *beside)
         for path in (learner.roadmap, learner.trajectories):
             folder = next(folder for folder in path.parents if folder.exists())
             refuse_unwritable(folder, path, "--roadmap and --trajectories")
@@ -118,7 +118,7 @@ class LearningSession:
                 err=True,
             )
 
-    def _learn_motions(self, learner: Learner) -> int:
+    def _learn_motions(self, learner: ExperienceFiles) -> int:
         """Make the motions between named configurations that were asked for and not stored; how many."""
         planner = self.planner
         asked = () if planner.recorder is None else planner.recorder.recorded

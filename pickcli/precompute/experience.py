@@ -40,7 +40,7 @@ MOST_MOTIONS = 200
 
 
 @dataclass(frozen=True)
-class Learned:
+class RecordedExperience:
     """What was kept of the experience of some queries.
 
     unproven: polylines that are not free in the empty cell with the cup in any state, and were not kept
@@ -52,7 +52,7 @@ class Learned:
 
 
 @dataclass(frozen=True, eq=False)
-class Learner:
+class ExperienceFiles:
     """What was learned for one cell.
 
     roadmap, trajectories: the learned files; each appears with the first that is kept in it
@@ -65,7 +65,7 @@ class Learner:
     settings: TrajectorySettings = field(default_factory=TrajectorySettings)
 
     @classmethod
-    def beside(cls, cell: Cell, roadmap: Path, trajectories: Path) -> Learner:
+    def beside(cls, cell: Cell, roadmap: Path, trajectories: Path) -> ExperienceFiles:
         """The learner whose files lie beside these: ``roadmap.learned.h5`` beside ``roadmap.h5``."""
         return cls(cell, _beside(roadmap), _beside(trajectories))
 
@@ -78,7 +78,7 @@ class Learner:
         """The learned motions, with their timed points only if asked. Raises like ``edges``."""
         return _read(self.trajectories, lambda: read_database(self.trajectories, self.cell, points))
 
-    def learn_edges(self, experience: Sequence[QueryExperience]) -> Learned:
+    def learn_edges(self, experience: Sequence[QueryExperience]) -> RecordedExperience:
         """Keep those polylines that were found and are new and proven in the empty cell.
 
         Raises InputError if the file cannot be written, and like ``edges``.
@@ -86,30 +86,30 @@ class Learner:
         found = [polyline for query in experience for polyline in query.polylines]
         proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
         if not proven:
-            return Learned(unproven=len(found))
+            return RecordedExperience(unproven=len(found))
         self._make_folder(self.roadmap)
         with locked(self.roadmap):
             old = self.edges()
             fresh = without_doubles(old, proven)
             if fresh:
                 self._write_edges([*old, *fresh][-MOST_EDGES:])
-        return Learned(edges=len(fresh), unproven=len(found) - len(proven))
+        return RecordedExperience(edges=len(fresh), unproven=len(found) - len(proven))
 
-    def learn_motion(self, key: MotionKey) -> Learned:
+    def learn_motion(self, key: MotionKey) -> RecordedExperience:
         """Make the motion of a key, as a build makes it, and keep it if there is one. Raises like above."""
         recipe = CoarseMotionJob(self.cell, self.settings)
         made = made_of(key, recipe.make(task_key(key)), self.cell.robot.joint_names)
         if isinstance(made, Reason):
-            return Learned()
+            return RecordedExperience()
         self._make_folder(self.trajectories)
         with locked(self.trajectories):
             old = self.motions(points=True)
             if old is not None and old.lookup(key.start, key.goal, key.payload) is not None:
-                return Learned()
+                return RecordedExperience()
             motions = [*(old or ()), made][-MOST_MOTIONS:]
             database = TrajectoryDatabase.of(self.cell.robot.joint_names, motions)
             write_database(self.trajectories, database, self.cell.fingerprint, self._made)
-        return Learned(motions=1)
+        return RecordedExperience(motions=1)
 
     def missed(
         self, experience: Sequence[QueryExperience], *databases: TrajectoryDatabase | None

@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.commands import planner
 from pickcli.errors import DamagedError
-from pickcli.precompute.experience import Learner
+from pickcli.precompute.experience import ExperienceFiles
 from support.command_line import ITEM, Made, apc, refused
 
 
@@ -74,10 +74,10 @@ def test_where_nothing_can_be_kept_it_is_said_at_once(
 def test_what_was_asked_for_is_written_before_learning_fails(
     command: str, made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def damaged(self: Learner, lessons: object) -> None:
+    def damaged(self: ExperienceFiles, lessons: object) -> None:
         raise DamagedError("roadmap.learned.h5: damaged meanwhile")
 
-    monkeypatch.setattr(Learner, "learn_edges", damaged)
+    monkeypatch.setattr(ExperienceFiles, "learn_edges", damaged)
     monkeypatch.setattr(planner, "_build_missing", lambda cell: None)
     out = tmp_path / "out"
     argv = {

@@ -25,7 +25,7 @@ from pickcli.planning.planning_context import Planner
 from pickcli.planning.stages.transit import Coarse, plan_coarse
 from pickcli.precompute import experience
 from pickcli.precompute.empty_cell_checkers import empty_scene
-from pickcli.precompute.experience import Learner
+from pickcli.precompute.experience import ExperienceFiles
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.graph import Roadmap
@@ -53,9 +53,9 @@ def proof(cell: Cell) -> MotionValidator:
 
 
 @pytest.fixture
-def learner(cell: Cell, tmp_path: Path) -> Learner:
-    made = Learner.beside(cell, tmp_path / "roadmap.h5", tmp_path / "trajectories.h5")
-    return Learner(cell, made.roadmap, made.trajectories, LEAST_EFFORT)
+def learner(cell: Cell, tmp_path: Path) -> ExperienceFiles:
+    made = ExperienceFiles.beside(cell, tmp_path / "roadmap.h5", tmp_path / "trajectories.h5")
+    return ExperienceFiles(cell, made.roadmap, made.trajectories, LEAST_EFFORT)
 
 
 def _pairs(cell: Cell, proof: MotionValidator, is_free: bool) -> list[Array]:
@@ -70,7 +70,7 @@ def _experience(*polylines: Array) -> QueryExperience:
 
 
 def test_only_what_is_free_in_the_empty_cell_is_kept_and_only_once(
-    cell: Cell, proof: MotionValidator, learner: Learner
+    cell: Cell, proof: MotionValidator, learner: ExperienceFiles
 ) -> None:
     free, blocked = _pairs(cell, proof, True)[:2], _pairs(cell, proof, False)[0]
     first = learner.learn_edges([_experience(*free), _experience(blocked)])
@@ -81,7 +81,7 @@ def test_only_what_is_free_in_the_empty_cell_is_kept_and_only_once(
 
 
 def test_the_oldest_go(
-    cell: Cell, proof: MotionValidator, learner: Learner, monkeypatch: pytest.MonkeyPatch
+    cell: Cell, proof: MotionValidator, learner: ExperienceFiles, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(experience, "MOST_EDGES", 3)
     free = _pairs(cell, proof, True)[:5]
@@ -92,7 +92,7 @@ def test_the_oldest_go(
 
 
 def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
-    cell: Cell, proof: MotionValidator, learner: Learner
+    cell: Cell, proof: MotionValidator, learner: ExperienceFiles
 ) -> None:
     learner.learn_edges([_experience(_pairs(cell, proof, True)[0])])
     assert not surveyed(learner.roadmap).damage
@@ -106,15 +106,17 @@ def test_a_learned_file_is_sealed_and_belongs_to_its_cell(
     assert learner.roadmap.read_bytes() == content
 
 
-def test_another_cell_does_not_learn_from_it(cell: Cell, proof: MotionValidator, learner: Learner) -> None:
+def test_another_cell_does_not_learn_from_it(
+    cell: Cell, proof: MotionValidator, learner: ExperienceFiles
+) -> None:
     learner.learn_edges([_experience(_pairs(cell, proof, True)[0])])
-    other = Learner(replace(cell, fingerprint="0" * 64), learner.roadmap, learner.trajectories)
+    other = ExperienceFiles(replace(cell, fingerprint="0" * 64), learner.roadmap, learner.trajectories)
     with pytest.raises(StaleError, match="delete it"):
         other.edges()
 
 
 @pytest.mark.slow
-def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: Learner) -> None:
+def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
     planner = Planner(cell, recorder=recorder)
     assert _planned(planner, "home", "bin_E").source == "straight edge"
@@ -131,7 +133,7 @@ def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner:
     assert again.recorder is not None and again.recorder.recorded == ()
 
 
-def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: Learner) -> None:
+def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
     planner = Planner(cell, recorder=recorder)
     for start, goal in product(BINS, DROPS):
@@ -152,12 +154,12 @@ import sys
 from pathlib import Path
 import numpy as np
 from support.small_cell import small_cell
-from pickcli.precompute.experience import Learner
+from pickcli.precompute.experience import ExperienceFiles
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.roadmap.query_experience import QueryExperience
 folder, first, count = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
 cell = small_cell("home")
-learner = Learner.beside(cell, folder / "roadmap.h5", folder / "trajectories.h5")
+learner = ExperienceFiles.beside(cell, folder / "roadmap.h5", folder / "trajectories.h5")
 home = cell.configurations["home"].q
 print("ready", flush=True)
 sys.stdin.readline()
@@ -186,12 +188,12 @@ def _go(process: subprocess.Popen[str]) -> None:
     process.stdin.flush()
 
 
-def _turns(learner: Learner) -> list[int]:
+def _turns(learner: ExperienceFiles) -> list[int]:
     """Which of the edges of SCRIPT are kept."""
     return sorted(round(10 * float(edge[-1][-1] - edge[0][-1])) - 1 for edge in learner.edges())
 
 
-def test_two_processes_learn_at_once(learner: Learner) -> None:
+def test_two_processes_learn_at_once(learner: ExperienceFiles) -> None:
     both = [_started(learner.roadmap.parent, first, 6) for first in (0, 6)]
     for process in both:
         _go(process)
@@ -202,7 +204,7 @@ def test_two_processes_learn_at_once(learner: Learner) -> None:
 
 
 @pytest.mark.slow
-def test_a_kill_loses_at_most_what_is_in_hand(learner: Learner) -> None:
+def test_a_kill_loses_at_most_what_is_in_hand(learner: ExperienceFiles) -> None:
     rng, kept = random.Random(1), 0
     for _ in range(5):
         process = _started(learner.roadmap.parent, 0, 25)

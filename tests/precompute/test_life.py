@@ -27,7 +27,7 @@ from pickcli.jobs import job as recipe
 from pickcli.jobs.job_run import Means, Progress
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
-from pickcli.precompute.experience import Learner
+from pickcli.precompute.experience import ExperienceFiles
 from pickcli.precompute.refreshing import refresh
 from pickcli.precompute.repair import repair
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
@@ -50,7 +50,7 @@ def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -
             patch.setattr(kind, "make", _remembered(kind.make))
         # So that those who die while they learn it remember it, too.
         folder = tmp_path_factory.mktemp("learned")
-        Learner.beside(cell(), folder / "roadmap.h5", folder / "motions.h5").learn_motion(LESSONS[0])
+        ExperienceFiles.beside(cell(), folder / "roadmap.h5", folder / "motions.h5").learn_motion(LESSONS[0])
         yield
 
 
@@ -76,7 +76,7 @@ class _Life(RuleBasedStateMachine):
         self.folder = Path(tempfile.mkdtemp())
         self.out = self.folder / "out.h5"
         self.good = self.kind.good()
-        self.learner = Learner.beside(cell(), self.folder / "roadmap.h5", self.folder / "motions.h5")
+        self.learner = ExperienceFiles.beside(cell(), self.folder / "roadmap.h5", self.folder / "motions.h5")
         self.learned: set[Any] = set()
 
     def teardown(self) -> None:
