@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "roadmap": {"How", "ThroughRoute", "stored_marks", "through"},
+    "roadmap": {"How", "ThroughRoute", "through"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},
     "verification": {"Balls", "Standing", "Windows"},
