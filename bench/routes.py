@@ -23,8 +23,8 @@ from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.connection import Problem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
+from pickcli.roadmap.roadmap_search import search_roadmap
 from pickcli.roadmap.store import read_roadmap
-from pickcli.roadmap.through import through_roadmap
 from pickcli.roadmap.trajectory_database import PayloadClass
 
 SPREAD = 0.1  # rad or m, standard deviation of a start or goal from the configuration that it is near
@@ -40,7 +40,7 @@ def measure(n_runs: int = 300) -> dict[str, float]:
     for _ in range(n_runs):
         problem = _problem(cell, roadmap, tests, rng)
         began = time.perf_counter()
-        answered += through_roadmap(problem) is not None
+        answered += search_roadmap(problem) is not None
         connected.append(1e3 * (time.perf_counter() - began))
     return {
         "n_runs": n_runs,

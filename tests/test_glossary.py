@@ -26,7 +26,7 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "roadmap": {"How", "ThroughRoute", "through"},
+    "roadmap": {"How"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},
     "verification": {"Balls", "Standing", "Windows"},

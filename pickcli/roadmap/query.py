@@ -18,7 +18,7 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.roadmap.connection import Problem, QueryOptions
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.through import ThroughRoute, through_roadmap
+from pickcli.roadmap.roadmap_search import RoadmapRoute, search_roadmap
 from pickcli.seeds import derived_seed
 
 
@@ -101,7 +101,7 @@ def _quickest(problem: Problem, label: str) -> CoarseRoute:
 
 def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
     """The way through the roadmap, then the planner's ways until it fails."""
-    through = through_roadmap(problem)
+    through = search_roadmap(problem)
     if through is not None:
         yield _stored(problem, through)
     for k in range(problem.options.n_rivals):
@@ -112,7 +112,7 @@ def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
         yield CoarseRoute(path, _goal(problem, path), How.PLANNER, (), (), (path.waypoints,))
 
 
-def _stored(problem: Problem, through: ThroughRoute) -> CoarseRoute:
+def _stored(problem: Problem, through: RoadmapRoute) -> CoarseRoute:
     """A route by stored edges."""
     roadmap = problem.roadmap
     path = _shortened(problem, through.waypoints)

@@ -11,7 +11,7 @@ from pickcli.roadmap.query_graph import LinkedRoadmap, linked
 
 
 @dataclass(frozen=True, eq=False)
-class ThroughRoute:
+class RoadmapRoute:
     """A proven way through the roadmap, not yet shortened."""
 
     waypoints: Array  # (K, n)
@@ -20,7 +20,7 @@ class ThroughRoute:
     dropped: tuple[int, ...]  # stored edges that are not free now
 
 
-def through_roadmap(problem: Problem) -> ThroughRoute | None:
+def search_roadmap(problem: Problem) -> RoadmapRoute | None:
     """The shortest way by stored edges, each proven again; None where the roadmap leads to no goal."""
     first = straight_links(problem, problem.q_start) or planned_link(problem, problem.q_start, "start link")
     last = _goal_links(problem) if first else []
@@ -44,7 +44,7 @@ def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
     return [(goal, links) for goal, links in planned if links]
 
 
-def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int]) -> ThroughRoute | None:
+def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int]) -> RoadmapRoute | None:
     """A* on the roadmap with start and goals linked."""
 
     def is_valid(edge: int) -> bool:
@@ -54,7 +54,7 @@ def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int])
     route, dropped = shortest_route(graph, start, ends, is_valid)
     if route is None:
         return None
-    return ThroughRoute(
+    return RoadmapRoute(
         graph.joined(route.nodes, route.edges),
         tuple(node for node in route.nodes if node < problem.roadmap.n_nodes),
         tuple(graph.edge_path(edge) for edge in route.edges if graph.is_link(edge)),
