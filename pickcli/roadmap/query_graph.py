@@ -14,7 +14,7 @@ from pickcli.roadmap.graph import Roadmap
 
 
 @dataclass(frozen=True, eq=False)
-class LinkedRoadmap:
+class QueryGraph:
     """What A* searches. Nothing of the roadmap is copied: its nodes and edges come first, with their numbers.
 
     configurations: (N + K, n) of the roadmap's nodes, then of the linked ones
@@ -58,7 +58,7 @@ class LinkedRoadmap:
         return np.concatenate([self.configurations[nodes[0]][None], *(way[1:] for way in ways)])
 
 
-def linked(roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[LinkedRoadmap, list[int]]:
+def linked(roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[QueryGraph, list[int]]:
     """The roadmap with configurations (n,) linked to it, and their nodes.
 
     A configuration that is a node already (see ``straight_links``) stays that node.
@@ -74,4 +74,4 @@ def linked(roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Link]]]) -> tu
         new.append(q)
         links += [(nodes[-1], link) for link in some]
     configurations = np.vstack([roadmap.configurations, *new]) if new else roadmap.configurations
-    return LinkedRoadmap(roadmap, configurations, tuple(links)), nodes
+    return QueryGraph(roadmap, configurations, tuple(links)), nodes

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pickcli.geometry import Array
 from pickcli.roadmap.astar import shortest_route
 from pickcli.roadmap.connection import Link, Problem, planned_link, straight_links
-from pickcli.roadmap.query_graph import LinkedRoadmap, linked
+from pickcli.roadmap.query_graph import QueryGraph, linked
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
     return [(goal, links) for goal, links in planned if links]
 
 
-def _search(problem: Problem, graph: LinkedRoadmap, start: int, ends: list[int]) -> RoadmapRoute | None:
+def _search(problem: Problem, graph: QueryGraph, start: int, ends: list[int]) -> RoadmapRoute | None:
     """A* on the roadmap with start and goals linked."""
 
     def is_valid(edge: int) -> bool:
