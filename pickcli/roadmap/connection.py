@@ -56,14 +56,14 @@ class Problem:
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class Connection:
     """A proven polyline (K, n) from a configuration to a node of the roadmap."""
 
     node: int
     waypoints: Array
 
 
-def straight_links(problem: Problem, q: Array) -> list[Link]:
+def straight_connections(problem: Problem, q: Array) -> list[Connection]:
     """Links by a straight proven edge to those of the nearest nodes that have one.
 
     A configuration that is a node is linked to it by a polyline of one point, and to nothing else.
@@ -72,17 +72,17 @@ def straight_links(problem: Problem, q: Array) -> list[Link]:
     for node in problem.roadmap.nearest(q, problem.options.n_nearest):
         there = problem.roadmap.configurations[node]
         if np.array_equal(there, q):
-            return [Link(node, q[None])]
+            return [Connection(node, q[None])]
         if problem.checker.is_valid_edge(q, there):
-            links.append(Link(node, np.stack([q, there])))
+            links.append(Connection(node, np.stack([q, there])))
     return links
 
 
-def planned_link(problem: Problem, q: Array, task: str) -> list[Link]:
+def planned_connection(problem: Problem, q: Array, task: str) -> list[Connection]:
     """At most one link, found by the planner, to whichever of the nearest nodes it reaches first."""
     nodes = problem.roadmap.nearest(q, problem.options.n_nearest)
     waypoints = problem.plan(q, problem.roadmap.configurations[nodes], task) if nodes else None
     if waypoints is None:
         return []
     node = next(i for i in nodes if np.array_equal(problem.roadmap.configurations[i], waypoints[-1]))
-    return [Link(node, waypoints)]
+    return [Connection(node, waypoints)]

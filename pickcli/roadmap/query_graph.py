@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.geometry import Array
-from pickcli.roadmap.connection import Link
+from pickcli.roadmap.connection import Connection
 from pickcli.roadmap.graph import Roadmap
 
 
@@ -23,7 +23,7 @@ class QueryGraph:
 
     roadmap: Roadmap
     configurations: Array
-    links: tuple[tuple[int, Link], ...]
+    links: tuple[tuple[int, Connection], ...]
 
     def is_link(self, edge: int) -> bool:
         """Whether an edge is a link; the others are the roadmap's own."""
@@ -58,14 +58,16 @@ class QueryGraph:
         return np.concatenate([self.configurations[nodes[0]][None], *(way[1:] for way in ways)])
 
 
-def linked(roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Link]]]) -> tuple[QueryGraph, list[int]]:
+def linked(
+    roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Connection]]]
+) -> tuple[QueryGraph, list[int]]:
     """The roadmap with configurations (n,) linked to it, and their nodes.
 
-    A configuration that is a node already (see ``straight_links``) stays that node.
+    A configuration that is a node already (see ``straight_connections``) stays that node.
     """
     nodes: list[int] = []
     new: list[Array] = []
-    links: list[tuple[int, Link]] = []
+    links: list[tuple[int, Connection]] = []
     for q, some in ends:
         if len(some[0].waypoints) == 1:
             nodes.append(some[0].node)

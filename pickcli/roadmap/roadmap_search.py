@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pickcli.geometry import Array
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connection import Link, Problem, planned_link, straight_links
+from pickcli.roadmap.connection import Connection, Problem, planned_connection, straight_connections
 from pickcli.roadmap.query_graph import QueryGraph, linked
 
 
@@ -22,7 +22,9 @@ class RoadmapRoute:
 
 def search_roadmap(problem: Problem) -> RoadmapRoute | None:
     """The shortest way by stored edges, each proven again; None where the roadmap leads to no goal."""
-    first = straight_links(problem, problem.q_start) or planned_link(problem, problem.q_start, "start link")
+    first = straight_connections(problem, problem.q_start) or planned_connection(
+        problem, problem.q_start, "start link"
+    )
     last = _goal_links(problem) if first else []
     if not last:
         return None
@@ -30,15 +32,15 @@ def search_roadmap(problem: Problem) -> RoadmapRoute | None:
     return _search(problem, graph, nodes[0], nodes[1:])
 
 
-def _goal_links(problem: Problem) -> list[tuple[Array, list[Link]]]:
+def _goal_links(problem: Problem) -> list[tuple[Array, list[Connection]]]:
     """The goals that have links, with them: straight ones, else for a few goals planned ones."""
     options = problem.options
-    straight = [(goal, straight_links(problem, goal)) for goal in problem.goals[: options.n_goals]]
+    straight = [(goal, straight_connections(problem, goal)) for goal in problem.goals[: options.n_goals]]
     in_sight = [(goal, links) for goal, links in straight if links]
     if in_sight:
         return in_sight
     planned = [
-        (goal, planned_link(problem, goal, f"goal link {i}"))
+        (goal, planned_connection(problem, goal, f"goal link {i}"))
         for i, goal in enumerate(problem.goals[: options.n_planned_goals])
     ]
     return [(goal, links) for goal, links in planned if links]

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.roadmap.connection import Link
+from pickcli.roadmap.connection import Connection
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.query_graph import linked
 
@@ -30,7 +30,9 @@ def test_it_is_the_enlarged_roadmap(seed: int) -> None:
     roadmap, ends, edges = _roadmap(rng), [], []
     for k in range(3):
         q = rng.normal(size=2)
-        links = [Link(int(n), np.vstack([q, roadmap.configurations[n]])) for n in rng.permutation(6)[:2]]
+        links = [
+            Connection(int(n), np.vstack([q, roadmap.configurations[n]])) for n in rng.permutation(6)[:2]
+        ]
         ends.append((q, links))
         edges += [(6 + k, link.node, link.waypoints) for link in links]
     graph, nodes = linked(roadmap, ends)
@@ -55,5 +57,5 @@ def test_ways_are_joined_without_doubled_configurations() -> None:
 def test_a_configuration_that_is_a_node_stays_that_node() -> None:
     roadmap = _roadmap(np.random.default_rng(0))
     q = roadmap.configurations[4]
-    graph, nodes = linked(roadmap, [(q, [Link(4, q[None])])])
+    graph, nodes = linked(roadmap, [(q, [Connection(4, q[None])])])
     assert nodes == [4] and graph.neighbours == roadmap.neighbours
