@@ -21,7 +21,7 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connection import Problem, QueryOptions
+from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_search import search_roadmap
 from pickcli.roadmap.store import read_roadmap
@@ -51,11 +51,13 @@ def measure(n_runs: int = 300) -> dict[str, float]:
     }
 
 
-def _problem(cell: Cell, roadmap: Roadmap, tests: MotionValidator, rng: np.random.Generator) -> Problem:
+def _problem(
+    cell: Cell, roadmap: Roadmap, tests: MotionValidator, rng: np.random.Generator
+) -> PlanningProblem:
     """A query whose ends are free and no nodes."""
     space = JointSpace.of(cell.robot)
     start, goal = (_near(cell, kind, tests, space, rng) for kind in rng.permutation(["bin", "drop"]))
-    return Problem(roadmap, tests, space, start, goal[None], 0, QueryOptions())
+    return PlanningProblem(roadmap, tests, space, start, goal[None], 0, QueryOptions())
 
 
 def _near(

@@ -42,7 +42,7 @@ MIRRORED = {
 }
 
 # Class names that occur in two rooms and are still to be told apart. Add none.
-AMBIGUOUS = {"Execution", "Load", "Problem", "Rules", "World"}
+AMBIGUOUS = {"Execution", "Load", "Rules", "World"}
 
 
 def inflected(word: str) -> set[str]:

@@ -30,7 +30,7 @@ class QueryOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class PlanningProblem:
     """One coarse query: from q_start (n,) to any of the goals (G, n), all of them free, cheapest first."""
 
     roadmap: Roadmap
@@ -63,7 +63,7 @@ class Connection:
     waypoints: Array
 
 
-def straight_connections(problem: Problem, q: Array) -> list[Connection]:
+def straight_connections(problem: PlanningProblem, q: Array) -> list[Connection]:
     """Links by a straight proven edge to those of the nearest nodes that have one.
 
     A configuration that is a node is linked to it by a polyline of one point, and to nothing else.
@@ -78,7 +78,7 @@ def straight_connections(problem: Problem, q: Array) -> list[Connection]:
     return links
 
 
-def planned_connection(problem: Problem, q: Array, task: str) -> list[Connection]:
+def planned_connection(problem: PlanningProblem, q: Array, task: str) -> list[Connection]:
     """At most one link, found by the planner, to whichever of the nearest nodes it reaches first."""
     nodes = problem.roadmap.nearest(q, problem.options.n_nearest)
     waypoints = problem.plan(q, problem.roadmap.configurations[nodes], task) if nodes else None

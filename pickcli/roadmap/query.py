@@ -15,7 +15,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import edge_costs, estimated_duration
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.roadmap.connection import Problem, QueryOptions
+from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_search import RoadmapRoute, search_roadmap
@@ -69,12 +69,12 @@ def query(
     q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
     free = free_goals(checker, space, q_start, goals, label)
     order = sorted(free, key=lambda g: _cost(space, np.stack([q_start, goals[g]])))
-    problem = Problem(roadmap, checker, space, q_start, goals[order], seed, options or QueryOptions())
+    problem = PlanningProblem(roadmap, checker, space, q_start, goals[order], seed, options or QueryOptions())
     route = _straight(problem) or _quickest(problem, label)
     return replace(route, goal=order[route.goal])
 
 
-def _straight(problem: Problem) -> CoarseRoute | None:
+def _straight(problem: PlanningProblem) -> CoarseRoute | None:
     """The straight edge to the first goal that has one."""
     for goal in problem.goals:
         if problem.checker.is_valid_edge(problem.q_start, goal):
@@ -83,7 +83,7 @@ def _straight(problem: Problem) -> CoarseRoute | None:
     return None
 
 
-def _quickest(problem: Problem, label: str) -> CoarseRoute:
+def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
     """The roadmap's answer or one of the planner's, whichever takes least time."""
     enough = problem.options.enough * _duration(problem, np.stack([problem.q_start, problem.goals[0]]))
     best, least = None, np.inf
@@ -99,7 +99,7 @@ def _quickest(problem: Problem, label: str) -> CoarseRoute:
     return best
 
 
-def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
+def _rivals(problem: PlanningProblem) -> Iterator[CoarseRoute]:
     """The way through the roadmap, then the planner's ways until it fails."""
     through = search_roadmap(problem)
     if through is not None:
@@ -112,7 +112,7 @@ def _rivals(problem: Problem) -> Iterator[CoarseRoute]:
         yield CoarseRoute(path, _goal(problem, path), How.PLANNER, (), (), (path.waypoints,))
 
 
-def _stored(problem: Problem, through: RoadmapRoute) -> CoarseRoute:
+def _stored(problem: PlanningProblem, through: RoadmapRoute) -> CoarseRoute:
     """A route by stored edges."""
     roadmap = problem.roadmap
     path = _shortened(problem, through.waypoints)
@@ -123,7 +123,7 @@ def _stored(problem: Problem, through: RoadmapRoute) -> CoarseRoute:
     return CoarseRoute(path, _goal(problem, path), How.ROADMAP, nodes, dropped, through.links)
 
 
-def _shortened(problem: Problem, waypoints: Array) -> JointPath:
+def _shortened(problem: PlanningProblem, waypoints: Array) -> JointPath:
     return shorten(
         problem.checker,
         problem.space,
@@ -133,11 +133,11 @@ def _shortened(problem: Problem, waypoints: Array) -> JointPath:
     )
 
 
-def _goal(problem: Problem, path: JointPath) -> int:
+def _goal(problem: PlanningProblem, path: JointPath) -> int:
     return int(np.argmin(np.abs(problem.goals - path.end).max(axis=1)))
 
 
-def _duration(problem: Problem, waypoints: Array) -> float:
+def _duration(problem: PlanningProblem, waypoints: Array) -> float:
     return estimated_duration(problem.space, waypoints)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pickcli.geometry import Array
 from pickcli.roadmap.astar import shortest_route
-from pickcli.roadmap.connection import Connection, Problem, planned_connection, straight_connections
+from pickcli.roadmap.connection import Connection, PlanningProblem, planned_connection, straight_connections
 from pickcli.roadmap.query_graph import QueryGraph, linked
 
 
@@ -20,7 +20,7 @@ class RoadmapRoute:
     dropped: tuple[int, ...]  # stored edges that are not free now
 
 
-def search_roadmap(problem: Problem) -> RoadmapRoute | None:
+def search_roadmap(problem: PlanningProblem) -> RoadmapRoute | None:
     """The shortest way by stored edges, each proven again; None where the roadmap leads to no goal."""
     first = straight_connections(problem, problem.q_start) or planned_connection(
         problem, problem.q_start, "start link"
@@ -32,7 +32,7 @@ def search_roadmap(problem: Problem) -> RoadmapRoute | None:
     return _search(problem, graph, nodes[0], nodes[1:])
 
 
-def _goal_links(problem: Problem) -> list[tuple[Array, list[Connection]]]:
+def _goal_links(problem: PlanningProblem) -> list[tuple[Array, list[Connection]]]:
     """The goals that have links, with them: straight ones, else for a few goals planned ones."""
     options = problem.options
     straight = [(goal, straight_connections(problem, goal)) for goal in problem.goals[: options.n_goals]]
@@ -46,7 +46,7 @@ def _goal_links(problem: Problem) -> list[tuple[Array, list[Connection]]]:
     return [(goal, links) for goal, links in planned if links]
 
 
-def _search(problem: Problem, graph: QueryGraph, start: int, ends: list[int]) -> RoadmapRoute | None:
+def _search(problem: PlanningProblem, graph: QueryGraph, start: int, ends: list[int]) -> RoadmapRoute | None:
     """A* on the roadmap with start and goals linked."""
 
     def is_valid(edge: int) -> bool:

@@ -12,7 +12,7 @@ from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.shortcutting import shorten
-from pickcli.roadmap.connection import Problem, QueryOptions
+from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.query import CoarseRoute, How, query
 from pickcli.seeds import derived_seed
@@ -151,7 +151,7 @@ def _seconds(path: JointPath) -> float:
 def _each_alone(seed: int, options: QueryOptions) -> list[float]:
     """Durations of the roadmap's answer and of each of the planner's, with nobody to compete against."""
     stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=_roadmap_only())
-    problem = Problem(_over(), SCREEN, space(), START, GOAL[None], seed, options)
+    problem = PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed, options)
     ways = [problem.plan(START, GOAL[None], f"direct {k}") for k in range(options.n_rivals)]
     found = [JointPath(space().joint_names, way) for way in ways if way is not None]
     own = derived_seed(seed, "shorten")
