@@ -16,7 +16,7 @@ TERMS, PLAIN = (ROOT / "docs" / "glossary.md").read_text().split("## Plain words
 
 # Names that are still to be renamed. Add none.
 UNNAMED = {
-    "cell": {"PodMark", "PodStand"},
+    "cell": {"PodStand"},
     "collision": {"Entered"},
     "commands": {"LearningSession", "learning"},
     "grasping": {"Turn", "aims"},

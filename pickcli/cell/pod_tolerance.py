@@ -30,7 +30,7 @@ class PodStand(StrEnum):
 
 
 @dataclass(frozen=True)
-class PodMark:
+class PodValidity:
     """For which pods something that is stored was proven.
 
     Attributes:
@@ -42,8 +42,8 @@ class PodMark:
     why_nominal: str = ""
 
 
-ANY_POD = PodMark(PodStand.DISPLACED)
-NOMINAL_POD = PodMark()
+ANY_POD = PodValidity(PodStand.DISPLACED)
+NOMINAL_POD = PodValidity()
 
 
 @dataclass(frozen=True)

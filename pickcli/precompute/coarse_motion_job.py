@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import PodMark, PodStand
+from pickcli.cell.pod_tolerance import PodStand, PodValidity
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
@@ -94,5 +94,5 @@ def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> Coa
     path = JointPath(joint_names, a["waypoints"])
     return CoarseMotion(
         key, ToolState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
-        PodMark(PodStand(v["stand"]), v["why_nominal"]),
+        PodValidity(PodStand(v["stand"]), v["why_nominal"]),
     )  # fmt: skip

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import PodMark, PodStand
+from pickcli.cell.pod_tolerance import PodStand, PodValidity
 from pickcli.cell.robot import Limits
 from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
@@ -140,7 +140,9 @@ class CoarseMotionPlanner:
         clearance = proven_clearance(timed, self._space, tests)
         stand, tool_state, _ = case
         path = JointPath(names, waypoints)
-        return CoarseMotion(key, tool_state, path, timed.duration, timed, bound, clearance, PodMark(stand))
+        return CoarseMotion(
+            key, tool_state, path, timed.duration, timed, bound, clearance, PodValidity(stand)
+        )
 
     @cached_property
     def _limits(self) -> Limits:
@@ -173,4 +175,4 @@ def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
     """What is had for the pod in its place alone, with the reason why there is none for any pod."""
     if isinstance(nominal, Reason):
         return nominal
-    return replace(nominal, mark=PodMark(PodStand.NOMINAL, why))
+    return replace(nominal, mark=PodValidity(PodStand.NOMINAL, why))

@@ -20,7 +20,7 @@ from pickcli.precompute.experience import LEARNED
 from pickcli.precompute.roadmap_report import RoadmapReport
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.database_tables import DATABASE
-from pickcli.roadmap.pod_mark_columns import row_mark
+from pickcli.roadmap.pod_validity_columns import row_mark
 from pickcli.roadmap.recovered_content import intact_missing, intact_motions
 from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.storage.integrity_scan import IntegrityReport

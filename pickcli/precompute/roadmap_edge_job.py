@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand
+from pickcli.cell.pod_tolerance import ANY_POD, PodStand, PodValidity
 from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.collision.robot_model import CollisionModel
@@ -117,10 +117,10 @@ class RoadmapEdgeJob:
 def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:
     if isinstance(path, Reason):
         return Record(reason=path)
-    mark = PodMark(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
+    mark = PodValidity(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
     return Record(asdict(mark), {"waypoints": path.waypoints})
 
 
-def mark_of(record: Record) -> PodMark:
+def mark_of(record: Record) -> PodValidity:
     """For which pods what a record holds was proven."""
-    return PodMark(PodStand(record.values["stand"]), record.values["why_nominal"])
+    return PodValidity(PodStand(record.values["stand"]), record.values["why_nominal"])

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
+from pickcli.cell.pod_tolerance import NOMINAL_POD, PodValidity
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -34,7 +34,7 @@ class Roadmap:
     waypoints: Array  # (W, n)
     offsets: IntArray  # (M + 1,)
     proven_for: ToolState = MOVING  # the state in which every edge was proven when it was made
-    marks: tuple[PodMark, ...] = ()  # (M,), for which pods each edge was proven
+    marks: tuple[PodValidity, ...] = ()  # (M,), for which pods each edge was proven
 
     @classmethod
     def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = MOVING) -> Roadmap:
@@ -97,7 +97,7 @@ class Roadmap:
         )
         return enlarged, self.n_nodes
 
-    def with_edge(self, a: int, b: int, waypoints: Array, mark: PodMark = NOMINAL_POD) -> Roadmap:
+    def with_edge(self, a: int, b: int, waypoints: Array, mark: PodValidity = NOMINAL_POD) -> Roadmap:
         """A roadmap with one more edge along a proven polyline (K, n) from node a to node b.
 
         Raises ValueError if the polyline does not join the two nodes.

@@ -15,7 +15,7 @@ from pickcli.cell.tool import ToolState
 from pickcli.roadmap import validate
 from pickcli.roadmap.database_tables import DATABASE, Missing, missing_row, motion_of
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.pod_mark_columns import row_mark
+from pickcli.roadmap.pod_validity_columns import row_mark
 from pickcli.roadmap.roadmap_tables import one_state
 from pickcli.roadmap.stored_reasons import reason_row
 from pickcli.roadmap.trajectory_database import CoarseMotion, TrajectoryDatabase

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.cell.pod_tolerance import NOMINAL_POD, PodMark
+from pickcli.cell.pod_tolerance import NOMINAL_POD, PodValidity
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
@@ -58,7 +58,7 @@ class CoarseMotion:
     trajectory: Trajectory | None = None
     lower_bound: float = 0.0
     clearance: float = 0.0
-    mark: PodMark = NOMINAL_POD
+    mark: PodValidity = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
         """The way back: free where the way there is, and within limits as these are symmetric."""
@@ -102,7 +102,7 @@ class TrajectoryDatabase:
     offsets: IntArray  # (K + 1,) into waypoints
     lower_bounds: Array  # (K,) s
     clearances: Array  # (K,) m
-    marks: tuple[PodMark, ...]  # (K,)
+    marks: tuple[PodValidity, ...]  # (K,)
     points: TimedPoints | None = None
 
     @classmethod

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell_file import load_cell
-from pickcli.cell.pod_tolerance import PodMark
+from pickcli.cell.pod_tolerance import PodValidity
 from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.geometry import Array
@@ -29,7 +29,7 @@ from support.command_line import apc, refused
 MADE: Any = {"by": {}, "settings": {}, "result": {}}
 BOULDER: Any = MotionKey("home", "bin_B", "boulder")  # type: ignore[arg-type]
 SIDEWAYS: Any = ("sideways",) * 2
-ELSEWHERE: Any = (PodMark("elsewhere"),)  # type: ignore[arg-type]
+ELSEWHERE: Any = (PodValidity("elsewhere"),)  # type: ignore[arg-type]
 
 
 @cache

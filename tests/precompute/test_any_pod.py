@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import ANY_POD, PodMark, PodStand, displaced
+from pickcli.cell.pod_tolerance import ANY_POD, PodStand, PodValidity, displaced
 from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -160,7 +160,7 @@ class _Given(CoarseMotionPlanner):
         if duration is None or duration >= quicker_than:
             return Reason(f"none, {stand}")
         path = JointPath(("a",), np.array([[0.0], [1.0]]))
-        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodMark(stand))
+        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodValidity(stand))
 
 
 def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:
@@ -177,11 +177,11 @@ def test_a_motion_for_any_pod_that_costs_no_time_is_kept(wide: float, nominal: f
 def test_one_that_costs_time_gives_way_to_one_for_the_pod_in_its_place() -> None:
     kept = _kept(1.006, 1.0)
     assert isinstance(kept, CoarseMotion) and kept.duration == 1.0
-    assert kept.mark == PodMark(PodStand.NOMINAL, "for a displaced pod it takes 1.006 s")
+    assert kept.mark == PodValidity(PodStand.NOMINAL, "for a displaced pod it takes 1.006 s")
 
 
 def test_where_there_is_none_for_any_pod_the_reason_is_kept() -> None:
     kept = _kept(None, 1.0)
     assert isinstance(kept, CoarseMotion)
-    assert kept.mark == PodMark(PodStand.NOMINAL, "for a displaced pod: none, displaced")
+    assert kept.mark == PodValidity(PodStand.NOMINAL, "for a displaced pod: none, displaced")
     assert _kept(None, None) == Reason("none, nominal")
