@@ -119,7 +119,7 @@ def parse_yaml(text: str, path: Path) -> Source:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        is_tab = re.search(r"\t", text.split("\n")[line - 1][:column])
+        is_tab = re.search(r"\t", "".join(text.split("\n")[line - 1 : line])[:column])
         cure = "indent with spaces, not tabs" if is_tab else "is a bracket open, or the file cut off?"
         what = f"not YAML: {error.problem or error.context}; {cure}"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
