@@ -26,7 +26,6 @@ UNNAMED = {
         "Carried",
         "promises",
     },
-    "roadmap": {"How"},
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},
     "verification": {"Balls", "Standing", "Windows"},

@@ -22,7 +22,7 @@ from pickcli.roadmap.roadmap_search import RoadmapRoute, search_roadmap
 from pickcli.seeds import derived_seed
 
 
-class How(StrEnum):
+class RouteSource(StrEnum):
     """Who answered a query."""
 
     STRAIGHT = "straight edge"
@@ -40,7 +40,7 @@ class CoarseRoute:
 
     path: JointPath
     goal: int  # index into the goals of the query
-    how: How
+    source: RouteSource
     nodes: tuple[str, ...]  # roadmap nodes on the way before shortening, by name or #index
     dropped: tuple[tuple[str, str], ...]  # stored edges that are not free in this scene
     new: tuple[Array, ...]
@@ -79,7 +79,7 @@ def _straight(problem: PlanningProblem) -> CoarseRoute | None:
     for goal in problem.goals:
         if problem.checker.is_valid_edge(problem.q_start, goal):
             path = JointPath(problem.space.joint_names, np.stack([problem.q_start, goal]))
-            return CoarseRoute(path, _goal(problem, path), How.STRAIGHT, (), (), ())
+            return CoarseRoute(path, _goal(problem, path), RouteSource.STRAIGHT, (), (), ())
     return None
 
 
@@ -109,7 +109,7 @@ def _rivals(problem: PlanningProblem) -> Iterator[CoarseRoute]:
         if waypoints is None:
             return
         path = _shortened(problem, waypoints)
-        yield CoarseRoute(path, _goal(problem, path), How.PLANNER, (), (), (path.waypoints,))
+        yield CoarseRoute(path, _goal(problem, path), RouteSource.PLANNER, (), (), (path.waypoints,))
 
 
 def _stored(problem: PlanningProblem, through: RoadmapRoute) -> CoarseRoute:
@@ -120,7 +120,7 @@ def _stored(problem: PlanningProblem, through: RoadmapRoute) -> CoarseRoute:
     dropped = tuple(
         (_name(roadmap, a), _name(roadmap, b)) for a, b in roadmap.edges[list(through.dropped)].tolist()
     )
-    return CoarseRoute(path, _goal(problem, path), How.ROADMAP, nodes, dropped, through.links)
+    return CoarseRoute(path, _goal(problem, path), RouteSource.ROADMAP, nodes, dropped, through.links)
 
 
 def _shortened(problem: PlanningProblem, waypoints: Array) -> JointPath:

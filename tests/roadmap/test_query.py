@@ -14,7 +14,7 @@ from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.query import CoarseRoute, How, query
+from pickcli.roadmap.query import CoarseRoute, RouteSource, query
 from pickcli.seeds import derived_seed
 from support.box_world import BoxWorld, space, wall
 
@@ -25,13 +25,13 @@ SCREEN = BoxWorld([(np.array([-0.05, -0.9]), np.array([0.05, 0.9]))])  # quickly
 
 def test_a_free_straight_line_needs_no_roadmap() -> None:
     route = query(_roadmap(), BoxWorld(), space(), START, GOAL[None], seed=1)
-    assert route.how is How.STRAIGHT and route.new == ()
+    assert route.source is RouteSource.STRAIGHT and route.new == ()
     np.testing.assert_array_equal(route.path.waypoints, [START, GOAL])
 
 
 def test_the_roadmap_leads_through_the_gap() -> None:
     route = query(_roadmap(), wall(), space(), START, GOAL[None], seed=1, options=_roadmap_only())
-    assert route.how is How.ROADMAP
+    assert route.source is RouteSource.ROADMAP
     assert route.nodes == ("left", "right")
     _check(route, wall(), START, GOAL)
 
@@ -42,10 +42,10 @@ def test_a_stored_edge_that_is_blocked_now_is_dropped_and_the_search_goes_on() -
         (np.array([-0.3, 0.88]), np.array([0.3, 0.92]))
     )  # on the stored way, leaves room above
     route = query(_roadmap(), world, space(), START, GOAL[None], seed=1)
-    assert route.how is How.PLANNER
+    assert route.source is RouteSource.PLANNER
     _check(route, world, START, GOAL)
     both = query(_two_ways(), world, space(), START, GOAL[None], seed=1, options=_roadmap_only())
-    assert both.how is How.ROADMAP
+    assert both.source is RouteSource.ROADMAP
     assert both.dropped == (("left", "right"),)
     _check(both, world, START, GOAL)
 
@@ -53,7 +53,7 @@ def test_a_stored_edge_that_is_blocked_now_is_dropped_and_the_search_goes_on() -
 def test_without_a_roadmap_the_planner_answers() -> None:
     empty = Roadmap.empty(space().joint_names)
     route = query(empty, wall(), space(), START, GOAL[None], seed=1)
-    assert route.how is How.PLANNER
+    assert route.source is RouteSource.PLANNER
     _check(route, wall(), START, GOAL)
 
 
@@ -69,14 +69,14 @@ def test_ends_without_a_straight_link_are_linked_by_the_planner(planner: Planner
     world = BoxWorld(wall().boxes + pocket)
     options = QueryOptions(planner=planner, n_rivals=0, max_iterations=2000)
     route = query(_roadmap(), world, space(), START, GOAL[None], seed=4, options=options)
-    assert route.how is How.ROADMAP
+    assert route.source is RouteSource.ROADMAP
     _check(route, world, START, GOAL)
 
 
 def test_a_detour_over_the_roadmap_loses_to_a_rival() -> None:
     stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=0, options=_roadmap_only())
     route = query(_over(), SCREEN, space(), START, GOAL[None], seed=0)
-    assert (stored.how, route.how) == (How.ROADMAP, How.PLANNER)
+    assert (stored.source, route.source) == (RouteSource.ROADMAP, RouteSource.PLANNER)
     assert _seconds(route.path) < 0.7 * _seconds(stored.path)
     _check(route, SCREEN, START, GOAL)
 

@@ -105,7 +105,7 @@ def _searched(
         found = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
         context.recorder.record(found)
     duration = estimated_duration(context.space, route.path.waypoints)
-    return Coarse(route.path.waypoints, route.goal, duration, str(route.how))
+    return Coarse(route.path.waypoints, route.goal, duration, str(route.source))
 
 
 def _stored(context: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
