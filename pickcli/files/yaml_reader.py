@@ -119,7 +119,7 @@ def parse_yaml(text: str, path: Path) -> Source:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        is_tab = re.search(r"\t", "".join(text.split("\n")[line - 1 : line])[:column])
+        is_tab = "\t" in "".join(_LINE_BREAK.split(text)[line - 1 : line])[:column]
         cure = "indent with spaces, not tabs" if is_tab else "is a bracket open, or the file cut off?"
         what = f"not YAML: {error.problem or error.context}; {cure}"
         raise InputError(f"{path}:{line}:{column}: {what}") from None
@@ -128,6 +128,8 @@ def parse_yaml(text: str, path: Path) -> Source:
     source.check()
     return source
 
+
+_LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as YAML counts lines
 
 # JSON writes what lies beyond 16 bits as two escapes, which YAML does not know.
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pickcli.errors import InputError
-from pickcli.files.yaml_reader import MAX_BYTES, Source, read_yaml
+from pickcli.files.yaml_reader import MAX_BYTES, Source, parse_yaml, read_yaml
 
 Refused = Callable[[Callable[[], object]], str]
 
@@ -219,3 +219,10 @@ def test_a_file_that_is_cut_off_is_called_by_its_kind(tmp_path: Path, refused: R
 @pytest.mark.parametrize("text", ["'a': !!str 1\n", "a: !x 1\n"])
 def test_tags_are_refused(folder: Path, refused: Refused, text: str) -> None:
     assert "is not allowed; leave it out" in refused(lambda: read(folder, text))
+
+
+@pytest.mark.parametrize("line_break", ["\n", "\r", "\r\n", "\x85", "\u2028"])
+def test_a_tab_is_named_on_its_line_whatever_ends_the_lines(line_break: str, tmp_path: Path) -> None:
+    text = line_break.join(["a: 1", "b:", "\tc: 2"])
+    with pytest.raises(InputError, match=r"f\.yaml:3:1: not YAML: .*; indent with spaces, not tabs"):
+        parse_yaml(text, tmp_path / "f.yaml")
