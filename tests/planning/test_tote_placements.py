@@ -9,11 +9,20 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, TotePlacement, spots
+from pickcli.planning.stages.tote_placements import (
+    ABOVE_PILE,
+    ABOVE_TIPPING,
+    LEAST_WALL,
+    MAX_DROP,
+    TIPPING_COST,
+    TotePlacement,
+    spots,
+)
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from support.tool_states import DOWN, STRAIGHT
 
@@ -83,6 +92,24 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
     assert other[0].cost == pytest.approx(empty[0].cost)
     moved = np.abs(released_pose(other[0], held)[:2, 3] - first[:2])
     assert moved.max() > 0.05
+
+
+def test_what_lands_on_one_side_is_released_higher_and_only_where_it_must(
+    scene_with: SceneWith, held: AttachedItem
+) -> None:
+    """A board that takes up nearly all of the tote, over one box: under its middle, or under its corner."""
+    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (0.5, 0.3, 0.03))))
+    gaps, costs = [], []
+    for place in ((0.0, 0.0, 0.02), (0.2, 0.1, 0.02)):
+        scene = piled(scene_with(), place)
+        best = found(scene, board, STRAIGHT)[0]
+        low, _ = box(released_pose(best, board), board)
+        (lying,) = scene.in_location(TOTE)
+        top = lying.T_world_item[2, 3] + lying.item.shape.extents[2] / 2 + scene.noise.bound(lying.item)
+        gaps.append(float(low[2] - top))
+        costs.append(best.cost)
+    assert gaps == pytest.approx([ABOVE_PILE, ABOVE_TIPPING])
+    assert costs[1] - costs[0] >= TIPPING_COST
 
 
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:

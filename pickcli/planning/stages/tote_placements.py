@@ -16,6 +16,9 @@ from pickcli.scene.scene import TOTE, Scene
 WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
 LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
+ABOVE_TIPPING = 0.06  # m, the same where it lands on one side: its other end may rise towards the cup
+TIPPING_COST = 0.05  # m of drop that this is worth
+MIDDLE = 0.3  # of the item's half extents: what does not lie under that does not carry it level
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
@@ -107,12 +110,14 @@ def _best(
     centres = tote.place.T_carrier_place[:2, 3] + room * _places(room)
     rim = pile.floor + tote.place.room.size[2]
     height = pile.heights(centres, reach[:2])
-    tip = height + ABOVE_PILE + reach[2] - T[2, 3]
+    tips = height > pile.heights(centres, MIDDLE * reach[:2]) + 1e-6
+    most = np.clip(MAX_DROP - (height - pile.floor), ABOVE_PILE, ABOVE_TIPPING)
+    tip = height + np.where(tips, most, ABOVE_PILE) + reach[2] - T[2, 3]
     if is_level:
         tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
     rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)
-    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
+    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price + TIPPING_COST * tips
     order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
     found = []
     for i in order[:PER_ORIENTATION]:
