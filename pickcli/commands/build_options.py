@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import json_option, output_option, seed_option
-from pickcli.commands.param_types import WholeNumber
 from pickcli.path_planning.planner_names import PlannerName
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def build_options(
 def jobs_option(function: F) -> F:
     """--jobs N."""
     return click.option(
-        "--jobs", type=WholeNumber(1, 1024), metavar="N",
+        "--jobs", type=NumberType(1, 1024), metavar="N",
         help="Processes that work at once; the bytes are the same.  [default: one per core]",
     )(function)  # fmt: skip
 
@@ -64,6 +64,6 @@ def _planner_option(default: PlannerName, one: str) -> Callable[[F], F]:
 
 def _iterations_option(default: int, one: str) -> Callable[[F], F]:
     return click.option(
-        "--iterations", type=WholeNumber(1), default=default, show_default=True,
+        "--iterations", type=NumberType(1), default=default, show_default=True,
         help=f"Most iterations of the planner for one {one}.",
     )  # fmt: skip

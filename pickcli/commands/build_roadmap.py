@@ -9,8 +9,8 @@ import click
 
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
+from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, refuse_output
-from pickcli.commands.param_types import WholeNumber
 from pickcli.commands.report import emit_json
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @click.command("build-roadmap")
 @cell_option
-@click.option("--neighbours", type=WholeNumber(1, 100), default=RoadmapSettings.n_neighbours,
+@click.option("--neighbours", type=NumberType(1, 100), default=RoadmapSettings.n_neighbours,
               show_default=True,
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
 @build_options("roadmap", RoadmapSettings, "edge")

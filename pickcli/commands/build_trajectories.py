@@ -9,8 +9,8 @@ import click
 
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
+from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, refuse_output
-from pickcli.commands.param_types import WholeNumber
 from pickcli.commands.report import emit_json
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @click.command("build-trajectories")
 @cell_option
-@click.option("--tries", type=WholeNumber(1, 1000), default=TrajectorySettings.n_tries,
+@click.option("--tries", type=NumberType(1, 1000), default=TrajectorySettings.n_tries,
               show_default=True,
               help="Paths that the planner is asked for where bending leads to no quick motion.")  # fmt: skip
 @build_options("trajectory database", TrajectorySettings, "path")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.logs import stage
 from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
 from pickcli.errors import InputError
 
@@ -37,7 +38,7 @@ def building(
         report(p)
 
     try:
-        with build_report(label, as_json) as report:
+        with stage(label), build_report(label, as_json) as report:
             yield Means(who, report=told)
     except (KeyboardInterrupt, InputError):
         if last is not None and last.journal is not None and last.journal.exists():

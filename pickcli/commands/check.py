@@ -9,8 +9,9 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
-from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError
 
@@ -42,7 +43,8 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     from pickcli.roadmap.store import describe, surveyed
 
     cell = load_cell(cell_name)
-    found = surveyed(path, cell)
+    with stage("reading of every byte"):
+        found = surveyed(path, cell)
     done = None
     if found.damage and is_repair:
         done = _repaired(path, found, cell, jobs, as_json)

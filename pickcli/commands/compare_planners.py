@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, json_option, seed_option
-from pickcli.commands.param_types import WholeNumber
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
@@ -39,9 +40,9 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 @click.option("--payload", type=PAYLOADS, default="empty", show_default=True, help="What hangs on the cup.")
 @click.option("--planners", default=DEFAULT, show_default=True, metavar="NAME,...",
               help=f"The kernel's RRTConnect, OMPL's, and {SEARCH!r}: the database's.")  # fmt: skip
-@click.option("--tries", type=WholeNumber(1, 1000), default=3, show_default=True, metavar="N",
+@click.option("--tries", type=NumberType(1, 1000), default=3, show_default=True, metavar="N",
               help="Tries of each planner at each pair, with a seed each.")  # fmt: skip
-@click.option("--iterations", type=WholeNumber(1), default=3000, show_default=True,
+@click.option("--iterations", type=NumberType(1), default=3000, show_default=True,
               help=f"Most iterations of a planner for one path; {SEARCH!r} keeps to its own.")  # fmt: skip
 @seed_option
 @json_option
@@ -65,7 +66,7 @@ def command(
     cell, load = load_cell(cell_name), PayloadClass(payload)
     chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
     contestants = _contestants(planners, iterations)
-    with progress("comparing planners") as report:
+    with stage("comparison"), progress("comparing planners") as report:
         done = compare(cell, chosen, contestants, payload=load, n_tries=tries, seed=seed, report=report)
     if as_json:
         given = {"payload": payload, "tries": tries, "iterations": iterations, "seed": seed}

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     json_option,
     overwrite_option,
@@ -14,7 +16,6 @@ from pickcli.commands.options import (
     refuse_output,
     seed_option,
 )
-from pickcli.commands.param_types import PATH
 from pickcli.commands.planner import (
     CONFIGURATION,
     artifact_options,
@@ -97,7 +98,8 @@ def command(
         plans.insert(0, _bridge(planner, believed, plan, q, tool_state, seed))
     film = _film(video)
     world = World(scene, q, tool_state, reality=reality, seed=seed)
-    runs = _run(plans, world, film)
+    with stage("simulation"):
+        runs = _run(plans, world, film)
     if as_json:
         emit_json(execution_summary(plans, runs, world))
     else:

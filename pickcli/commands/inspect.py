@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
-from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene
 
@@ -41,7 +42,8 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
     """
     if plot is not None:
         _check_plot(plot, overwrite, path, cell_name)
-    summary = _summary(path, cell_name)
+    with stage("reading"):
+        summary = _summary(path, cell_name)
     if plot is not None:
         _draw(path, plot, cell_name, summary, overwrite)
     if as_json:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
 import signal
 import sys
+import time
 from contextlib import suppress
 
 import click
 from click.exceptions import Exit
 
 from pickcli import __version__
+from pickcli.commands.logs import hide, log_options
 from pickcli.errors import ApcError, printable, suggestion
+
+_log = logging.getLogger(__name__)
 
 # name -> what it does, in one line. The command lives in pickcli.commands.<name with underscores>
 # as an object called ``command``.
@@ -48,6 +53,8 @@ class LazyGroup(click.Group):
         module = importlib.import_module(f"pickcli.commands.{cmd_name.replace('-', '_')}")
         command = module.command
         assert isinstance(command, click.Command)
+        if not any(parameter.name == "verbose" for parameter in command.params):
+            command.params += log_options()
         return command
 
     def resolve_command(
@@ -77,6 +84,9 @@ def apc() -> None:
     """
 
 
+apc.params += log_options()
+
+
 class Terminated(KeyboardInterrupt):
     """SIGTERM, which ends a command as Ctrl-C does: so that it can say what is kept and how it goes on."""
 
@@ -86,10 +96,12 @@ def main() -> None:
     _open_closed_streams()
     with suppress(AttributeError):  # not every stream can be told
         sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
-    before = signal.signal(signal.SIGTERM, _terminate)
+    before, began = signal.signal(signal.SIGTERM, _terminate), time.perf_counter()
     try:
         code = _flushed(_outcome())
+        _log.info("exit code %d after %.3f s", code, time.perf_counter() - began)
     finally:
+        hide()
         signal.signal(signal.SIGTERM, before)
     sys.exit(code)
 
@@ -137,6 +149,7 @@ def _outcome() -> int:
         error.show()
         return 3
     except ApcError as error:
+        _log.debug("raised here", exc_info=error)
         click.echo(f"apc: error: {printable(str(error))}", err=True)
         return error.exit_code
     except BrokenPipeError:  # who read us has heard enough

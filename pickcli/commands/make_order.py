@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.report import emit_json
 
@@ -33,7 +34,8 @@ def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_j
     from pickcli.trial.output_file import write_output
 
     refuse_output(output, overwrite)
-    order = make_order(OrderKind(task), int(year), seed)
+    with stage("drawing of the order"):
+        order = make_order(OrderKind(task), int(year), seed)
     write_output(output, order, overwrite)
     if as_json:
         emit_json(

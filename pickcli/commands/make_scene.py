@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -16,7 +18,6 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.param_types import PATH, refuse_suffix
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -69,7 +70,7 @@ def command(
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
-    with progress("settling") as report:
+    with stage("stowing"), progress("settling") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     write_scene(scene, output, overwrite)
     if picture is not None:

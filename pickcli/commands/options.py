@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import click
 
-from pickcli.commands.param_types import PATH, WholeNumber
+from pickcli.commands.option_types import PATH, NumberType
 from pickcli.errors import InputError
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -45,7 +45,7 @@ def _named_order(_: click.Context, __: click.Parameter, text: str) -> Path:
 def seed_option(function: F) -> F:
     """--seed N."""
     return click.option(
-        "--seed", type=WholeNumber(0, 2**31 - 1), default=0, show_default=True, metavar="N",
+        "--seed", type=NumberType(0, 2**31 - 1), default=0, show_default=True, metavar="N",
         help="Every random choice follows from it: same seed, same bytes.",
     )(function)  # fmt: skip
 

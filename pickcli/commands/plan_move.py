@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
@@ -52,8 +53,12 @@ def command(
     refuse_held(scene, scene_path)
     q, tool_state = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
-    planner = load_planner(scene.cell, roadmap, trajectories)
+    with stage("reading of roadmap and trajectories"):
+        planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     with learning(planner, roadmap, trajectories, learn) as session:
-        plan = plan_move(session.planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}")
+        with stage("planning"):
+            plan = plan_move(
+                session.planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}"
+            )
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

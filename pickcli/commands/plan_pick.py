@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
     CONFIGURATION,
@@ -72,7 +73,8 @@ def command(
     refuse_held(scene, scene_path)
     _refuse_impossible(scene, bin_name, item, into)
     q, tool_state = parse_configuration(scene.cell, start)
-    planner = load_planner(scene.cell, roadmap, trajectories)
+    with stage("reading of roadmap and trajectories"):
+        planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn) as session:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.building import build_report
-from pickcli.commands.param_types import PATH
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.report import emit_json, plan_summary, plan_text
 from pickcli.errors import InputError, RejectedError, UnknownNameError, shortened, suggestion
 
@@ -121,7 +122,8 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
 
     began = time.perf_counter()
     try:
-        plan = certify(plan, scene)
+        with stage("verification"):
+            plan = certify(plan, scene)
     except RejectedError as error:
         what = plan.query if path is None else f"{path}: {plan.query}"
         raise RejectedError(what, error.reasons, advice) from None

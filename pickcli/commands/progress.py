@@ -10,6 +10,8 @@ from typing import TypeAlias
 
 import click
 
+from pickcli.commands.logs import stderr_console
+
 LINE_PERIOD = 10.0  # s between two lines where nobody looks at a terminal
 
 Report: TypeAlias = Callable[[int, int, str], None]  # done, total, what happens now
@@ -25,7 +27,6 @@ def progress(label: str) -> Iterator[Report]:
 @contextmanager
 def terminal_bar(label: str) -> Iterator[Callable[[int, int, float | None, str], None]]:
     """Yields ``show(done, total, seconds_left, what)``: one line that fits, ``what`` cut where need be."""
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
     from rich.table import Column
 
@@ -36,7 +37,7 @@ def terminal_bar(label: str) -> Iterator[Callable[[int, int, float | None, str],
         TextColumn("{task.fields[state]}", table_column=whole, markup=False),
         TextColumn("{task.fields[what]}", table_column=rest, markup=False),
     )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True, expand=True) as bar:
+    with Progress(*columns, console=stderr_console(), transient=True, expand=True) as bar:
         task = bar.add_task(label, total=None, state="", what="")
 
         def show(done: int, total: int, left: float | None, what: str) -> None:

@@ -9,8 +9,8 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
-from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     cell_option,
     json_option,
@@ -20,7 +22,6 @@ from pickcli.commands.options import (
     refuse_same,
     seed_option,
 )
-from pickcli.commands.param_types import PATH
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
@@ -125,7 +126,7 @@ def command(
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
-    with progress("placing the items") as report:
+    with stage("stowing"), progress("placing the items") as report:
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     arena = SimulatedArena(scene, reality, seed)
     click.get_current_context().call_on_close(arena.close)
@@ -133,7 +134,7 @@ def command(
     began = time.perf_counter()
     with learning(planner, roadmap, trajectories, learn) as session:
         settings, crew = TrialSettings(seed, pose_noise, reality), crew_of(session.planner, arena)
-        with progress("picking") as report:
+        with stage("trial"), progress("picking") as report:
             result = run_trial(order, crew, settings, report, after_attempt=session.keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pickcli.commands.param_types import PATH
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.scene.scene_file import read_scene
 
-    scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
+    with stage("reading of the scene"):
+        scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
     if not scene.is_pod_within_bounds:
         click.echo(
             f"note: {path}: the pod stands {pod_stand(scene.T_nominal_pod)}, "

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
-from pickcli.commands.param_types import PATH, WholeNumber
 from pickcli.commands.planner import named_state
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
@@ -26,10 +27,10 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
 @click.option("--pivot", "tool_state", metavar="STATE", default=None, show_default="the first of the cell",
               help="State in which the tool goes in, e.g. straight.")  # fmt: skip
-@click.option("--count", type=WholeNumber(1, 100), default=5, show_default=True, help="Suggestions to show.")
-@click.option("--poses", type=WholeNumber(1, 10000), default=100, show_default=True,
+@click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Suggestions to show.")
+@click.option("--poses", type=NumberType(1, 10000), default=100, show_default=True,
               help="Tool poses in the bin that each is judged by.")  # fmt: skip
-@click.option("--candidates", type=WholeNumber(1, 10000), default=40, show_default=True,
+@click.option("--candidates", type=NumberType(1, 10000), default=40, show_default=True,
               help="Configurations that are judged, the most manipulable.")  # fmt: skip
 @click.option("-o", "--output", type=PATH, metavar="FILE",
               help="Also write the best as an entry of a cell file (YAML).")  # fmt: skip
@@ -62,7 +63,7 @@ def command(
     settings = RankingSettings(n_kept=candidates, n_poses=poses, seed=seed)
     state = named_state(cell, tool_state)
     suggester = ConfigurationRanking(cell, bin_name, state, settings)
-    with progress("judging configurations") as report:
+    with stage("ranking"), progress("judging configurations") as report:
         found = suggester.suggest(count, report)
     own = cell.configurations.get(bin_name)
     now = None if own is None else suggester.judged(own.q)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.param_types import PATH
 from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, scene_options
 
@@ -48,7 +49,8 @@ def command(
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
     scene = open_scene(scene_path, cell_name)
     try:
-        verdict = verify(plan, scene, stopped)
+        with stage("verification"):
+            verdict = verify(plan, scene, stopped)
     except StaleError as error:
         raise StaleError(f"{plan_path} in {scene_path}: {error}") from None
     if verdict.certificate is not None and write:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import glob
+import logging
 import os
 import threading
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from typing import BinaryIO
 
 from pickcli.errors import InputError
 from pickcli.files.bounded_reading import refuse_special_file
+
+_log = logging.getLogger(__name__)
 
 
 def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
@@ -63,6 +66,7 @@ def _put(path: Path, content: bytes, replace: bool) -> None:
             part.unlink()
         raise
     _remove_leftovers(path)
+    _log.info("wrote %s: %d bytes", path, len(content))
 
 
 def _take_name(part: Path, path: Path, replace: bool) -> None:

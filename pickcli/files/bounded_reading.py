@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import stat
 from pathlib import Path
 
 from pickcli.errors import InputError
 from pickcli.files.file_kind import FileKind, refuse_other_kind
+
+_log = logging.getLogger(__name__)
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -45,6 +48,7 @@ def read_bytes(
         refuse_other_kind(path, content, wanted)
     if len(content) > max_bytes:
         raise InputError(f"{path}: at most {max_bytes} bytes are read, it has more; is it the right file?")
+    _log.info("read %s: %d bytes", path, len(content))
     return content
 
 

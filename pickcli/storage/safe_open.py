@@ -7,6 +7,7 @@ external data, filters, unknown names, types, and sizes that the file itself has
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 from collections.abc import Iterator
@@ -41,6 +42,8 @@ SYMPTOMS = (
     SystemError,
 )
 
+_log = logging.getLogger(__name__)
+
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
@@ -59,6 +62,7 @@ def opened(path: Path) -> Iterator[Any]:
     check_readable(path)
     try:
         with h5py.File(path, "r", locking=False) as file:
+            _log.info("opened %s: %d bytes", path, path.stat().st_size)
             yield file
     except SYMPTOMS as error:
         raise damaged(path, cause_of(error)) from None

@@ -40,9 +40,8 @@ def test_a_terminal_gets_one_line_that_cuts_the_least_first(
     width: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     screen = io.StringIO()
-    monkeypatch.setattr(
-        "rich.console.Console", lambda **_: Console(file=screen, width=width, force_terminal=True)
-    )
+    console = Console(file=screen, width=width, force_terminal=True)
+    monkeypatch.setattr(module, "stderr_console", lambda: console)
     with terminal_bar("building the trajectories") as show:
         show(133, 332, 700.0, "2 failed, coverage 39 %, 33 kept from before: bin_B, drop_12_down, empty")
     shown = screen.getvalue()

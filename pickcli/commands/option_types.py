@@ -46,7 +46,7 @@ def refuse_suffix(path: Path, suffixes: Collection[str], what: str) -> None:
         raise InputError(f"{path}: {what} is written as {' or '.join(suffixes)}; name such a file")
 
 
-class WholeNumber(click.IntRange):
+class NumberType(click.IntRange):
     """A whole number between bounds."""
 
     name = "whole number"

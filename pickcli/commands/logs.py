@@ -1,0 +1,100 @@
+"""--verbose and --debug: what a command reads and writes, and how long its stages take, on stderr."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import TYPE_CHECKING, TextIO
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+NAME = "pickcli"  # of the logger that all of the package's are below
+_log = logging.getLogger(__name__)
+
+
+def log_options() -> list[click.Parameter]:
+    """The options --verbose and --debug, which every command takes."""
+    return [
+        click.Option(
+            ["-v", "--verbose"], is_flag=True, is_eager=True, expose_value=False, callback=_verbose,
+            help="Say on stderr what is read and written, and how long each stage takes.",
+        ),
+        click.Option(
+            ["--debug"], is_flag=True, is_eager=True, expose_value=False, callback=_debug,
+            help="As --verbose, with every detail and, of an error, where in the code it was raised.",
+        ),
+    ]  # fmt: skip
+
+
+def _verbose(_: click.Context, __: click.Parameter, is_on: bool) -> None:
+    if is_on:
+        show(logging.INFO)
+
+
+def _debug(_: click.Context, __: click.Parameter, is_on: bool) -> None:
+    if is_on:
+        show(logging.DEBUG)
+
+
+def show(level: int) -> None:
+    """Let what is logged from this level on appear on stderr; a lower level that was set stays."""
+    logger = logging.getLogger(NAME)
+    if logger.handlers:
+        logger.setLevel(min(level, logger.level))
+        return
+    logger.addHandler(_handler())
+    logger.setLevel(level)
+    logger.propagate = False
+
+
+def stderr_console() -> Console:
+    """The console of progress and logs: shared, so that lines of a log stand above a bar, not within."""
+    return _console_of(sys.stderr)
+
+
+@lru_cache(maxsize=1)
+def _console_of(stream: TextIO) -> Console:
+    from rich.console import Console
+
+    return Console(file=stream)
+
+
+def _handler() -> logging.Handler:
+    """What writes to stderr: in columns on a terminal, else one line per message."""
+    if sys.stderr.isatty():
+        from rich.logging import RichHandler
+
+        return RichHandler(console=stderr_console(), show_path=False)
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    return handler
+
+
+def hide() -> None:
+    """Let nothing that is logged appear any more, as before the first ``show``."""
+    logger = logging.getLogger(NAME)
+    logger.handlers.clear()
+    logger.setLevel(logging.NOTSET)
+    logger.propagate = True
+
+
+@contextmanager
+def stage(what: str) -> Iterator[None]:
+    """Log how long something takes, also where it fails.
+
+    Args:
+        what: A noun, e.g. "verification".
+    """
+    _log.debug("%s begins", what)
+    began = time.perf_counter()
+    try:
+        yield
+    finally:
+        _log.info("%s took %.3f s", what, time.perf_counter() - began)
