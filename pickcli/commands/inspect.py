@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +14,12 @@ from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import emit_json, key_lines
 from pickcli.commands.scene_options import allowed, open_scene
+from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
+MOST_LISTED = 3  # entries of a list that are shown without --all
 HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
 
 
@@ -25,14 +28,19 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
                    "[default: the one under data/cells]")  # fmt: skip
+@click.option("--all", "is_all", is_flag=True,
+              help="Of a roadmap or database also its solids, and every list to its end.")  # fmt: skip
 @click.option("--plot", type=PATH, metavar="FILE",
               help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
 @overwrite_option
 @json_option
-def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: bool, as_json: bool) -> None:
+def command(
+    path: Path, cell_name: str | None, is_all: bool, plot: Path | None, overwrite: bool, as_json: bool
+) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
-    FILE may also be a cell's folder or name.
+    FILE may also be a cell's folder or name. Of a roadmap or database it is what fits on a screen; --all and
+    --json show everything.
 
     \b
     Example:
@@ -49,7 +57,8 @@ def command(path: Path, cell_name: str | None, plot: Path | None, overwrite: boo
     if as_json:
         emit_json(summary)
     else:
-        click.echo("\n".join(key_lines(_in_words(summary))))
+        told = _in_words(summary) if is_all else _on_a_screen(_in_words(summary))
+        click.echo("\n".join(key_lines(told, stdout_width())))
 
 
 def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None:
@@ -210,6 +219,38 @@ def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
     return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
+
+
+def _on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
+    """Of a stored file what fits on a screen: figures side by side, the first of every list."""
+    if "made" not in summary:
+        return summary
+    head = f"{summary['format']}, version {summary['version']}, {summary['bytes']} bytes"
+    brief: dict[str, Any] = {"format": head, "cell_fingerprint": summary["cell_fingerprint"]}
+    brief["made"] = _how_made(summary["made"])
+    for key, value in summary.items():
+        if key not in (*brief, "version", "bytes", "rows"):
+            brief[key] = _shortened(value)
+    return brief
+
+
+def _shortened(value: Any) -> Any:
+    """Figures that are not 0 side by side, the first entries of a list; anything else as it is."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name}: {figure}" for name, figure in value.items() if figure) or "none"
+    if isinstance(value, list) and len(value) > MOST_LISTED:
+        return [*value[:MOST_LISTED], f"and {len(value) - MOST_LISTED} more; --all lists them"]
+    return value
+
+
+def _how_made(made: Mapping[str, Any]) -> list[str]:
+    """Versions and settings of a stored file, in a line each."""
+    told = []
+    for key in ("by", "settings"):
+        values = made.get(key)
+        if isinstance(values, dict):
+            told.append(", ".join(f"{name} {value}" for name, value in values.items()))
+    return told
 
 
 def _plan(path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
 
 KEY_WIDTH = 18  # characters of the widest key
-LINE_WIDTH = 90  # characters of words side by side
+LINE_WIDTH = 110  # columns where nobody says how many there are
+LEAST_ROOM = 30  # columns beside a key that a value has at least
 
 
 def emit_json(value: Any) -> None:
@@ -23,40 +25,54 @@ def emit_json(value: Any) -> None:
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
-def key_lines(summary: dict[str, Any]) -> list[str]:
-    """``key: value`` lines; what is long or nested goes on below its key."""
+def key_lines(summary: Mapping[str, Any], width: int = LINE_WIDTH) -> list[str]:
+    """``key: value`` lines; what is long or nested goes on below its key.
+
+    Args:
+        summary: What is told, by key.
+        width: Columns that a line may have, as far as words can be parted.
+    """
     return [
         line
         for key, value in summary.items()
-        for line in _below(f"{printable(key):>{KEY_WIDTH}}", _entries(value))
+        for line in _below(f"{printable(key):>{KEY_WIDTH}}", value, width)
     ]
 
 
-def _below(key: str, entries: list[str]) -> list[str]:
-    first, *rest = entries
-    return [f"{key}: {first}", *(f"{'':>{len(key)}}  {entry}" for entry in rest)]
+def _below(key: str, value: Any, width: int) -> list[str]:
+    """The lines of a value, the first beside its key and the others below that."""
+    first, *rest = _entries(value, max(width - len(key) - 2, LEAST_ROOM))
+    return [f"{key}: {first}", *(f"{'':>{len(key)}}  {line}" for line in rest)]
 
 
-def _entries(value: Any) -> list[str]:
+def _entries(value: Any, width: int) -> list[str]:
     """The lines of one value, at least one."""
-    if value is None:
-        return ["none"]
-    if isinstance(value, bool):
-        return ["yes" if value else "no"]
-    if isinstance(value, float):
-        return [f"{value:.6g}"]
     if isinstance(value, dict):
-        return [line for key, v in value.items() for line in _below(printable(key), _entries(v))] or ["none"]
+        return [line for key, v in value.items() for line in _below(printable(key), v, width)] or ["none"]
     if isinstance(value, list):
-        return _listed([" ".join(_entries(v)) for v in value]) or ["none"]
-    return [printable(str(value))]
+        texts = [_in_words(v) for v in value]
+        if not any(" " in text for text in texts):  # words stand side by side, phrases below each other
+            texts = [" ".join(texts)] if texts else ["none"]
+        return [line for text in texts for line in _wrapped(text, width)]
+    return _wrapped(_in_words(value), width)
 
 
-def _listed(texts: list[str]) -> list[str]:
-    """Words side by side, phrases one below the other."""
-    if any(" " in text for text in texts):
-        return texts
-    return textwrap.wrap(" ".join(texts), LINE_WIDTH, break_long_words=False, break_on_hyphens=False)
+def _in_words(value: Any) -> str:
+    """One value without structure, or the values of a list side by side."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return " ".join(map(_in_words, value))
+    return printable(str(value))
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """A text in lines of at most so many columns, as far as words can be parted."""
+    return textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) or [text]
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress import progress
 from pickcli.commands.report import emit_json
+from pickcli.commands.table import stdout_console
 from pickcli.errors import TrialAbortedError
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from pickcli.simulation.reality import Reality
     from pickcli.trial.trial_result import TrialResult
 
-FILE_WIDTH = 160  # columns of the table where it does not go to a terminal
 MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 
@@ -151,14 +151,10 @@ def command(
 
 def _show(result: TrialResult) -> None:
     """The table and the score."""
-    from rich.console import Console
-
     from pickcli.commands.trial_table import print_rows
     from pickcli.trial.trial_summary import rows, summary
 
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=FILE_WIDTH)
+    console = stdout_console()
     print_rows(console, rows(result))
     for line in summary(result):
         console.print(line, markup=False, highlight=False)

@@ -1,14 +1,61 @@
-"""Tables as lines of text."""
+"""Tables on stdout that fit the terminal."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+FILE_WIDTH = 160  # columns of what does not go to a terminal
 
 
-def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A line per row below that of the head: first column to the left, figures to the right."""
+def stdout_width() -> int:
+    """Columns of the terminal that stdout is, or those of a file."""
+    return get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
+
+
+def stdout_console() -> Console:
+    """A console as wide as stdout."""
+    from rich.console import Console
+
+    return Console(width=stdout_width())
+
+
+def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int | None = None) -> list[str]:
+    """A line per row below that of the head: first column to the left, figures to the right.
+
+    Args:
+        head: The titles.
+        rows: The cells, as many per row as there are titles.
+        width: Columns that a line may have, those of stdout if None. Where there is too little room, titles
+            go on below themselves, and after them cells.
+    """
+    width = stdout_width() if width is None else width
+    if (lines := _lines(head, rows, width)) is not None:
+        return lines
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for i, title in enumerate(head):
+        table.add_column(title, justify="left" if i == 0 else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console(width=width, no_color=True, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(table)
+    return [line.rstrip() for line in captured.get().splitlines()]
+
+
+def _lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[str] | None:
+    """Every row on a line of its own, None where that is too wide."""
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return ["  ".join(_padded(row, widths)).rstrip() for row in (head, *rows)]
+    lines = ["  ".join(_padded(row, widths)).rstrip() for row in (head, *rows)]
+    return lines if max(map(len, lines)) <= width else None
 
 
 def _padded(row: Sequence[str], widths: Sequence[int]) -> list[str]:

@@ -36,7 +36,7 @@ def test_the_picture_is_written_and_told(stored: Path) -> None:
 
 def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
     answer = apc("inspect", stored, "--plot", stored.with_suffix(".svg"))
-    assert answer.code == 3 and "a picture is .png or .html" in answer.err
+    assert answer.code == 3 and "a picture is written as .png or .html" in answer.err
     answer = apc("inspect", "apc2016_delft", "--plot", stored.with_suffix(".png"))
     assert answer.code == 3 and "only, this is: apc cell" in answer.err
 
