@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,12 +12,12 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.logs import stage
-from pickcli.commands.progress import LINE_PERIOD, duration, terminal_bar
+from pickcli.commands.progress_bar import progress
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.jobs.executors import Runner
-    from pickcli.jobs.job_run import Means, Progress, Report
+    from pickcli.jobs.job_run import BuildObserver, BuildProgress, Means
 
 
 @contextmanager
@@ -30,9 +29,9 @@ def building(
     from pickcli.jobs.journal import journals
 
     who = _who_works(jobs, scheduler)
-    last: Progress | None = None
+    last: BuildProgress | None = None
 
-    def told(p: Progress) -> None:
+    def told(p: BuildProgress) -> None:
         nonlocal last
         last = p
         report(p)
@@ -42,7 +41,7 @@ def building(
             yield Means(who, report=told)
     except (KeyboardInterrupt, InputError):
         if last is not None and last.journal is not None and last.journal.exists():
-            done = f"{last.n_done} of {last.n_total} tasks are kept in {last.journal}"
+            done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"
             click.echo(f"{done}; the same command goes on from there", err=True)
         raise
     for journal in journals(output):
@@ -65,60 +64,25 @@ def _who_works(jobs: int | None, scheduler: str | None) -> Runner:
 
 
 @contextmanager
-def build_report(label: str, as_json: bool = False) -> Iterator[Report]:
+def build_report(label: str, as_json: bool = False) -> Iterator[BuildObserver]:
     """Progress on stderr: a line of JSON per task, a bar on a terminal, else a line now and then."""
     if as_json:
         yield _telling_json()
-    elif sys.stderr.isatty():
-        began = time.monotonic()
-        with terminal_bar(label) as show:
-            yield lambda p: show(p.n_done, p.n_total, seconds_left(p, time.monotonic() - began), details(p))
     else:
-        yield _telling_lines(label)
+        with progress(label) as told:
+            yield told
 
 
-def _telling_json() -> Report:
+def _telling_json() -> BuildObserver:
     began = time.monotonic()
 
-    def report(p: Progress) -> None:
-        left = seconds_left(p, time.monotonic() - began)
+    def report(p: BuildProgress) -> None:
+        left = p.seconds_left(time.monotonic() - began)
         told = {
-            "event": "progress", "done": p.n_done, "total": p.n_total, "kept": p.n_kept,
-            "failed": p.n_failed, "coverage": round(p.coverage, 4), "task": p.task,
+            "event": "progress", "done": p.done, "total": p.total, "kept": p.n_kept,
+            "failed": p.n_failed, "coverage": round(p.coverage, 4), "task": p.what,
             "seconds_left": None if left is None else round(left, 1),
         }  # fmt: skip
         click.echo(json.dumps(told), err=True)
 
     return report
-
-
-def _telling_lines(label: str) -> Report:
-    began = said = time.monotonic()
-
-    def report(p: Progress) -> None:
-        nonlocal said
-        now = time.monotonic()
-        if now - said >= LINE_PERIOD:
-            said = now
-            click.echo(f"{label}: {line(p, now - began)}", err=True)
-
-    return report
-
-
-def line(p: Progress, elapsed: float) -> str:
-    """One line of a log, after ``elapsed`` s."""
-    left = seconds_left(p, elapsed)
-    time_left = "" if left is None else f", about {duration(left)} left"
-    return f"{p.n_done}/{p.n_total}{time_left}, {details(p)}"
-
-
-def details(p: Progress) -> str:
-    """Failures, coverage, what is kept from before and the last task."""
-    kept = f", {p.n_kept} kept from before" if p.n_kept else ""
-    return f"{p.n_failed} failed, coverage {100 * p.coverage:.0f} %{kept}" + (f": {p.task}" if p.task else "")
-
-
-def seconds_left(p: Progress, elapsed: float) -> float | None:
-    """Time left, by the share of the work that was done in ``elapsed`` s; None before the first task was."""
-    left = p.effort_total - p.effort_done
-    return elapsed * left / p.effort_done if p.effort_done > 0.0 else None

@@ -9,7 +9,7 @@ import click
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, json_option, seed_option
-from pickcli.commands.progress import progress
+from pickcli.commands.progress_bar import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 from pickcli.errors import InputError, UnknownNameError
@@ -67,7 +67,7 @@ def command(
     chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
     contestants = _contestants(planners, iterations)
     with stage("comparison"), progress("comparing planners") as report:
-        done = compare(cell, chosen, contestants, payload=load, n_tries=tries, seed=seed, report=report)
+        done = compare(cell, chosen, contestants, payload=load, n_tries=tries, seed=seed, on_progress=report)
     if as_json:
         given = {"payload": payload, "tries": tries, "iterations": iterations, "seed": seed}
         emit_json({"cell_fingerprint": cell.fingerprint, **given, **done.values()})

@@ -23,7 +23,7 @@ from pickcli.commands.planner import (
     load_planner,
     parse_configuration,
 )
-from pickcli.commands.progress import progress
+from pickcli.commands.progress_bar import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
@@ -198,7 +198,7 @@ def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
                 run = execute(
                     plan,
                     world,
-                    on_progress=lambda t, total, what: report(round(10 * t), round(10 * total), what),
+                    on_progress=report,
                     on_step=look if film is not None else None,
                 )
             except StartError as error:

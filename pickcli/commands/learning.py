@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.options import refuse_unwritable
-from pickcli.commands.progress import progress
+from pickcli.commands.progress_bar import progress
 from pickcli.errors import ApcError, NoPlanError
+from pickcli.progress import Progress
 
 if TYPE_CHECKING:
     from pickcli.planning.planning_context import Planner
@@ -127,6 +128,6 @@ class LearningSession:
         if missed:
             with progress("learning motions") as report:
                 for done, key in enumerate(missed):
-                    report(done, len(missed), f"{key.start} to {key.goal}")
+                    report(Progress(done, len(missed), f"{key.start} to {key.goal}"))
                     motions += learner.learn_motion(key).motions
         return motions

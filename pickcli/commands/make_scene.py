@@ -19,7 +19,7 @@ from pickcli.commands.options import (
     seed_option,
 )
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
-from pickcli.commands.progress import progress
+from pickcli.commands.progress_bar import progress
 from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:

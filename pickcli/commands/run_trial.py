@@ -24,7 +24,7 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
-from pickcli.commands.progress import progress
+from pickcli.commands.progress_bar import progress
 from pickcli.commands.report import emit_json
 from pickcli.commands.table import stdout_console
 from pickcli.errors import TrialAbortedError

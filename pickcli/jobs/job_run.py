@@ -12,44 +12,51 @@ from pickcli.jobs.executors import Here, Runner
 from pickcli.jobs.job import Key, Recipe
 from pickcli.jobs.job_result import Record
 from pickcli.jobs.journal import Journal
+from pickcli.progress import Progress
 
 
 @dataclass(frozen=True)
-class Progress:
-    """How far a run is.
+class BuildProgress(Progress):
+    """How far a run is: tasks done and in all, and the one that was finished last.
 
     Attributes:
-        n_done: Tasks that are finished.
-        n_total: All tasks.
-        n_kept: Tasks among ``n_done`` that were not done now but found in a journal or file.
-        n_failed: Tasks among ``n_done`` that ended with a reason instead of a result.
+        n_kept: Tasks among those done that were not done now but found in a journal or file.
+        n_failed: Tasks among those done that ended with a reason instead of a result.
         effort_done: Estimated cost of the tasks that were done now.
         effort_total: Estimated cost of the tasks that are to be done now.
-        task: The one that was finished last, "" at the beginning.
         journal: Where finished tasks are kept while the run lasts; None if they are not.
     """
 
-    n_done: int
-    n_total: int
     n_kept: int = 0
     n_failed: int = 0
     effort_done: float = 0.0
     effort_total: float = 0.0
-    task: str = ""
     journal: Path | None = None
 
     @property
     def n_done_now(self) -> int:
         """Number of tasks that were not kept from before."""
-        return self.n_done - self.n_kept
+        return int(self.done) - self.n_kept
 
     @property
     def coverage(self) -> float:
         """Share of all tasks that have their result."""
-        return (self.n_done - self.n_failed) / max(self.n_total, 1)
+        return (self.done - self.n_failed) / max(self.total, 1)
+
+    @property
+    def share(self) -> float | None:
+        """Share of the estimated cost that is done; None before the first task of now is."""
+        return self.effort_done / self.effort_total if self.effort_done > 0.0 else None
+
+    @property
+    def detail(self) -> str:
+        """Failures, coverage, what is kept from before and the last task."""
+        kept = f", {self.n_kept} kept from before" if self.n_kept else ""
+        figures = f"{self.n_failed} failed, coverage {100 * self.coverage:.0f} %{kept}"
+        return figures + (f": {self.what}" if self.what else "")
 
 
-Report: TypeAlias = Callable[[Progress], None]
+BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # an ProgressObserver will do
 
 
 @dataclass(frozen=True)
@@ -66,7 +73,7 @@ class Means:
     runner: Runner = field(default_factory=Here)
     output: Path | None = None
     kept: Mapping[Key, Record] = field(default_factory=dict)
-    report: Report | None = None
+    report: BuildObserver | None = None
 
 
 class Build:
@@ -82,7 +89,7 @@ class Build:
         output = self.means.output
         self.journal = None if output is None else Journal(output, recipe.inputs)
         self._records = dict(self.means.kept) | self._from_journal()
-        self.progress = Progress(0, 0)
+        self.progress = BuildProgress(0, 0)
         self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[Record]:
@@ -123,13 +130,13 @@ class Build:
     def _begin_round(self, keys: Sequence[Key], missing: Sequence[Key]) -> None:
         so_far, kept = self.progress, [self._records[key] for key in keys if key in self._records]
         self._tell(
-            Progress(
-                so_far.n_done + len(kept),
-                so_far.n_total + len(kept) + len(missing),
-                so_far.n_kept + len(kept),
-                so_far.n_failed + sum(record.reason is not None for record in kept),
-                so_far.effort_done,
-                so_far.effort_total + sum(self._efforts.values()),
+            BuildProgress(
+                so_far.done + len(kept),
+                so_far.total + len(kept) + len(missing),
+                n_kept=so_far.n_kept + len(kept),
+                n_failed=so_far.n_failed + sum(record.reason is not None for record in kept),
+                effort_done=so_far.effort_done,
+                effort_total=so_far.effort_total + sum(self._efforts.values()),
                 journal=None if self.journal is None else self.journal.path,
             )
         )
@@ -138,12 +145,10 @@ class Build:
         p, failed = self.progress, self._records[key].reason is not None
         effort = p.effort_done + self._efforts[key]
         self._tell(
-            replace(
-                p, n_done=p.n_done + 1, n_failed=p.n_failed + failed, effort_done=effort, task=", ".join(key)
-            )
+            replace(p, done=p.done + 1, n_failed=p.n_failed + failed, effort_done=effort, what=", ".join(key))
         )
 
-    def _tell(self, progress: Progress) -> None:
+    def _tell(self, progress: BuildProgress) -> None:
         self.progress = progress
         if self.means.report is not None:
             self.means.report(progress)

@@ -5,7 +5,7 @@ Delft found no benefit in RRT* over RRT-Connect; this measures it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from pickcli.cell.cell import Cell
 from pickcli.collision.robot_model import CollisionModel
@@ -13,6 +13,7 @@ from pickcli.errors import InputError, UnknownNameError
 from pickcli.planner_benchmark.benchmark_entries import BenchmarkEntry, BenchmarkQuery
 from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, Names, PlannerComparison
 from pickcli.precompute.motion_pairs import delft_pairs
+from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_seed
 
@@ -40,7 +41,7 @@ def compare(
     payload: PayloadClass = PayloadClass.EMPTY,
     n_tries: int = 3,
     seed: int = 0,
-    report: Callable[[int, int, str], None] | None = None,
+    on_progress: ProgressObserver = nobody,
 ) -> PlannerComparison:
     """Let every planner attempt every pair; all but the wall-clock times follows from the seed.
 
@@ -51,7 +52,7 @@ def compare(
         payload: What is assumed in the cup.
         n_tries: Attempts at each pair.
         seed: Seed of all random choices.
-        report: Called with (done, total, what comes next).
+        on_progress: Told of the attempts made and what comes next.
 
     Returns:
         All attempts, and their summary.
@@ -66,8 +67,7 @@ def compare(
     for pair, query in queries.items():
         for contestant in contestants:
             for attempt in range(n_tries):
-                if report is not None:
-                    report(len(attempts), total, f"{contestant.name}, {' to '.join(pair)}")
+                on_progress(Progress(len(attempts), total, f"{contestant.name}, {' to '.join(pair)}"))
                 own = derived_seed(seed, "contest", *pair, payload, attempt)
                 answer = contestant.answer(query, own)
                 attempts.append(BenchmarkAttempt(contestant.name, pair, attempt, query.bound, answer))

@@ -11,7 +11,7 @@ from typing import Any
 from pickcli.cell.cell import Cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import Here, Runner
-from pickcli.jobs.job_run import Means, Report
+from pickcli.jobs.job_run import BuildObserver, Means
 from pickcli.jobs.journal import journals
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.provenance import configurations_digest
@@ -40,7 +40,9 @@ def default_paths(cell: Cell) -> Artifacts:
 
 
 def ensure_artifacts(
-    cell: Cell, report: Callable[[str], Report] | None = None, runner: Runner | None = None
+    cell: Cell,
+    report: Callable[[str], BuildObserver] | None = None,
+    runner: Runner | None = None,
 ) -> Artifacts:
     """The cell's files in the cache; what is missing or stale is built with default settings, what is
     damaged is repaired.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pickcli.errors import Reason
-from pickcli.jobs.job_run import Build, Progress
+from pickcli.jobs.job_run import Build, BuildProgress
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, task_key
 from pickcli.precompute.motion_pairs import coarse_pairs
 from pickcli.roadmap.database_tables import Missing
@@ -31,7 +31,7 @@ class TrajectoryReport:
     missing: tuple[Missing, ...]
     duration: float
     lower_bound: float
-    progress: Progress
+    progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
         """The figures of the report as JSON values, to the ms."""

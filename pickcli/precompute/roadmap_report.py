@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from pickcli.jobs.job_run import Progress
+from pickcli.jobs.job_run import BuildProgress
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.precompute.route_redundancy import RouteRedundancy
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
@@ -27,7 +27,7 @@ class RoadmapReport:
     bridges: tuple[tuple[str, str], ...]
     n_components: int
     routes: RouteRedundancy
-    progress: Progress
+    progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
         """The figures of the report as JSON values."""

@@ -8,7 +8,6 @@ configuration along one straight line, followed without a jump of a joint and pr
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,13 +23,12 @@ from pickcli.errors import NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
+from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.reachability.bin_pose_sampling import BinPoseSampler
 from pickcli.reachability.ranked_configuration import RankedConfiguration, RankingSettings, distinct
 from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.seeds import derived_rng
 from pickcli.trajopt.time_lower_bound import lower_bound, scaled_limits
-
-Report = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +54,12 @@ class ConfigurationRanking:
         if self.bin_name not in self.cell.pod.bins:
             raise UnknownNameError("bin", self.bin_name, list(self.cell.pod.bins))
 
-    def suggest(self, n: int, report: Report | None = None) -> list[RankedConfiguration]:
+    def suggest(self, n: int, on_progress: ProgressObserver = nobody) -> list[RankedConfiguration]:
         """The best configurations that differ, by reach first, then by manipulability. Repeatable by seed.
 
         Args:
             n: How many.
-            report: Called with (done, total, what comes next).
+            on_progress: Told of the candidates judged and what comes next.
 
         Returns:
             At most n, the best first.
@@ -72,8 +70,7 @@ class ConfigurationRanking:
         kept = self.candidates()
         judged = []
         for i, q in enumerate(kept):
-            if report is not None:
-                report(i, len(kept), f"{self.bin_name}, candidate {i + 1}")
+            on_progress(Progress(i, len(kept), f"{self.bin_name}, candidate {i + 1}"))
             judged.append(self.judged(q))
         judged.sort(key=lambda each: (-each.reach, -each.manipulability))
         return distinct(judged, n, self.settings.apart)

@@ -16,6 +16,7 @@ from pickcli.kinematics.arm import Arm
 from pickcli.motion.event import Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.progress import Progress, ProgressObserver
 from pickcli.simulation.braking import Return
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
@@ -45,7 +46,6 @@ TRACE_STEPS = 10  # between two looks at the tool's lag
 PROGRESS_STEPS = 100  # between two reports of progress
 
 OnStep = Callable[[World], None]
-Progress = Callable[[float, float, str], None]
 
 
 class StartError(InputError):
@@ -65,7 +65,7 @@ def execute(
     world: World,
     *,
     pace: Pace = full_speed,
-    on_progress: Progress | None = None,
+    on_progress: ProgressObserver | None = None,
     on_step: OnStep | None = None,
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop on its path.
@@ -77,7 +77,7 @@ def execute(
     wrong, and what it denies would be dropped.
 
     pace: how fast the plan's time passes; for tests of pauses and slow robots
-    on_progress: called every 0.1 s with (plan time, plan duration, segment)
+    on_progress: called every 0.1 s with the seconds of the plan and its segment
     on_step: called after every time step, e.g. to film
     Raises what ``check_start`` does.
     """
@@ -123,7 +123,12 @@ class _Run:
     """One execution in progress."""
 
     def __init__(
-        self, plan: Plan, world: World, pace: Pace, on_progress: Progress | None, on_step: OnStep | None
+        self,
+        plan: Plan,
+        world: World,
+        pace: Pace,
+        on_progress: ProgressObserver | None,
+        on_step: OnStep | None,
     ) -> None:
         self.plan, self.world, self.pace = plan, world, pace
         self.on_progress, self.on_step = on_progress, on_step
@@ -208,7 +213,8 @@ class _Run:
             trace.measured.append(world.q)
         if self.n_steps % PROGRESS_STEPS == 0 and self.on_progress is not None:
             t_plan = trace.plan_times[-1]
-            self.on_progress(t_plan, self.plan.trajectory.duration, str(self._segment(t_plan).kind))
+            kind = str(self._segment(t_plan).kind)
+            self.on_progress(Progress(t_plan, self.plan.trajectory.duration, kind))
         if self.on_step is not None:
             self.on_step(world)
 

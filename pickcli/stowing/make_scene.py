@@ -14,12 +14,11 @@ from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
+from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.settle import settle
 from pickcli.stowing.bin_layout import ItemInstance, lay_out
-
-Progress = Callable[[int, int, str], None]
 
 N_ATTEMPTS = 5  # at a bin, each begun anew: what is laid out may still slip or roll away
 N_RAISING = 10  # more of them, with things raised inside
@@ -30,7 +29,7 @@ def make_scene(
     cell: Cell,
     seed: int,
     year: int = 2016,
-    on_progress: Progress | None = None,
+    on_progress: ProgressObserver = nobody,
     T_world_pod: Array | None = None,
 ) -> Scene:
     """Place all bin items of an order in their bins, at rest and without overlap.
@@ -40,8 +39,7 @@ def make_scene(
         cell: Whose bins and items these are.
         seed: Seed of all random choices.
         year: Which figures an item of two years has.
-        on_progress: Called with (bins done, bins in all, name of the bin), also between the steps of a
-            search.
+        on_progress: Told of the bins done and the name of the next, also between the steps of a search.
         T_world_pod: (4, 4) pose of the pod; its nominal pose if None.
 
     Returns:
@@ -55,7 +53,7 @@ def make_scene(
     ids: dict[str, int] = {}
     items: list[PlacedItem] = []
     for done, (bin_name, names) in enumerate(sorted(bin_contents.items())):
-        tell = partial(on_progress or _nobody, done, len(bin_contents), bin_name)
+        tell = partial(on_progress, Progress(done, len(bin_contents), bin_name))
         contents = [ItemInstance(_instance_id(name, ids), cell.item(name, year)) for name in names]
         items.extend(fill_bin(empty, bin_name, contents, seed, tell))
     return replace(empty, items=tuple(items))
@@ -146,10 +144,6 @@ def _too_much(cell: Cell, bin_name: str, items: Sequence[Item]) -> str:
         return ""
     count = f"its {len(items)} items take {volume:.0f} litres, the bin has {room:.0f}"
     return f"{bin_name}: {count}; put fewer items into this bin"
-
-
-def _nobody(done: int, total: int, what: str) -> None:
-    """Where nobody waits for progress."""
 
 
 def _instance_id(name: str, seen: dict[str, int]) -> str:

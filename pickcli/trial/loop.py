@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
-from typing import TypeAlias
 
 from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.trial.attempt_runner import Player, TrialSettings
 from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
@@ -34,14 +34,12 @@ from pickcli.trial.target_selection import (
 from pickcli.trial.trial_interfaces import Crew
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
-Progress: TypeAlias = Callable[[int, int, str], None]  # targets done, targets in all, what happens now
-
 
 def run_trial(
     order: Order,
     crew: Crew,
     settings: TrialSettings | None = None,
-    progress: Progress = lambda done, total, what: None,
+    on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
 ) -> TrialResult:
     """Play a pick order to its end. What goes wrong is part of the result.
@@ -50,13 +48,13 @@ def run_trial(
         order: A pick order.
         crew: Who plans, verifies and carries out.
         settings: How the trial is played.
-        progress: Told of the targets done, of those in all, and of what happens now.
+        on_progress: Told of the targets done, and of what happens now.
         after_attempt: Called after every attempt, be it at a target or at what is in its way.
 
     Raises:
         InputError: The order is no pick order.
     """
-    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), progress, after_attempt)
+    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), on_progress, after_attempt)
     trial.play()
     return trial.result()
 
@@ -85,10 +83,10 @@ class _Trial:
     """
 
     def __init__(
-        self, order: Order, crew: Crew, settings: TrialSettings, progress: Progress,
+        self, order: Order, crew: Crew, settings: TrialSettings, on_progress: ProgressObserver,
         after_attempt: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
-        self.order, self.crew, self.settings, self.progress = order, crew, settings, progress
+        self.order, self.crew, self.settings, self.on_progress = order, crew, settings, on_progress
         self.after_attempt = after_attempt
         self.before = crew.arena.now()
         cell = self.before.cell
@@ -112,7 +110,7 @@ class _Trial:
             if best is None:
                 break
             (self._pick if best.move is Move.PICK else self._clear)(best.job)
-        self.progress(len(self.jobs), len(self.jobs), "done")
+        self.on_progress(Progress(len(self.jobs), len(self.jobs), "done"))
 
     def _pick(self, job: Job) -> None:
         """One attempt at a target; what comes of it decides whether its job stays open."""
@@ -273,7 +271,8 @@ class _Trial:
         n_done = len(self.jobs) - len(self.open)
         what = f"{attempt.item} aside" if attempt.is_aside else attempt.target.item
         left = f"{self.player.clock.left:.0f} s left on the trial's clock"
-        self.progress(n_done, len(self.jobs), f"{attempt.target.bin} {what}: {doing}, {left}")
+        told = f"{attempt.target.bin} {what}: {doing}, {left}"
+        self.on_progress(Progress(n_done, len(self.jobs), told))
 
     def result(self) -> TrialResult:
         """Everything measured, with the score of where the items really are."""

@@ -9,33 +9,34 @@ from pathlib import Path
 import click
 import pytest
 
-from pickcli.commands import building as module
-from pickcli.commands.building import build_report, building, line, seconds_left
+from pickcli.commands import progress_bar
+from pickcli.commands.building import build_report, building
+from pickcli.commands.progress_bar import progress_line
 from pickcli.errors import InputError
 from pickcli.jobs.dask_executor import Cluster
 from pickcli.jobs.executors import Here, Processes, available_cores, runner
-from pickcli.jobs.job_run import Progress
+from pickcli.jobs.job_run import BuildProgress
 from pickcli.jobs.journal import Journal
 
 
 def test_the_time_left_counts_only_what_was_done_now() -> None:
-    begun = Progress(n_done=50, n_total=100, n_kept=40, effort_done=2.0, effort_total=12.0)
-    assert seconds_left(begun, 20.0) == 100.0
-    assert seconds_left(replace(begun, n_done=40, effort_done=0.0), 20.0) is None
+    begun = BuildProgress(50, 100, n_kept=40, effort_done=2.0, effort_total=12.0)
+    assert begun.seconds_left(20.0) == pytest.approx(100.0)
+    assert replace(begun, done=40, effort_done=0.0).seconds_left(20.0) is None
 
 
 def test_a_line_tells_failures_coverage_and_what_was_kept() -> None:
-    progress = Progress(50, 100, 40, 5, effort_done=1.0, effort_total=6.0, task="bin_A, tote, empty")
-    assert line(progress, 20.0) == (
-        "50/100, about 100 s left, 5 failed, coverage 45 %, 40 kept from before: bin_A, tote, empty"
+    progress = BuildProgress(50, 100, "bin_A, tote, empty", 40, 5, 1.0, 6.0)
+    assert progress_line("x", progress, 20.0) == (
+        "x: 50/100, about 100 s left: 5 failed, coverage 45 %, 40 kept from before: bin_A, tote, empty"
     )
-    assert line(Progress(0, 100), 0.0) == "0/100, 0 failed, coverage 0 %"
+    assert progress_line("x", BuildProgress(0, 100), 0.0) == "x: 0/100: 0 failed, coverage 0 %"
 
 
 def test_json_lines_on_stderr_one_per_task(capsys: pytest.CaptureFixture[str]) -> None:
     with build_report("building", as_json=True) as report:
-        report(Progress(2, 4, 2, 1, effort_total=3.0))
-        report(Progress(3, 4, 2, 1, effort_done=1.0, effort_total=3.0, task="a, b"))
+        report(BuildProgress(2, 4, "", 2, 1, effort_total=3.0))
+        report(BuildProgress(3, 4, "a, b", 2, 1, effort_done=1.0, effort_total=3.0))
     out, err = capsys.readouterr()
     first, second = (json.loads(text) for text in err.splitlines())
     assert out == "" and first["seconds_left"] is None and first["task"] == ""
@@ -49,10 +50,10 @@ def test_a_log_gets_a_line_per_period(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([0.0, 4.0, 11.0, 12.0, 30.0])
-    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: next(clock))
     with build_report("building") as report:
         for done in (1, 2, 3, 4):
-            report(Progress(done, 4, effort_done=done, effort_total=4.0))
+            report(BuildProgress(done, 4, effort_done=done, effort_total=4.0))
     assert [text.split(",")[0] for text in capsys.readouterr().err.splitlines()] == [
         "building: 2/4",
         "building: 4/4",
@@ -94,6 +95,6 @@ def test_where_the_output_cannot_be_written_the_journal_is_named(
         building("building", tmp_path / "roadmap.h5", 1, as_json=False) as means,
     ):
         assert means.report is not None
-        means.report(Progress(4, 4, journal=journal))
+        means.report(BuildProgress(4, 4, journal=journal))
         raise InputError("roadmap.h5: cannot be written: No space left on device")
     assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in capsys.readouterr().err

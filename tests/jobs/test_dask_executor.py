@@ -13,7 +13,7 @@ from pickcli.errors import InputError, WorkerLostError
 from pickcli.jobs import job as recipe
 from pickcli.jobs.dask_executor import Cluster
 from pickcli.jobs.executors import Here
-from pickcli.jobs.job_run import Means, Progress
+from pickcli.jobs.job_run import BuildProgress, Means
 from support.dask_cluster import DaskCluster, dask_cluster
 from support.stored_kind import KINDS
 from support.toy_recipe import MANY, Toy
@@ -51,18 +51,18 @@ def test_workers_leave_the_bytes_that_this_process_leaves(two: DaskCluster) -> N
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_worker_is_killed_and_the_file_is_the_same(kind: str, empty: DaskCluster, tmp_path: Path) -> None:
-    told = list[Progress]()
+    told = list[BuildProgress]()
     for name in ("one", "other"):
         empty.add_worker(name)
 
-    def kill(progress: Progress) -> None:
+    def kill(progress: BuildProgress) -> None:
         told.append(progress)
-        if progress.n_done == 3:
+        if progress.done == 3:
             empty.kill("one")
 
     KINDS[kind].make(tmp_path / "many.h5", Means(Cluster(empty.address, SHORT), report=kill))
     assert (tmp_path / "many.h5").read_bytes() == KINDS[kind].good()
-    assert told[-1].n_done == told[-1].n_total > 3
+    assert told[-1].done == told[-1].total > 3
     assert not list(tmp_path.glob("*.journal"))
 
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from pickcli.jobs.job_run import Build, Means, Progress
+from pickcli.jobs.job_run import Build, BuildProgress, Means
 from support.toy_recipe import MANY, Toy
 
 
 def test_what_takes_long_is_begun_first_and_records_come_in_the_order_asked_for() -> None:
-    told: list[Progress] = []
+    told: list[BuildProgress] = []
     records = Build(Toy(), Means(report=told.append)).records(MANY)
-    assert [progress.task for progress in told[1:]] == [", ".join(key) for key in reversed(MANY)]
+    assert [progress.what for progress in told[1:]] == [", ".join(key) for key in reversed(MANY)]
     assert [record.to_bytes() for record in records] == [Toy().make(key).to_bytes() for key in MANY]
 
 
 def test_the_work_told_is_that_of_the_tasks_to_be_done_now() -> None:
-    told: list[Progress] = []
+    told: list[BuildProgress] = []
     kept = {key: Toy().make(key) for key in MANY[12:]}
     build = Build(Toy(), Means(report=told.append, kept=kept))
     build.records(MANY)

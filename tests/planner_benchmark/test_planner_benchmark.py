@@ -23,6 +23,7 @@ from pickcli.planner_benchmark.benchmark_entries import (
 )
 from pickcli.planner_benchmark.benchmark_summary import BenchmarkAttempt, PlannerComparison
 from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
+from pickcli.progress import Progress
 from pickcli.roadmap.trajectory_database import PayloadClass
 from support.small_cell import LEAST_EFFORT, small_cell
 
@@ -90,10 +91,10 @@ def test_names_that_are_none_and_ends_that_are_not_free_are_refused() -> None:
 
 
 def test_progress_is_told_before_each_try() -> None:
-    told: list[tuple[int, int, str]] = []
+    told: list[Progress] = []
     compare(small_cell("home", "bin_A"), [("home", "bin_A")], [_Fake()], n_tries=2,
-            report=lambda *where: told.append(where))  # fmt: skip
-    assert told == [(0, 2, "fake, home to bin_A"), (1, 2, "fake, home to bin_A")]
+            on_progress=told.append)  # fmt: skip
+    assert told == [Progress(n, 2, "fake, home to bin_A") for n in (0, 1)]
 
 
 def test_the_table_compares_pairs_that_all_solved() -> None:

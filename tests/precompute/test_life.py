@@ -24,7 +24,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
 from pickcli.jobs import job as recipe
-from pickcli.jobs.job_run import Means, Progress
+from pickcli.jobs.job_run import BuildProgress, Means
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.experience import ExperienceFiles
@@ -89,11 +89,11 @@ class _Life(RuleBasedStateMachine):
     @rule()
     def build(self) -> None:
         """Also after a death: then it goes on, and does only what is left."""
-        told: list[Progress] = []
+        told: list[BuildProgress] = []
         kept = self.journal.read()
         self.kind.make(self.out, Means(report=told.append))
         assert self.out.read_bytes() == self.good
-        assert told[-1].n_kept == len(kept) and told[-1].n_done == told[-1].n_total
+        assert told[-1].n_kept == len(kept) and told[-1].done == told[-1].total
         assert not self.journal.path.exists()
         assert not list(self.folder.glob(f".{self.out.name}.*.part"))
 
@@ -113,8 +113,8 @@ class _Life(RuleBasedStateMachine):
         """Ctrl-C after some tasks: they are kept."""
         before, kept = self._state(), self.journal.read()
 
-        def report(progress: Progress) -> None:
-            if progress.n_done - progress.n_kept == n_done:
+        def report(progress: BuildProgress) -> None:
+            if progress.done - progress.n_kept == n_done:
                 raise KeyboardInterrupt
 
         try:

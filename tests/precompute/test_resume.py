@@ -20,7 +20,7 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job as recipe
 from pickcli.jobs.executors import Processes
-from pickcli.jobs.job_run import Means, Progress
+from pickcli.jobs.job_run import BuildProgress, Means
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.roadmap.store import read_roadmap
@@ -67,10 +67,10 @@ def test_two_jobs_make_the_same_bytes_as_one(kind: str, good: dict[str, bytes], 
 def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
     kind: str, n_jobs: int, good: dict[str, bytes], tmp_path: Path
 ) -> None:
-    told: list[Progress] = []
+    told: list[BuildProgress] = []
 
-    def interrupt(progress: Progress) -> None:
-        if progress.n_done == 4:
+    def interrupt(progress: BuildProgress) -> None:
+        if progress.done == 4:
             raise KeyboardInterrupt
 
     runner = {} if n_jobs == 1 else {"runner": Processes(n_jobs)}
@@ -78,8 +78,8 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
         _built(tmp_path, kind, Means(**runner, report=interrupt))
     assert not (tmp_path / kind).exists()
     assert _built(tmp_path, kind, Means(**runner, report=told.append)) == good[kind]
-    assert told[0].n_kept == told[0].n_done == 4
-    assert told[-1].n_done == told[-1].n_total and told[-1].n_kept == 4
+    assert told[0].n_kept == told[0].done == 4
+    assert told[-1].done == told[-1].total and told[-1].n_kept == 4
     assert [path.name for path in tmp_path.iterdir()] == [kind]
 
 
@@ -149,7 +149,7 @@ def test_a_killed_build_loses_at_most_what_was_in_hand(
         command = [sys.executable, "-c", PROGRAM, str(out), str(n_jobs)]
         _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)
     assert not out.exists() and len(journal.read()) >= 7
-    told: list[Progress] = []
+    told: list[BuildProgress] = []
     MOTIONS.make(out, Means(report=told.append))
     assert told[0].n_kept >= 7
     assert out.read_bytes() == good["motions"]

@@ -105,8 +105,8 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
 def test_progress_counts_each_edge_once() -> None:
     recipe, told = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
     roadmap, report = build_roadmap(recipe, Build(recipe, Means(report=told.append)))
-    assert [p.n_done for p in told] == list(range(told[-1].n_total + 1))
-    assert told[-1].n_total == roadmap.n_edges + len(report.gaps.missing)
+    assert [p.done for p in told] == list(range(told[-1].total + 1))
+    assert told[-1].total == roadmap.n_edges + len(report.gaps.missing)
     assert told[-1].coverage == 1.0 and told[-1].n_kept == 0
 
 

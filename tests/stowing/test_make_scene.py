@@ -15,6 +15,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.commands.pod_shift import RANDOM, pod_pose
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import inverse
+from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene, write_scene
 from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
@@ -173,8 +174,8 @@ def test_make_scene_leaves_no_pile_that_creeps() -> None:
 
 def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() -> None:
     contents, told = {"bin_D": ("dove_beauty_bar", "crayola_24_ct")}, []
-    scene = make_scene(contents, CELL, 3, on_progress=lambda *call: told.append(call))
-    assert set(told) == {(0, 1, "bin_D")} and len(told) > 20
+    scene = make_scene(contents, CELL, 3, on_progress=told.append)
+    assert set(told) == {Progress(0, 1, "bin_D")} and len(told) > 20
     same = make_scene(contents, CELL, 3)
     for a, b in zip(scene.items, same.items, strict=True):
         assert np.array_equal(a.T_world_item, b.T_world_item)

@@ -12,6 +12,7 @@ from pickcli.errors import InputError, NoPlanError, Reason
 from pickcli.motion.plan import Grasp, GraspKind, Plan
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.start_state import Start
+from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT, IDEAL
@@ -330,9 +331,9 @@ def test_the_hook_is_called_after_every_attempt(cell: Cell) -> None:
 
 
 def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
-    seen: list[tuple[int, int, str]] = []
-    run_trial(ORDER, FakeCrew(scene_of(ORDER, cell)).crew(), progress=lambda *report: seen.append(report))
-    done = [d for d, _, _ in seen]
+    seen: list[Progress] = []
+    run_trial(ORDER, FakeCrew(scene_of(ORDER, cell)).crew(), on_progress=seen.append)
+    done = [progress.done for progress in seen]
     assert done == sorted(done)
-    assert seen[-1][:2] == (4, 4)
-    assert any("planning" in what and "s left" in what for _, _, what in seen)
+    assert (seen[-1].done, seen[-1].total) == (4, 4)
+    assert any("planning" in each.what and "s left" in each.what for each in seen)

@@ -7,13 +7,15 @@ import io
 import pytest
 from rich.console import Console
 
-from pickcli.commands import progress as module
-from pickcli.commands.progress import duration, progress, progress_line, terminal_bar
+from pickcli.commands import progress_bar as module
+from pickcli.commands.progress_bar import duration, progress, progress_line
+from pickcli.jobs.job_run import BuildProgress
+from pickcli.progress import Progress
 
 
 def test_lines_tell_what_is_done_and_how_long_it_takes() -> None:
-    assert progress_line("picking", 3, 12, "bin_A", 30.0) == "picking: 3/12, about 90 s left: bin_A"
-    assert progress_line("picking", 0, 12, "", 5.0) == "picking: 0/12"
+    assert progress_line("picking", Progress(3, 12, "bin_A"), 30.0) == "picking: 3/12, about 90 s left: bin_A"
+    assert progress_line("picking", Progress(0, 12), 5.0) == "picking: 0/12"
 
 
 def test_a_log_gets_a_line_per_period(
@@ -23,7 +25,7 @@ def test_a_log_gets_a_line_per_period(
     monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
     with progress("building") as report:
         for done in (1, 2, 3, 4):
-            report(done, 4, "")
+            report(Progress(done, 4))
     out, err = capsys.readouterr()
     assert out == ""
     assert err.splitlines() == ["building: 2/4, about 11 s left", "building: 4/4, about 0 s left"]
@@ -42,8 +44,12 @@ def test_a_terminal_gets_one_line_that_cuts_the_least_first(
     screen = io.StringIO()
     console = Console(file=screen, width=width, force_terminal=True)
     monkeypatch.setattr(module, "stderr_console", lambda: console)
-    with terminal_bar("building the trajectories") as show:
-        show(133, 332, 700.0, "2 failed, coverage 39 %, 33 kept from before: bin_B, drop_12_down, empty")
+    monkeypatch.setattr(module.sys.stderr, "isatty", lambda: True, raising=False)
+    clock = iter([0.0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock, 700.0))
+    told = BuildProgress(133, 332, "bin_B, drop_12_down, empty", 33, 2, effort_done=1.0, effort_total=2.0)
+    with progress("building the trajectories") as report:
+        report(told)
     shown = screen.getvalue()
     assert "133/332, 12 min left" in shown and "2 failed" in shown
     assert ("drop_12_down, empty" in shown) == (width == 160)

@@ -1,0 +1,84 @@
+"""Progress on stderr: a bar with the time left on a terminal, a line now and then anywhere else."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import click
+
+from pickcli.commands.logs import stderr_console
+from pickcli.progress import Progress, ProgressObserver
+
+LINE_PERIOD = 10.0  # s between two lines where nobody looks at a terminal
+
+
+@contextmanager
+def progress(label: str) -> Iterator[ProgressObserver]:
+    """Yields whom to tell the progress of some work; it shows all of it on stderr."""
+    with _bar(label) if sys.stderr.isatty() else _lines(label) as told:
+        yield told
+
+
+@contextmanager
+def _bar(label: str) -> Iterator[ProgressObserver]:
+    """One line on a terminal, its end cut where it is too long."""
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn
+    from rich.progress import Progress as Bar
+    from rich.table import Column
+
+    whole, rest = Column(no_wrap=True), Column(no_wrap=True, overflow="ellipsis", ratio=1)
+    columns = (
+        SpinnerColumn(table_column=whole), TextColumn("{task.description}", table_column=whole),
+        BarColumn(bar_width=8, table_column=whole),
+        TextColumn("{task.fields[state]}", table_column=whole, markup=False),
+        TextColumn("{task.fields[what]}", table_column=rest, markup=False),
+    )  # fmt: skip
+    with Bar(*columns, console=stderr_console(), transient=True, expand=True) as bar:
+        task = bar.add_task(label, total=None, state="", what="")
+
+        began = time.monotonic()
+
+        def show(progress: Progress, /) -> None:
+            left = progress.seconds_left(time.monotonic() - began)
+            state = _state(progress) + ("" if left is None else f", {duration(left)} left")
+            bar.update(task, completed=progress.done, total=progress.total, state=state, what=progress.detail)
+
+        yield show
+
+
+def duration(seconds: float) -> str:
+    """A time to wait, as precisely as it interests: "95 s", "12 min", "3.5 h"."""
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+@contextmanager
+def _lines(label: str) -> Iterator[ProgressObserver]:
+    """A line now and then."""
+    began = said = time.monotonic()
+
+    def tell(progress: Progress, /) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if now - said >= LINE_PERIOD:
+            said = now
+            click.echo(progress_line(label, progress, now - began), err=True)
+
+    yield tell
+
+
+def progress_line(label: str, progress: Progress, elapsed: float) -> str:
+    """One line of a log, after ``elapsed`` s."""
+    left = progress.seconds_left(elapsed)
+    time_left = "" if left is None else f", about {duration(left)} left"
+    detail = progress.detail
+    return f"{label}: {_state(progress)}{time_left}{': ' if detail else ''}{detail}"
+
+
+def _state(progress: Progress) -> str:
+    """What is done of all, in whole units."""
+    return f"{progress.done:.0f}/{progress.total:.0f}"
