@@ -19,7 +19,7 @@ from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
 from pickcli.geometry import inverse
-from pickcli.grasping.candidates import sample_grasps
+from pickcli.grasping.candidates import GraspTarget, sample_grasps
 from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick
@@ -113,7 +113,7 @@ def _has_grasp(placed: PlacedItem, scene: Scene, tool: Tool) -> bool:
     cell_bin = scene.cell.pod.bins[placed.location]
     T_bin_item = inverse(scene.T_world_place(cell_bin)) @ placed.T_world_item
     rng = derived_rng("has grasp", placed.id)
-    found = sample_grasps(placed.id, placed.item, T_bin_item, tool, cell_bin, rng, WIDE)
+    found = sample_grasps(GraspTarget(placed.id, placed.item, T_bin_item, cell_bin), tool, rng, WIDE)
     return bool(found.grasps)
 
 

@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from pickcli.cell.place import Place
+from pickcli.cell.place import Access, Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.errors import Reason
@@ -55,13 +55,13 @@ class LiftPoses:
         return cls(freed, lift, tuple(retreat))
 
 
-def pushes(corridor: Corridor, T_world_bin: Array, about: Array) -> Array:
+def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
     """What a corridor does to everything that moves with the item: (K, 4, 4), each for a pose in the world.
 
     K: the end of the first stretch, of the lift, and of each push of the retreat. about: (3,) place in the
     world that the item turns about
     """
-    R = T_world_bin[:3, :3]
+    R = T_world_entry[:3, :3]
     displacements = np.stack([corridor.freed, corridor.lift, *corridor.retreat])
     M = np.tile(np.eye(4), (len(displacements), 1, 1))
     for T, d in zip(M, displacements, strict=True):
@@ -71,8 +71,8 @@ def pushes(corridor: Corridor, T_world_bin: Array, about: Array) -> Array:
 
 
 def corridors(
-    cell_bin: Place,
-    T_bin_item: Array,
+    place: Place,
+    T_entry_item: Array,
     shape: Shape,
     leaving: FreeItemChecker,
     carrying: FreeItemChecker,
@@ -87,11 +87,14 @@ def corridors(
     """
     options: list[Corridor] = []
     reasons: list[Reason] = []
-    half_width = float(shape.reach(T_bin_item[:3, :3])[1])
-    for turns in _turns(cell_bin, T_bin_item, shape):
-        reach = shape.reach(_turned(*turns) @ T_bin_item[:3, :3])
-        low, high = T_bin_item[:3, 3] - reach, T_bin_item[:3, 3] + reach
-        fitting = _options(cell_bin, low, high, turns, first, half_width)
+    half_width = float(shape.reach(T_entry_item[:3, :3])[1])
+    for turns in _turns(place, T_entry_item, shape):
+        reach = shape.reach(_turned(*turns) @ T_entry_item[:3, :3])
+        low, high = T_entry_item[:3, 3] - reach, T_entry_item[:3, 3] + reach
+        if place.access.is_from_above:
+            fitting = _straight_up(place.access, low, high, first)
+        else:
+            fitting = _options(place, low, high, turns, first, half_width)
         if isinstance(fitting, Reason):
             reasons.append(fitting)
         else:
@@ -131,26 +134,28 @@ def _turned(yaw: float, pitch: float, roll: float = 0.0) -> Array:
     return rotation_rpy(roll, pitch, yaw)
 
 
-def _turns(cell_bin: Place, T_bin_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
+def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float, float, float]]:
     """Turns (yaw, pitch, roll) to try: none, and what makes the item narrower or lower where it is tight."""
-    R = T_bin_item[:3, :3]
+    if place.access.is_from_above:
+        return [(0.0, 0.0, 0.0)]
+    R = T_entry_item[:3, :3]
     yaws = np.radians(np.arange(-24.0, 25.0, 2.0))
     pitches = np.radians(np.arange(-8.0, 9.0, 1.0))
     widths = [shape.reach(_turned(float(a), 0.0) @ R)[1] for a in yaws]
-    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, cell_bin.access.width) else 0.0
+    yaw = float(yaws[int(np.argmin(widths))]) if _is_tighter(widths, place.access.width) else 0.0
     heights = [shape.reach(_turned(yaw, float(a)) @ R)[2] for a in pitches]
-    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, cell_bin.access.height) else 0.0
+    pitch = float(pitches[int(np.argmin(heights))]) if _is_tighter(heights, place.access.height) else 0.0
     level = [(0.0, 0.0, 0.0), (yaw, 0.0, 0.0), (yaw, pitch, 0.0)]
     flattest = float(pitches[int(np.argmin(heights))])
-    return list(dict.fromkeys([*level, *_rolls(cell_bin, R, shape, flattest)]))
+    return list(dict.fromkeys([*level, *_rolls(place, R, shape, flattest)]))
 
 
-def _rolls(cell_bin: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
+def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
     """The least roll to either side with which an item fits through the mouth that does not as it lies.
 
     flattest: rad, the pitch with which it is lowest, which is tried as well
     """
-    room = np.array([cell_bin.access.width, cell_bin.access.height]) - 2 * LEAST_LIP_DISTANCE
+    room = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
 
     def fits(pitch: float, roll: float) -> bool:
         return bool((2 * shape.reach(_turned(0.0, pitch, roll) @ R)[1:] <= room).all())
@@ -170,7 +175,7 @@ def _is_tighter(halves: list[float], room: float) -> bool:
 
 
 def _options(
-    cell_bin: Place,
+    place: Place,
     low: Array,
     high: Array,
     turns: tuple[float, float, float],
@@ -182,25 +187,59 @@ def _options(
     low, high: corners (3,) in the bin frame of the box around the item once it is turned, m
     half_width: m, of the item as it lies
     """
-    spare = np.array([cell_bin.access.width, cell_bin.access.height]) - (high - low)[1:]
+    spare = np.array([place.access.width, place.access.height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
-        size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])
-        mouth = f"{cell_bin.access.width * 1e3:.0f} x {cell_bin.access.height * 1e3:.0f}"
-        return Reason("does not fit through the mouth", "lift", f"{size} mm wide and tall, mouth {mouth} mm")
+        return _too_large(place.access, low, high)
     side, above = np.minimum(LIP_DISTANCE, spare / 2)
-    half = cell_bin.access.width / 2 - side
+    half = place.access.width / 2 - side
     least = float(np.clip(0.0, -half - low[1], half - high[1]))
-    heights = _heights(max(above - low[2], LEAST_LIFT), cell_bin.access.height - above - high[2])
+    heights = _heights(max(above - low[2], LEAST_LIFT), place.access.height - above - high[2])
     moves = [
         np.array([dx, least + dy, dz, *turns])
         for dz, dx, dy in product(heights, BACK, ASIDE)
         if -half - 1e-9 <= low[1] + least + dy and high[1] + least + dy <= half + 1e-9
     ]
     moves.sort(key=lambda d: (float(np.abs(d) @ (1.0, 1.0, 0.7, 0.1, 0.1, 0.1)), tuple(d)))
-    to_middle = float(
-        np.clip(sum(cell_bin.room.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE)
-    )
+    to_middle = float(np.clip(sum(place.room.y_range) / 2 - (low[1] + high[1]) / 2, -MOST_ASIDE, MOST_ASIDE))
     return [c for d in moves for c in _rolling(_corridor(d, float(high[0]), first), half_width, to_middle)]
+
+
+def _straight_up(access: Access, low: Array, high: Array, first: float) -> list[Corridor] | Reason:
+    """Corridors out of a place that is open above, the least way aside first.
+
+    Args:
+        access: The way into the place.
+        low: Lower corner (3,) of the box around the item, in the frame of the way in, m.
+        high: Upper corner (3,).
+        first: m, length of the first stretch.
+    """
+    size = np.array([access.width, access.height])
+    spare = size - (high - low)[1:]
+    if spare.min() < 2 * LEAST_LIP_DISTANCE:
+        return _too_large(access, low, high)
+    side = np.minimum(LIP_DISTANCE, spare / 2)
+    lowest = np.array([-access.width / 2, 0.0]) + side - low[1:]
+    highest = np.array([access.width / 2, access.height]) - side - high[1:]
+    least = np.clip(0.0, lowest, highest)
+    moves = [least + aside for aside in product(ASIDE, ASIDE)]
+    moves = [d for d in moves if (lowest - 1e-9 <= d).all() and (d <= highest + 1e-9).all()]
+    moves.sort(key=lambda d: (float(np.abs(d).sum()), tuple(d)))
+    found = []
+    for d in moves:
+        aside = float(np.linalg.norm(d))
+        part = min(aside, 0.6 * first)
+        rise = float(np.sqrt(first**2 - part**2))
+        out = min(-high[0] - RETREAT_DISTANCE, -rise - LEAST_LIFT)
+        freed = np.array([-rise, *(d * (part / aside if aside > 0.0 else 0.0)), 0.0, 0.0, 0.0])
+        lift, away = (np.array([x, *d, 0.0, 0.0, 0.0]) for x in (-rise - LEAST_LIFT, out))
+        found.append(Corridor(freed, lift, (away,)))
+    return found
+
+
+def _too_large(access: Access, low: Array, high: Array) -> Reason:
+    size = " x ".join(f"{e * 1e3:.0f}" for e in (high - low)[1:])
+    mouth = f"{access.width * 1e3:.0f} x {access.height * 1e3:.0f}"
+    return Reason("does not fit through the mouth", "lift", f"{size} mm wide and tall, mouth {mouth} mm")
 
 
 def _heights(need: float, most: float) -> list[float]:

@@ -224,6 +224,14 @@ class Place:
     solids: frozenset[str] = frozenset()
     displacement: Displacement = UNMOVED
 
+    @property
+    def T_place_entry(self) -> Array:
+        """Pose (4, 4) of the frame of the way in: of the mouth, but its origin on the lower edge.
+
+        A bin's is the frame of the bin itself; a tote has it as if it were a bin that lies on its back.
+        """
+        return np.asarray(self.access.T_place_mouth @ pose((0.0, 0.0, -self.access.height / 2)))
+
     def in_world(self, T_world_pod: Array) -> Array:
         """Pose of the place's frame in the world.
 

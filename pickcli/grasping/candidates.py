@@ -43,33 +43,60 @@ class CandidateSet:
     rejected: tuple[Reason, ...]
 
 
-def sample_grasps(
-    item_id: str, item: Item, T_bin_item: Array, tool: Tool, cell_bin: Place, rng: np.random.Generator,
-    search: Search = USUAL, most: float = HOLDS,
-) -> CandidateSet:  # fmt: skip
-    """Candidates for an item whose pose (4, 4) in the bin frame is known.
+@dataclass(frozen=True, eq=False)
+class GraspTarget:
+    """An item that is to be grasped where it lies.
 
-    Frontal grasps use the straight cup, top-down and side grasps the pivoted one. Each face yields its
-    centre, random places and those of the search's grid. The order follows ``Grasp.score``: load over limit,
-    which is least near the centre of mass and on faces that seal well, plus penalties for tilt, turn and
-    pressing from the side.
-
-    most: of what the cup bears, that the item at rest may take up.
+    Attributes:
+        id: Of the item in its scene.
+        item: What it is.
+        T_entry_item: (4, 4) its pose in the frame of the way into its place, x leading in.
+        place: Where it lies.
     """
+
+    id: str
+    item: Item
+    T_entry_item: Array
+    place: Place
+
+    @property
+    def R_level_entry(self) -> Array:
+        """(3, 3) how the way in stands in a frame whose z axis points up."""
+        return self.place.T_place_entry[:3, :3]
+
+
+def sample_grasps(
+    target: GraspTarget, tool: Tool, rng: np.random.Generator, search: Search = USUAL, most: float = HOLDS
+) -> CandidateSet:
+    """Candidates for an item whose pose is known.
+
+    Into a place from the front, frontal grasps use the straight cup, top-down and side grasps the pivoted
+    one; from above all are top-down, with the straight cup. Each face yields its centre, random places and
+    those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least near the
+    centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the side.
+
+    Args:
+        target: What is to be grasped.
+        tool: What it is grasped with.
+        rng: Source of random places.
+        search: How many candidates.
+        most: Of what the cup bears, that the item at rest may take up.
+    """
+    item = target.item
     if not item.suction:
-        return CandidateSet((), (Reason("cannot be held by suction", item_id, item.why_not),))
+        return CandidateSet((), (Reason("cannot be held by suction", target.id, item.why_not),))
     found: list[Grasp] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
-        places = [face.region.centre(), *_reachable(face, T_bin_item, tool, cell_bin, rng, search.n_random)]
-        places += aims(face, item, T_bin_item, search)
+        places = [face.region.centre(), *_reachable(face, target, tool, rng, search.n_random)]
+        places += aims(face, item, target.T_entry_item, search)
         for T_item_tip in places:
-            grasps, reason = _placements(item_id, item, face.name, T_bin_item, T_item_tip, tool, search, most)
+            grasps, reason = _placements(target, face.name, T_item_tip, tool, search, most)
             found += grasps
             if reason is not None:
                 rejected.append(reason)
     if not found and not rejected:
-        rejected.append(_nothing_to_hold(item_id, item, tool))
+        rejected.append(_nothing_to_hold(target.id, item, tool))
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
 
 
@@ -82,59 +109,57 @@ def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
     return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
 
 
-def _reachable(
-    face: Face, T_bin_item: Array, tool: Tool, cell_bin: Place, rng: np.random.Generator, n: int
-) -> list[Array]:
+def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> list[Array]:
     """Up to n random places on a face for which a level lance clears the lips of the mouth."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
-    T = T_bin_item @ samples
+    T = target.T_entry_item @ samples
     # The pivoted cup points down or aside; its lance then lies above or beside the tip, and may be tilted.
     is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
     gained = PIVOT_LENGTH * -T[:, 2, 2] + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
-    is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= cell_bin.access.height - LANCE_CLEAR)
+    is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= target.place.access.height - LANCE_CLEAR)
     return list(samples[is_clear][:n])
 
 
 def _placements(
-    item_id: str,
-    item: Item,
-    face: str,
-    T_bin_item: Array,
-    T_item_tip: Array,
-    tool: Tool,
-    search: Search,
-    most: float,
+    target: GraspTarget, face: str, T_item_tip: Array, tool: Tool, search: Search, most: float
 ) -> tuple[list[Grasp], Reason | None]:
     """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
-    R = T_bin_item[:3, :3] @ T_item_tip[:3, :3]
-    along = R[:, 2]  # the cup's axis in the bin frame
+    item, T_entry_item = target.item, target.T_entry_item
+    R = T_entry_item[:3, :3] @ T_item_tip[:3, :3]
+    along = R[:, 2]  # the cup's axis in the frame of the way in
     kind, axis, off = _kind(along)
     tool_state = tool.state_with_lance(axis)
     if kind is None:
         return [], None  # faces away from every way in: not a failure, just another side
+    turns = search.turns(kind)
+    if target.place.access.is_from_above:
+        if kind != "frontal":
+            return [], None  # there is no room for a lance that lies level
+        kind = "top-down"
     if tool_state is None:
-        return [], Reason("no state of the tool for this grasp", f"{item_id}, face {face}", kind)
+        return [], Reason("no state of the tool for this grasp", f"{target.id}, face {face}", kind)
     hold = Hold.of(item, face, inverse(T_item_tip), tool)
-    load = hold.at_rest(np.stack([R, DOWN]))  # as it lies, and hanging from the cup
+    load = hold.at_rest(np.stack([target.R_level_entry @ R, DOWN]))  # as it lies, and hanging from the cup
     if load.ratio > most:
-        where = f"{item_id}, face {face}"
+        where = f"{target.id}, face {face}"
         return [], Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
     figures = load.moment, load.pull, load.shear, load.twist, load.ratio
     grasps = []
     worse = off / np.pi
     if kind == "side":
-        worse += SIDE + (ROLLING if item.can_roll(T_bin_item[:3, :3]) else 0.0)
-    for x_target, turn in search.turns(kind):
+        worse += SIDE + (ROLLING if item.can_roll(target.R_level_entry @ T_entry_item[:3, :3]) else 0.0)
+    for x_target, turn in turns:
         T_turned = turned(T_item_tip, _turn_towards(R, x_target))
-        least = _tilt_over_the_lip(T_bin_item @ T_turned, tool.cup_tilt) if kind == "top-down" else 0.0
+        is_level = axis is ACROSS and kind == "top-down"
+        least = _tilt_over_the_lip(T_entry_item @ T_turned, tool.cup_tilt) if is_level else 0.0
         for share in (None, *search.tilts):
             tilt = least if share is None else share * tool.cup_tilt
             T = tilted(T_turned, tilt)
             score = (
                 load.ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
             )
-            grasps.append(Grasp(item_id, kind, face, tool_state, T, float(score), *figures))
+            grasps.append(Grasp(target.id, kind, face, tool_state, T, float(score), *figures))
     return grasps, None
 
 

@@ -29,10 +29,10 @@ class PickQuery:
         item: Instance id or name of the target.
         into: Where the item is brought, the tote or a bin, onto its floor.
         exclude: Grasps that failed before, or kinds of them.
-        neighbours: What motions inside the bin do about other items.
+        neighbours: What motions inside the place do about other items.
     """
 
-    bin_name: str
+    out_of: str
     item: str
     into: str = TOTE
     exclude: tuple[Grasp | GraspKind, ...] = ()
@@ -41,20 +41,20 @@ class PickQuery:
 
 @dataclass(frozen=True, eq=False)
 class PickProblem:
-    """Taking one target out of its bin.
+    """Taking one target out of the place that it is in.
 
     Attributes:
         context: What it is planned with.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        cell_bin: Place that the target is in.
+        place: Where the target is, a bin or the tote.
         target: The item that is picked.
-        neighbours: What motions inside the bin do about other items.
+        neighbours: What motions inside the place do about other items.
         seed: Of all random choices.
     """
 
     context: Planner
     scene: Scene
-    cell_bin: Place
+    place: Place
     target: PlacedItem
     neighbours: Neighbours = Neighbours.AVOID
     seed: int = 0
@@ -66,13 +66,12 @@ class PickProblem:
         Raises:
             UnknownNameError: The bin, the item, or the place where it is brought is not there.
         """
-        bins = context.cell.pod.bins
-        if query.bin_name not in bins:
-            raise UnknownNameError("bin", query.bin_name, list(bins))
-        if query.into not in (TOTE, *bins):
-            raise UnknownNameError("place", query.into, [TOTE, *bins])
-        target = scene.find(query.item, query.bin_name)
-        return cls(context, scene, bins[query.bin_name], target, query.neighbours, seed)
+        places = context.cell.places
+        for name, kind in ((query.out_of, "bin"), (query.into, "place")):
+            if name not in places:
+                raise UnknownNameError(kind, name, list(places))
+        target = scene.find(query.item, query.out_of)
+        return cls(context, scene, places[query.out_of], target, query.neighbours, seed)
 
     def label(self, into: str) -> str:
         """What plans and messages call the pick.
@@ -80,18 +79,18 @@ class PickProblem:
         Args:
             into: Where the item is brought.
         """
-        told = f"pick {self.target.id} from {self.cell_bin.name}"
+        told = f"pick {self.target.id} from {self.place.name}"
         return told if into == TOTE else f"{told} into {into}"
 
     @cached_property
-    def T_world_bin(self) -> Array:
-        """(4, 4) pose of the bin frame where the pod really stands."""
-        return np.asarray(self.scene.T_world_place(self.cell_bin))
+    def T_world_entry(self) -> Array:
+        """(4, 4) frame of the way into the place, as that really stands: x leads in."""
+        return np.asarray(self.scene.T_world_place(self.place) @ self.place.T_place_entry)
 
     @cached_property
-    def T_bin_item(self) -> Array:
-        """(4, 4) pose of the target in the bin frame."""
-        return np.asarray(inverse(self.T_world_bin) @ self.target.T_world_item)
+    def T_entry_item(self) -> Array:
+        """(4, 4) pose of the target in the frame of the way in."""
+        return np.asarray(inverse(self.T_world_entry) @ self.target.T_world_item)
 
     @property
     def uncertainty(self) -> float:
@@ -103,28 +102,28 @@ class PickProblem:
         """Ids of the neighbours that count as not there."""
         if self.neighbours is Neighbours.AVOID:
             return frozenset()
-        here = self.scene.in_location(self.cell_bin.name)
+        here = self.scene.in_location(self.place.name)
         return frozenset(placed.id for placed in here if placed.id != self.target.id)
 
     @cached_property
     def contacts(self) -> PickContacts:
         """Who may touch whom, stage by stage."""
         stretch = self.context.settings.lift_contact
-        return PickContacts(self.scene, self.target, frozenset(self.cell_bin.support), self.ignored, stretch)
+        return PickContacts(self.scene, self.target, frozenset(self.place.support), self.ignored, stretch)
 
     @cached_property
     def extraction(self) -> Extraction:
-        """The ways out of the bin for the target by itself."""
+        """The ways out of the place for the target by itself."""
         shape = self.target.item.shape.inflated(self.uncertainty)
         free = FreeItem(
-            self.target.item, self.target.T_world_item, self.T_world_bin[:3, :3], self.uncertainty
+            self.target.item, self.target.T_world_item, self.T_world_entry[:3, :3], self.uncertainty
         )
         checkers, contacts, scene = self.context.checkers, self.contacts, self.scene
         beside = tuple(checkers.item(scene, free, alone) for alone in contacts.rolling_along())
         return Extraction(
-            self.cell_bin,
-            self.T_world_bin,
-            self.T_bin_item,
+            self.place,
+            self.T_world_entry,
+            self.T_entry_item,
             shape,
             leaving=checkers.item(scene, free, contacts.item_while_lifting(), beside),
             carrying=checkers.item(scene, free, contacts.while_carrying()),

@@ -41,7 +41,7 @@ def lying_across(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]
 
 
 def planned(ways: Extraction, seed: int = 0) -> list[Array]:
-    found = planned_corridors(ways.T_bin_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
+    found = planned_corridors(ways.T_entry_item, ways.shape, ways.leaving, ways.carrying, ways.first, seed)
     return [np.stack([c.freed, c.lift, *c.retreat]) for c in found]
 
 
@@ -126,4 +126,4 @@ def test_what_is_wider_than_the_mouth_goes_through_it_rolled(mailer: Extraction)
     width = float(mailer.shape.extents.max())
     for D in found:
         assert is_proven(mailer.leaving, mailer.carrying, D)
-        assert np.abs(D[:, 5]).max() > np.arccos(mailer.cell_bin.access.width / width)
+        assert np.abs(D[:, 5]).max() > np.arccos(mailer.place.access.width / width)

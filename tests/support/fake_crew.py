@@ -111,7 +111,7 @@ class FakeCrew:
         self.planned.append((item, seed, query.exclude))
         if item in self.no_plan:
             raise NoPlanError(f"pick {item}", [Reason("does not hold", "grasp 1", "too heavy")])
-        if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.bin_name)}:
+        if self.blocked.get(item) in {placed.id for placed in scene.in_location(query.out_of)}:
             raise NoPlanError(f"pick {item}", [Reason("collision", "lift", "", self.blocked[item])])
         grasp = Grasp(item, "frontal", "-x", STRAIGHT, np.eye(4), float(len(query.exclude)), *[0.0] * 5)
         return self._motion(f"pick {item}" + ("" if into == TOTE else f" into {into}"), seed, grasp)

@@ -35,9 +35,9 @@ class Extraction:
     the first stretch of ``first`` m. carrying: the item when it may touch nothing any more.
     """
 
-    cell_bin: Place
-    T_world_bin: Array
-    T_bin_item: Array
+    place: Place
+    T_world_entry: Array
+    T_entry_item: Array
     shape: Shape
     leaving: FreeItemChecker
     carrying: FreeItemChecker
@@ -66,16 +66,18 @@ class Extraction:
         return self._pushes((*(() if isinstance(simple, Reason) else simple), *self._planned))
 
     def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
-        centre = (self.T_world_bin @ self.T_bin_item)[:3, 3]
-        return tuple(pushes(way, self.T_world_bin, centre) for way in ways)
+        centre = (self.T_world_entry @ self.T_entry_item)[:3, 3]
+        return tuple(pushes(way, self.T_world_entry, centre) for way in ways)
 
     def _simple(self, n_most: int) -> tuple[Corridor, ...] | Reason:
         return corridors(
-            self.cell_bin, self.T_bin_item, self.shape, self.leaving, self.carrying, self.first, n_most
+            self.place, self.T_entry_item, self.shape, self.leaving, self.carrying, self.first, n_most
         )
 
     @cached_property
     def _planned(self) -> tuple[Corridor, ...]:
+        if self.place.access.is_from_above:  # straight up is the only way
+            return ()
         return planned_corridors(
-            self.T_bin_item, self.shape, self.leaving, self.carrying, self.first, self.seed
+            self.T_entry_item, self.shape, self.leaving, self.carrying, self.first, self.seed
         )

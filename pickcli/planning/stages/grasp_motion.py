@@ -93,12 +93,15 @@ def plan_grasp_motion(
 
 
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
-    """The configuration in front of the bin, the same along the rail, and random ones."""
+    """Configurations in front of the place, one of them elsewhere along the rail, and random ones."""
     arm, cell = problem.context.arm, problem.context.cell
-    front = cell.configurations[problem.cell_bin.name].q
-    along = np.repeat(front[None], 4, axis=0)
+    if problem.place.access.is_from_above:
+        fronts = np.stack([c.q for c in cell.configurations.values() if c.kind in ("tote", "drop")])
+    else:
+        fronts = cell.configurations[problem.place.name].q[None]
+    along = np.repeat(fronts[:1], 4, axis=0)
     along[:, 0] = np.linspace(0.25, 1.0, 4)
-    return np.vstack([front[None], along, arm.random_seeds(rng, 7)])
+    return np.vstack([fronts, along, arm.random_seeds(rng, 7)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.errors import Failures, Reason
-from pickcli.grasping.candidates import CandidateSet, sample_grasps
+from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
 from pickcli.grasping.cup_press import overtravel
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
@@ -52,9 +52,8 @@ def _candidates(
     problem: PickProblem, search: Search, exclude: Sequence[Grasp | GraspKind], rng: np.random.Generator
 ) -> CandidateSet:
     target, tool, most = problem.target, problem.context.cell.robot.tool, problem.context.settings.load_ratio
-    found = sample_grasps(
-        target.id, target.item, problem.T_bin_item, tool, problem.cell_bin, rng, search, most
-    )
+    wanted = GraspTarget(target.id, target.item, problem.T_entry_item, problem.place)
+    found = sample_grasps(wanted, tool, rng, search, most)
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 

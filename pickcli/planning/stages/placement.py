@@ -15,7 +15,7 @@ from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.bin_placements import bin_spots
@@ -69,7 +69,8 @@ def plan_placement(
 
 def _into_tote(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
     context, state = problem.context, chosen.grasp.tool_state
-    places = spots(problem.scene, chosen.attached, state)
+    # What is taken out of the tote no longer lies there.
+    places = spots(problem.scene.without(problem.target.id), chosen.attached, state)
     if isinstance(places, Reason):
         return Failures.of(places)
     rng = derived_rng(problem.seed, "drop", problem.target.id)
@@ -112,7 +113,8 @@ def _into_bin(
     problem: PickProblem, chosen: GraspMotion, cell_bin: Place
 ) -> tuple[PlaceMotion, ...] | Failures:
     context, target = problem.context, problem.target
-    places = bin_spots(context, problem.scene, target, problem.T_bin_item[:3, :3], cell_bin)
+    T_place_item = inverse(problem.scene.T_world_place(problem.place)) @ target.T_world_item
+    places = bin_spots(context, problem.scene, target, T_place_item[:3, :3], cell_bin)
     if isinstance(places, Reason):
         return Failures.of(places)
     rng = derived_rng(problem.seed, "set down", target.id, cell_bin.name)

@@ -125,7 +125,7 @@ def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickP
     def poses_of(offset: float, aside: tuple[float, float] = STRAIGHT_IN) -> PickPoses:
         T_world_item = problem.target.T_world_item
         return pick_poses(
-            problem.T_world_bin, T_world_item, grasp.T_item_tip, offset, press.overtravel, aside
+            problem.T_world_entry, T_world_item, grasp.T_item_tip, offset, press.overtravel, aside
         )
 
     plain = poses_of(usual)
@@ -171,7 +171,7 @@ def _tool_of(problem: PickProblem) -> Tool:
 
 
 def _checker(problem: PickProblem, tool_state: ToolState, contacts: AllowedContacts) -> FreeToolChecker:
-    axes = problem.T_world_bin[:3, :3]
+    axes = problem.T_world_entry[:3, :3]
     return problem.context.checkers.tool(problem.scene, tool_state, axes, contacts)
 
 

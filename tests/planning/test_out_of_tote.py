@@ -1,0 +1,109 @@
+"""Out of the tote, which is open above, by the same stages as out of a bin: straight up between the walls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pickcli.cell.cell import Cell
+from pickcli.errors import NoPlanError, Reason, UnknownNameError
+from pickcli.geometry import inverse, pose
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickProblem, PickQuery
+from pickcli.planning.planning_context import Planner
+from pickcli.planning.start_state import Start
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.simulation.execute import execute
+from pickcli.simulation.world import World
+from pickcli.verification.verify import certify, verify
+from support.tool_states import STRAIGHT
+
+CRAYONS, BAR, BOOK = "crayola_24_ct", "dove_beauty_bar", "i_am_a_bunny_book"
+InTote = Callable[..., Scene]
+
+
+@pytest.fixture(scope="module")
+def in_tote(cell: Cell) -> InTote:
+    """in_tote(("crayola_24_ct", x, y, up), ...): items level in the tote, ``up`` m over its floor."""
+
+    def make(*entries: tuple[str, float, float, float]) -> Scene:
+        place, placed = cell.places[TOTE], []
+        for name, x, y, up in entries:
+            item = cell.item(name)
+            z = float(item.shape.extents[2]) / 2 + 0.0005 + up
+            placed.append(PlacedItem(name, item, TOTE, cell.T_world_place(place) @ pose([x, y, z])))
+        return Scene(cell, cell.T_world_pod, tuple(placed), PoseNoise(0.002, float(np.radians(1.0))))
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def home(cell: Cell) -> Start:
+    named = cell.configurations["home"]
+    return Start(named.q, named.tool_state)
+
+
+def test_the_simulated_robot_takes_it_out(planner: Planner, in_tote: InTote, home: Start) -> None:
+    scene = in_tote((CRAYONS, 0.1, 0.0, 0.0), (BAR, -0.15, 0.0, 0.0))
+    plan = certify(plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home), scene)
+    world = World(scene, home.q)
+    run = execute(plan, world)
+    assert run.has_item and not run.stopped
+    assert world.placed(CRAYONS).location == TOTE and not world.contacts.collisions
+    world.close()
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.2, 0.1)])
+def test_it_comes_out_upwards_and_is_certified(
+    planner: Planner, in_tote: InTote, home: Start, x: float, y: float
+) -> None:
+    scene = in_tote((CRAYONS, x, y, 0.0), (BAR, -0.15, 0.0, 0.0))
+    plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
+    assert verify(plan, scene).reasons == ()
+    assert plan.grasp is not None and (plan.grasp.kind, plan.grasp.tool_state) == ("top-down", STRAIGHT)
+    kinds = [segment.kind for segment in plan.segments]
+    assert kinds[:4] == ["transit", "pre-approach", "approach", "contact"] and "retreat" in kinds
+    out = next(s for s in plan.segments if s.kind is SegmentKind.RETREAT)
+    a, b = planner.arm.tips(plan.trajectory.sample(np.array([out.t_start, out.t_end])), STRAIGHT)[:, :3, 3]
+    assert b[2] - a[2] > 0.05
+    assert np.linalg.norm((b - a)[:2]) < 0.01
+
+
+def test_beside_a_wall_it_moves_away_from_it_before_it_rises(planner: Planner, in_tote: InTote) -> None:
+    item = planner.cell.item(CRAYONS)
+    x = float(planner.cell.places[TOTE].room.size[0] - item.shape.extents[0]) / 2 - 0.002
+    scene = in_tote((CRAYONS, x, 0.0, 0.0))
+    problem = PickProblem(planner, scene, planner.cell.places[TOTE], scene.find(CRAYONS))
+    ways = problem.extraction.corridors
+    assert not isinstance(ways, Reason)
+    for way in ways:
+        moved = problem.T_world_entry[:3, :3] @ way.lift[:3]
+        assert moved[0] < -0.005 and moved[2] > 0.05
+
+
+def test_what_lies_on_it_is_named(planner: Planner, in_tote: InTote, home: Start) -> None:
+    scene = in_tote(
+        (BOOK, 0.0, 0.0, 0.0), (CRAYONS, 0.0, 0.0, float(planner.cell.item(BOOK).shape.extents[2]))
+    )
+    with pytest.raises(NoPlanError) as caught:
+        plan_pick(planner, scene, PickQuery(TOTE, BOOK), home)
+    assert caught.value.in_the_way == (CRAYONS,)
+
+
+def test_its_own_place_in_the_tote_is_free_for_it(planner: Planner, in_tote: InTote, home: Start) -> None:
+    """Alone in the tote it can be let go where it lay: no pile is counted but of what stays there."""
+    scene = in_tote((CRAYONS, 0.0, 0.0, 0.0))
+    plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
+    release = [s.t_end for s in plan.segments if s.held is not None][-1]
+    assert plan.grasp is not None
+    tip = planner.arm.tips(plan.trajectory.sample(np.array([release])), STRAIGHT)[0]
+    bottom = (tip @ inverse(plan.grasp.T_item_tip))[2, 3] - scene.items[0].item.shape.extents.max() / 2
+    assert bottom < planner.cell.T_world_place(planner.cell.places[TOTE])[2, 3] + 0.06
+
+
+def test_a_place_that_is_not_there_is_refused(planner: Planner, in_tote: InTote, home: Start) -> None:
+    with pytest.raises(UnknownNameError, match="bin_Z"):
+        plan_pick(planner, in_tote((CRAYONS, 0.0, 0.0, 0.0)), PickQuery("bin_Z", CRAYONS), home)
