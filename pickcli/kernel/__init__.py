@@ -5,6 +5,7 @@ a chain is the child link of joint k; the parent of joint k is frame k-1, that o
 """
 
 from pickcli.kernel._kernel import (
+    BlendedPolyline,
     Chain,
     Checker,
     ContactKind,
@@ -21,6 +22,7 @@ from pickcli.kernel._kernel import (
 )
 
 __all__ = [
+    "BlendedPolyline",
     "Chain",
     "Checker",
     "ContactKind",

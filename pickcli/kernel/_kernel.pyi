@@ -399,6 +399,76 @@ def quintic_peaks(times: numpy.typing.NDArray[numpy.float64], positions: numpy.t
         exact.
     """
 
+class BlendedPolyline:
+    """
+    A polyline whose corners are smoothed, by its arc length s.
+
+    At corner k the direction changes by a turn within h_k: the slope of the ramp is the quintic smoothstep there.
+    Lengths are Euclidean in joint units, rad and m alike.
+    """
+
+    def __init__(self, corners: numpy.typing.NDArray[numpy.float64], corner_s: numpy.typing.NDArray[numpy.float64], half_lengths: numpy.typing.NDArray[numpy.float64], directions: numpy.typing.NDArray[numpy.float64], turns: numpy.typing.NDArray[numpy.float64]) -> None:
+        """
+        Make a curve; nothing is computed that is given.
+
+        Args:
+            corners: (K, n), K >= 1.
+            corner_s: (K,) arc length of every corner, increasing from 0.
+            half_lengths: (K,) h of every corner; 0 where nothing is smoothed.
+            directions: (K + 1, n) unit vectors before and after every corner.
+            turns: (K, n) change of direction at every corner.
+        """
+
+    def evaluate(self, s: numpy.typing.NDArray[numpy.float64], highest: int = 3) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        The configuration and its derivatives by s.
+
+        Args:
+            s: (M,), clamped to the curve.
+            highest: Derivative, 0 to 3.
+
+        Returns:
+            (highest + 1, M, n).
+        """
+
+    def needed_stretch(self, t: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], ds: numpy.typing.NDArray[numpy.float64], dds: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], jerk: numpy.typing.NDArray[numpy.float64], scale: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Factors of time at which a motion along the curve, by quintics between points, keeps its limits.
+
+        Args:
+            t: (K,) s, increasing.
+            s: (K,) where on the curve.
+            ds: (K,) 1/s, its first derivative by time.
+            dds: (K,) 1/s^2, its second.
+            velocity: (n,) limits, rad/s or m/s.
+            acceleration: (n,) limits, rad/s^2 or m/s^2.
+            jerk: (n,) limits, rad/s^3 or m/s^3.
+            scale: (K-1,) of all limits, between each point and the next.
+
+        Returns:
+            (K-1,) between each point and the next; below 1 there is room.
+        """
+
+    def are_lines(self, start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.bool_]:
+        """
+        Whether nothing bends (M,) on each of the intervals start (M,) to end (M,), which lie between knots.
+        """
+
+    def second_derivative_bound(self, start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Upper bounds (M, n) of the second derivative's size on each of the intervals start (M,) to end (M,).
+        """
+
+    def third_derivative_bound(self, start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Upper bounds (M, n) of the third derivative's size on each of the intervals start (M,) to end (M,).
+        """
+
+    def deviation(self, start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Upper bounds (M,) of the Euclidean distance from the polyline on intervals start (M,) to end (M,).
+        """
+
 def simd() -> str:
     """
     Which build of the batch test runs: "avx2" or "baseline". Both give the same bits.

@@ -26,16 +26,16 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.robot import Limits
 from pickcli.geometry import Array
+from pickcli.kernel import BlendedPolyline
+from pickcli.timing.jerk_smoothing import TimeLaw
 from pickcli.timing.polyline_simplification import SAME, arc_lengths, canonical
 
 Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 
 DEPTH = 0.15625  # bump(0)
-PEAK_THIRD_DERIVATIVE = (
-    10.0 / 3.0**0.5
-)  # largest third derivative of a unit corner: the second of the smoothstep
 _SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
 _DENSITY = 4.0  # nodes per half-length of a blend
 _EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone blend, in half-lengths
@@ -80,6 +80,11 @@ class BlendedPath:
         """(K, n) change of direction at every corner."""
         return np.diff(self.directions, axis=0)
 
+    @cached_property
+    def _kernel(self) -> BlendedPolyline:
+        """The same curve, evaluated by the kernel."""
+        return BlendedPolyline(self.corners, self.corner_s, self.half_lengths, self.directions, self.turns)
+
     @property
     def stops(self) -> Indices:
         """Indices of the inner corners that are not smoothed: the motion must be at rest there."""
@@ -110,8 +115,7 @@ class BlendedPath:
         Returns:
             (M,) True where it is straight.
         """
-        middle = (start + end) / 2
-        return np.asarray(np.all(np.abs(middle[:, None] - self.corner_s) >= self.half_lengths, axis=1))
+        return self._kernel.are_lines(start, end)
 
     def split(self) -> tuple[BlendedPath, ...]:
         """Cut the path at its stops.
@@ -158,9 +162,9 @@ class BlendedPath:
         Returns:
             (M, n).
         """
-        return self.evaluate_all(s, derivative)[derivative]
+        return np.asarray(self.evaluate_all(s, derivative)[derivative])
 
-    def evaluate_all(self, s: Array | float, highest: int = 3) -> list[Array]:
+    def evaluate_all(self, s: Array | float, highest: int = 3) -> Array:
         """Configuration and its derivatives by s.
 
         Args:
@@ -168,30 +172,24 @@ class BlendedPath:
             highest: Highest derivative, 0 to 3.
 
         Returns:
-            [q, q', ...] up to ``highest``, each (M, n).
+            (highest + 1, M, n): q, q', ... up to ``highest``.
         """
-        at: Array = np.clip(np.atleast_1d(np.asarray(s, dtype=np.float64)), 0.0, self.length)
-        edge = np.searchsorted(self.corner_s[1:-1], at, side="right")
-        out = [self.corners[edge] + self.directions[edge + 1] * (at - self.corner_s[edge])[:, None]]
-        out += [self.directions[edge + 1]] if highest >= 1 else []
-        out += [np.zeros_like(out[0]) for _ in range(2, highest + 1)]
-        k = self._active(at)
-        if k.shape[1]:
-            weights = _bumps(at[:, None] - self.corner_s[k], self.half_lengths[k], highest)
-            summed = np.matmul(weights, self.turns[k])
-            out = [value + summed[:, d] for d, value in enumerate(out)]
-        return out
+        return self._kernel.evaluate(np.atleast_1d(np.asarray(s, dtype=np.float64)), highest)
 
-    def _active(self, s: Array) -> Indices:
-        """(M, W) corner indices among which are all whose blends reach s; W as small as the curve allows."""
-        reach = self.half_lengths
-        ends = np.maximum.accumulate(self.corner_s + reach)
-        starts = np.minimum.accumulate((self.corner_s - reach)[::-1])[::-1]
-        first = np.searchsorted(ends, s, side="left")
-        last = np.searchsorted(starts, s, side="right")
-        width = int(np.max(last - first, initial=0))
-        first = np.minimum(first, len(reach) - width)
-        return first[:, None] + np.arange(width)
+    def needed_stretch(self, law: TimeLaw, limits: Limits, scale: Array) -> Array:
+        """Factor of time at which a motion along the path keeps its limits between each point and the next.
+
+        Args:
+            law: The motion, at K points in time.
+            limits: Of the joints.
+            scale: (K - 1,) of all limits, between each point and the next.
+
+        Returns:
+            (K - 1,); below 1 there is room.
+        """
+        return self._kernel.needed_stretch(
+            law.t, law.s, law.ds, law.dds, limits.velocity, limits.acceleration, limits.jerk, scale
+        )
 
     def second_derivative_bound(self, start: Array, end: Array) -> Array:
         """Upper bound on the size of the second derivative by s, on intervals.
@@ -203,11 +201,7 @@ class BlendedPath:
         Returns:
             (M, n), joint by joint.
         """
-        h = np.maximum(self.half_lengths, SAME)
-        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
-        x = np.minimum(np.abs(nearest - self.corner_s) / h, 1.0)
-        kernel = (15 / 16) * (1.0 - x * x) ** 2 / h * (self.half_lengths > 0.0)
-        return kernel @ np.abs(self.turns)
+        return self._kernel.second_derivative_bound(start, end)
 
     def third_derivative_bound(self, start: Array, end: Array) -> Array:
         """Upper bound on the size of the third derivative by s, on intervals.
@@ -219,10 +213,7 @@ class BlendedPath:
         Returns:
             (M, n), joint by joint.
         """
-        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
-        h = self.half_lengths
-        peak = PEAK_THIRD_DERIVATIVE / np.maximum(2.0 * h, SAME) ** 2
-        return ((np.abs(nearest - self.corner_s) < h) * peak) @ np.abs(self.turns)
+        return self._kernel.third_derivative_bound(start, end)
 
     def deviation(self, start: Array, end: Array) -> Array:
         """Upper bound on the Euclidean distance to the polyline, on intervals.
@@ -234,9 +225,7 @@ class BlendedPath:
         Returns:
             (M,) in joint units.
         """
-        nearest = np.clip(self.corner_s, start[:, None], end[:, None])
-        offset, h = nearest - self.corner_s, np.broadcast_to(self.half_lengths, nearest.shape)
-        return np.asarray(_bumps(offset, h, 0)[:, 0] @ np.linalg.norm(self.turns, axis=1))
+        return self._kernel.deviation(start, end)
 
 
 def distinct(s: Array) -> Array:
@@ -252,30 +241,6 @@ def distinct(s: Array) -> Array:
     tolerance = min(1e-8, 0.1 * float(s[-1]))
     keep = np.concatenate([[True], np.diff(s) > tolerance]) & (s < s[-1] - tolerance)
     return np.concatenate([s[keep], s[-1:]]) if s[-1] > 0.0 else np.zeros(1)
-
-
-def _bumps(offset: Array, h: Array, highest: int) -> Array:
-    """(M, highest + 1, W): h bump(offset / h) and its derivatives by the offset; 0 outside the blend.
-
-    The smooth ramp's slope is the quintic smoothstep S(u), u = (offset + h) / 2h; the ramp itself is
-    2h F(u) with F' = S. Subtracted are the ramp and its step, which the polyline already has.
-    """
-    inside = np.abs(offset) < h
-    width = np.where(inside, 2.0 * h, 1.0)
-    u = np.where(inside, (offset + h) / width, 0.0)
-    u2 = u * u
-    u3 = u2 * u
-    out = np.empty((len(u), highest + 1, u.shape[1]))
-    past = inside & (offset > 0.0)
-    out[:, 0] = width * u3 * u * (2.5 - 3.0 * u + u2) - np.where(past, offset, 0.0)
-    if highest >= 1:
-        out[:, 1] = u3 * (10.0 - 15.0 * u + 6.0 * u2) - past
-    if highest >= 2:
-        v = 1.0 - u
-        out[:, 2] = 30.0 * u2 * v * v / width
-    if highest >= 3:
-        out[:, 3] = 60.0 * u * v * (v - u) / (width * width)
-    return out
 
 
 def blend(waypoints: Array, tolerances: Array | float, simplify: float = _SIMPLIFY) -> BlendedPath:

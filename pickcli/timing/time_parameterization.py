@@ -18,7 +18,6 @@ from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.corner_blending import BlendedPath
 from pickcli.timing.jerk_smoothing import TimeLaw, smooth
-from pickcli.timing.limit_check import peaks
 from pickcli.timing.path_limits import PathBounds
 from pickcli.timing.toppra_closed_form import PathGrid, VelocityProfile, parametrize
 
@@ -117,23 +116,15 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Arr
     Returns:
         (K - 1,).
     """
-    trajectory = to_trajectory(curve, pace)
-    velocity, acceleration, jerk = peaks(trajectory)
     start, end = pace.s[:-1], pace.s[1:]
-    scale, limits = bounds.lowest(bounds.scales, start, end), bounds.limits
-    ratio = np.maximum(
-        (velocity / limits.velocity).max(axis=1) / scale,
-        np.maximum(
-            np.sqrt((acceleration / limits.acceleration).max(axis=1) / scale),
-            np.cbrt((jerk / limits.jerk).max(axis=1) / scale),
-        ),
-    )
+    ratio = curve.needed_stretch(pace, bounds.limits, bounds.lowest(bounds.scales, start, end))
     if len(bounds.table_s):
         tool = bounds.tool_speed(pace.s) * pace.ds
         ratio = np.maximum(
             ratio, np.maximum(tool[:-1], tool[1:]) / bounds.lowest(bounds.tool_caps, start, end)
         )
     if bounds.constraint is not None:
+        trajectory = to_trajectory(curve, pace)
         states = trajectory.positions, trajectory.velocities, trajectory.accelerations
         needed = bounds.constraint.stretch(*states)
         ratio = np.maximum(ratio, np.minimum(np.maximum(needed[:-1], needed[1:]), _SLOWER))

@@ -1,0 +1,68 @@
+"""A blended path in numpy, all corners at once: what the kernel's BlendedPolyline is held against."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.corner_blending import BlendedPath
+from pickcli.timing.jerk_smoothing import TimeLaw
+from pickcli.timing.limit_check import peaks
+from pickcli.timing.polyline_simplification import SAME
+
+
+def evaluate(curve: BlendedPath, s: Array) -> Array:
+    """q and its first three derivatives (4, M, n) at s (M,)."""
+    at = np.clip(s, 0.0, curve.length)
+    edge = np.searchsorted(curve.corner_s[1:-1], at, side="right")
+    out = np.zeros((4, len(at), curve.corners.shape[1]))
+    out[0] = curve.corners[edge] + curve.directions[edge + 1] * (at - curve.corner_s[edge])[:, None]
+    out[1] = curve.directions[edge + 1]
+    offset = at[:, None] - curve.corner_s
+    return out + np.einsum("dmk,kn->dmn", _bumps(offset, curve.half_lengths), curve.turns)
+
+
+def _bumps(offset: Array, h: Array) -> Array:
+    """(4, M, K): h bump(offset / h) and its derivatives by the offset (M, K); 0 outside of the blend."""
+    inside = np.abs(offset) < h
+    width = np.where(inside, 2.0 * h, 1.0)
+    u = np.where(inside, (offset + h) / width, 0.0)
+    past = inside & (offset > 0.0)
+    ramp = width * u**4 * (2.5 - 3.0 * u + u**2) - np.where(past, offset, 0.0)
+    slope = u**3 * (10.0 - 15.0 * u + 6.0 * u**2) - past
+    bend = 30.0 * u**2 * (1.0 - u) ** 2 / width
+    return np.stack([ramp, slope, bend, 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / width**2])
+
+
+def are_lines(curve: BlendedPath, start: Array, end: Array) -> Array:
+    """(M,) whether no blend covers the middle of an interval."""
+    middle = (start + end) / 2
+    return np.asarray(np.all(np.abs(middle[:, None] - curve.corner_s) >= curve.half_lengths, axis=1))
+
+
+def derivative_bounds(curve: BlendedPath, start: Array, end: Array) -> tuple[Array, Array]:
+    """Upper bounds (M, n) of the second and the third derivative on intervals."""
+    h = np.maximum(curve.half_lengths, SAME)
+    away = np.abs(np.clip(curve.corner_s, start[:, None], end[:, None]) - curve.corner_s)
+    x = np.minimum(away / h, 1.0)
+    second = (15 / 16) * (1.0 - x * x) ** 2 / h * (curve.half_lengths > 0.0)
+    third = (away < curve.half_lengths) * (10.0 / 3.0**0.5 / np.maximum(2.0 * curve.half_lengths, SAME) ** 2)
+    return second @ np.abs(curve.turns), third @ np.abs(curve.turns)
+
+
+def deviation(curve: BlendedPath, start: Array, end: Array) -> Array:
+    """Upper bounds (M,) of the distance from the polyline on intervals."""
+    offset = np.clip(curve.corner_s, start[:, None], end[:, None]) - curve.corner_s
+    return np.asarray(_bumps(offset, curve.half_lengths)[0] @ np.linalg.norm(curve.turns, axis=1))
+
+
+def needed_stretch(
+    curve: BlendedPath, law: TimeLaw, limits: tuple[Array, Array, Array], scale: Array
+) -> Array:
+    """(K - 1,) factors of time, by the peaks of the quintics. limits: (n,) each, by derivative."""
+    q, dq, ddq, _ = evaluate(curve, law.s)
+    velocity, acceleration = dq * law.ds[:, None], ddq * (law.ds**2)[:, None] + dq * law.dds[:, None]
+    found = peaks(Trajectory((), law.t, q, velocity, acceleration))
+    ratios = [(peak / limit).max(axis=1) / scale for peak, limit in zip(found, limits, strict=True)]
+    return np.maximum(ratios[0], np.maximum(np.sqrt(ratios[1]), np.cbrt(ratios[2])))
