@@ -182,9 +182,23 @@ def perpendiculars(normal: Array) -> tuple[Array, Array]:
         u and v, (3,) each: u, v, normal are a right-handed frame.
     """
     helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, helper)
+    u = cross(normal, helper)
     u /= np.linalg.norm(u)
-    return u, np.cross(normal, u)
+    return u, cross(normal, u)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of two vectors, without what ``np.cross`` spends on arrays of any shape.
+
+    Args:
+        a: (3,).
+        b: (3,).
+
+    Returns:
+        (3,).
+    """
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def transform_points(T: Array, points: Array) -> Array:

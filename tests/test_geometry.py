@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from pickcli.geometry import (
     Array,
+    cross,
     from_quaternion,
     inverse,
     is_pose,
@@ -86,6 +87,11 @@ def test_roll_pitch_yaw_turn_about_fixed_axes(rpy: tuple[float, float, float]) -
 def test_perpendiculars_complete_a_direction_to_a_right_handed_frame(R: Array) -> None:
     for normal in (R[:, 2], *np.eye(3), *-np.eye(3)):
         assert is_pose(pose(R=np.column_stack([*perpendiculars(normal), normal])), tolerance=1e-12)
+
+
+@given(vectors, vectors)
+def test_the_cross_product_is_that_of_numpy(a: tuple[float, ...], b: tuple[float, ...]) -> None:
+    np.testing.assert_array_equal(cross(np.array(a), np.array(b)), np.cross(a, b))
 
 
 @given(poses, st.lists(vectors, min_size=1, max_size=5))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
-from pickcli.geometry import Array
+from pickcli.geometry import Array, cross
 
 # Directions of the lance in the tool frame: the cup points on along the lance, or at a right angle to it,
 # with the lance leaving it along its -x.
@@ -159,4 +159,4 @@ class Tool:
         side = np.array([0.0, 1.0, 0.0]) if abs(x[1]) < _SAME_DIRECTION else np.array([1.0, 0.0, 0.0])
         y = side - (side @ x) * x
         y /= np.linalg.norm(y)
-        return np.column_stack([x, y, np.cross(x, y)]) + 0.0
+        return np.column_stack([x, y, cross(x, y)]) + 0.0

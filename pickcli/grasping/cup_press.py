@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.cell.tool import Tool
 from pickcli.collision.stage_contacts import CupPress, Outward
-from pickcli.geometry import Array
+from pickcli.geometry import Array, cross
 from pickcli.grasping.surfaces import flat_normal, tilt_on
 from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PoseNoise
@@ -23,7 +23,7 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
         tool: The tool with the cup.
         noise: How far the item may be from where its pose says.
     """
-    aside = float(np.linalg.norm(np.cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
+    aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
     # The side of a tilted cup that is farther away must meet it as well.
     least = noise.position + noise.angle * aside + PRESS + _lag(grasp, tool)

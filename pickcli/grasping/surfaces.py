@@ -11,7 +11,7 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import Tool
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, cross, pose
 from pickcli.grasping.region import TaskSpaceRegion
 
 
@@ -47,9 +47,9 @@ def into(outward: Array) -> Array:
     """Rotation (3, 3) whose z axis is -outward; its x axis is any perpendicular direction."""
     z = -outward / np.linalg.norm(outward)
     helper = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-    x = np.cross(helper, z)
+    x = cross(helper, z)
     x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])
+    return np.column_stack([x, cross(z, x), z])
 
 
 def _flat(name: str, outward: Array, low: Array, high: Array, inset: float) -> Face | None:

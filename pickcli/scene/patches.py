@@ -104,16 +104,20 @@ def _clipped(points: Array, polygon: Array, inset: float) -> Array:
 
 def _cut(points: Array, inside: Array) -> Array:
     """The part of a polygon, segment or point on the side where ``inside`` (K,) is not negative."""
-    kept: list[Array] = []
-    n = len(points)
-    for i in range(n):
-        if inside[i] >= -_SAME:
-            kept.append(points[i])
+    kept: list[tuple[float, float]] = []
+    n, corners, sides = (
+        len(points),
+        points.tolist(),
+        inside.tolist(),
+    )  # Python's own floats are quicker by far
+    for i, ((x, y), side) in enumerate(zip(corners, sides, strict=True)):
+        if side >= -_SAME:
+            kept.append((x, y))
         j = (i + 1) % n
-        if n > 1 and (inside[i] > _SAME) != (inside[j] > _SAME) and abs(inside[i] - inside[j]) > 2 * _SAME:
-            s = inside[i] / (inside[i] - inside[j])
+        if n > 1 and (side > _SAME) != (sides[j] > _SAME) and abs(side - sides[j]) > 2 * _SAME:
+            s = side / (side - sides[j])
             if 0.0 < s < 1.0 and not (n == 2 and i == 1):
-                kept.append(points[i] + s * (points[j] - points[i]))
+                kept.append((x + s * (corners[j][0] - x), y + s * (corners[j][1] - y)))
     return np.array(kept).reshape(-1, 2)
 
 
