@@ -13,6 +13,7 @@ from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
 from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
+from pickcli.simulation.scene_bodies import add_items, add_statics
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,6 @@ def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
 
 def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
     """A scene without the robot."""
-    from pickcli.simulation.world import add_items, add_statics
-
     engine = Engine(1e-3)
     try:
         add_statics(engine, scene)

@@ -16,9 +16,10 @@ from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
+from pickcli.simulation.scene_bodies import ground_of, true_masses
 from pickcli.simulation.servo import IDEAL, Servo
 from pickcli.simulation.suction import SEAL_VACUUM
-from pickcli.simulation.world import World, ground_of, true_masses
+from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube
 from support.tool_states import DOWN, STRAIGHT
 
