@@ -6,7 +6,7 @@ import colorsys
 import zlib
 
 from pickcli.cell.item import Item
-from pickcli.simulation.engine import Colour
+from pickcli.simulation.engine_bodies import Colour
 
 STATIC_COLOURS: dict[str, Colour] = {
     "pod": (0.93, 0.82, 0.42, 1.0),  # the yellow fabric of a Kiva pod

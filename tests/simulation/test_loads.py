@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.item import Item
 from pickcli.geometry import Array, inverse
-from pickcli.simulation.engine import GRAVITY
+from pickcli.simulation.engine_bodies import GRAVITY
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.tool_states import STRAIGHT
