@@ -158,7 +158,7 @@ def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolStat
 
 
 def _is_away(plan: Plan, q: Array) -> bool:
-    from pickcli.simulation.execute import START_TOLERANCE
+    from pickcli.simulation.start_check import START_TOLERANCE
 
     return bool(abs(q - plan.trajectory.positions[0]).max() > START_TOLERANCE)
 
@@ -185,7 +185,8 @@ def _film(video: Path | None) -> Film | None:
 
 def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
     """Carry out the plans one after the other, until one has trouble. The world is left as it is then."""
-    from pickcli.simulation.execute import StartError, execute
+    from pickcli.simulation.execute import execute
+    from pickcli.simulation.start_check import StartError
 
     def look(world: World) -> None:
         if film is not None:

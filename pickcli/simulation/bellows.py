@@ -34,8 +34,8 @@ class Probe:
     """What stands in front of the cup.
 
     Attributes:
-        names: (9,) Body that each ray meets first, "" where none; the middle first, then the rim.
-        distances: (9,) From the lip of the relaxed cup along its axis, m; negative where it is pressed in,
+        names: (9,) body that each ray meets first, "" where none; the middle first, then the rim.
+        distances: (9,) m from the lip of the relaxed cup along its axis; negative where it is pressed in,
             infinite where nothing is.
     """
 
@@ -52,7 +52,14 @@ NOTHING = Probe(("",) * (N_RIM + 1), np.full(N_RIM + 1, np.inf))
 
 
 class Bellows:
-    """The relaxed bellows of one robot's cup in an engine."""
+    """The relaxed bellows of one robot's cup in an engine.
+
+    Args:
+        engine: Where the robot and the items are.
+        robot: Name of the robot's body.
+        tool: The robot's tool.
+        stiffness: N/m of the bellows along their axis.
+    """
 
     def __init__(self, engine: Engine, robot: str, tool: Tool, stiffness: float) -> None:
         self._engine, self._robot, self._tool = engine, robot, tool
@@ -62,7 +69,15 @@ class Bellows:
         self._points = np.concatenate([np.zeros((1, 2)), rim])  # (9, 2) in the tip's x-y plane
 
     def probe(self, T_world_tip: Array, ahead: float) -> Probe:
-        """Look along the cup's axis as far as ``ahead`` m in front of the relaxed lip."""
+        """Look along the cup's axis.
+
+        Args:
+            T_world_tip: (4, 4) tool frame.
+            ahead: m in front of the relaxed lip.
+
+        Returns:
+            What the rays met.
+        """
         back = self._tool.cup_stroke + SOLID_DEPTH + PROBE_BACK
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         middle = tip + (ahead - back) / 2 * R[:, 2]
@@ -74,18 +89,29 @@ class Bellows:
         return Probe(tuple(name for name, _ in hits), np.array(distances))
 
     def points(self, T_world_tip: Array, probe: Probe) -> Array:
-        """Where the rays met something, (9, 3) in the world; infinite where they did not."""
+        """Where the rays of a probe met something.
+
+        Args:
+            T_world_tip: (4, 4) tool frame.
+            probe: What is in front of the cup.
+
+        Returns:
+            (9, 3) m in the world; infinite where they met nothing.
+        """
         R = T_world_tip[:3, :3]
         across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
         return np.asarray(across + np.outer(probe.distances, R[:, 2]))
 
     def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[Touch]:
-        """Push on whatever presses the bellows in, and back on the robot; returns these contacts.
+        """Push on whatever presses the bellows in, and back on the robot.
 
         Args:
-            T_world_tip: (4, 4).
+            T_world_tip: (4, 4) tool frame.
             probe: What is in front of the cup.
             items: Names of the bodies that can move.
+
+        Returns:
+            The contacts.
         """
         pressed = np.maximum(-probe.distances, 0.0)
         if not pressed.any():
@@ -125,8 +151,14 @@ class Bellows:
 def urdf_with_solid_cup(robot: Robot) -> str:
     """The robot's URDF, its cup cut off where nothing of the compressed bellows gives any more.
 
-    Upright cylinders and boxes of the cup are shortened; of any other shape that reaches farther the
-    upright box around it is.
+    Upright cylinders and boxes of the cup are shortened; any other shape that reaches farther is replaced by
+    the upright box around it.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Text of the URDF.
     """
     tool = robot.tool
     end = float(tool.T_cup_tip[2, 3]) - tool.cup_stroke - SOLID_DEPTH

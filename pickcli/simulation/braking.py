@@ -20,12 +20,13 @@ LOOK_STEP = 1e-3  # s of the path between the configurations of which the neares
 class Return:
     """Set points from rest beside a trajectory onto it and back along it.
 
-    path_time: s on the trajectory, of the configuration on it that the robot is led to
+    Attributes:
+        path_time: s on the trajectory, of the configuration on it that the robot is led to.
 
     Args:
         trajectory: What was being carried out.
         path_time: s on it where the stop began.
-        q: (n,) Where the robot stands.
+        q: (n,) where the robot stands.
         duration: s in which the distance to the path is closed.
     """
 
@@ -43,13 +44,28 @@ class Return:
         return self._t >= self._duration
 
     def advance(self, time_step: float) -> Array:
-        """The next set point (n,), closer to the path: a minimum-jerk blend from rest to rest."""
+        """The next set point, closer to the path: a minimum-jerk blend from rest to rest.
+
+        Args:
+            time_step: s.
+
+        Returns:
+            (n,).
+        """
         self._t = min(self._t + time_step, self._duration)
         x = self._t / self._duration
         left = 1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
         return np.asarray(self._trajectory.sample(self.path_time)[0] + left * self._off)
 
     def back(self, time_step: float, rate: float) -> Array:
-        """The set point (n,) after a step back along the path at a share of its pace."""
+        """The set point after a step back along the path.
+
+        Args:
+            time_step: s.
+            rate: Share of the path's pace.
+
+        Returns:
+            (n,).
+        """
         self.path_time = max(0.0, self.path_time - rate * time_step)
         return np.asarray(self._trajectory.sample(self.path_time)[0])

@@ -23,13 +23,21 @@ from pickcli.geometry import Array, rotation_vector
 
 @dataclass(frozen=True)
 class Stiffness:
-    """Of a sealed cup, about its tip. No maker publishes these; see docs/simulation.md for the estimate."""
+    """Stiffness of a sealed cup about its tip. No maker publishes it; docs/simulation.md has the estimate.
 
-    axial: float = 4e4  # N/m along the cup's axis
-    lateral: float = 2e4  # N/m across it
-    tilt: float = 60.0  # Nm/rad: 0.6 degrees at the 0.6 Nm where the lip of a 30 mm cup lifts
-    twist: float = 30.0  # Nm/rad about the axis
-    relaxation: float = 3e-3  # s, damping over stiffness: 0.3 of the critical at 30 Hz
+    Attributes:
+        axial: N/m along the cup's axis.
+        lateral: N/m across it.
+        tilt: Nm/rad; 60 are 0.6 degrees at the 0.6 Nm where the lip of a 30 mm cup lifts.
+        twist: Nm/rad about the axis.
+        relaxation: s, damping over stiffness; 3 ms are 0.3 of the critical at 30 Hz.
+    """
+
+    axial: float = 4e4
+    lateral: float = 2e4
+    tilt: float = 60.0
+    twist: float = 30.0
+    relaxation: float = 3e-3
 
     @property
     def matrix(self) -> Array:
@@ -41,7 +49,7 @@ RIGID = Stiffness(axial=1e7, lateral=1e7, tilt=1e5, twist=1e5)
 
 
 class Bushing:
-    """Between the tip of the cup (b) and the place on the item where the tip sealed (a).
+    """The bushing between the tip of the cup (b) and the place on the item where the tip sealed (a).
 
     Args:
         stiffness: Of the sealed cup.
@@ -62,13 +70,16 @@ class Bushing:
         self._time_step = time_step
 
     def wrench(self, T_world_a: Array, T_world_b: Array, velocity: Array, gravity: Array) -> Array:
-        """Force and torque (6,) on the item at a during the next step, in the tool frame.
+        """Force and torque on the item at a during the next step.
 
         Args:
             T_world_a: (4, 4) frame fixed to the item.
             T_world_b: (4, 4) frame fixed to the tool.
             velocity: (6,) of a relative to b: linear and angular, in the tool frame.
             gravity: (3,) in the tool frame, m/s^2.
+
+        Returns:
+            (6,) N and Nm in the tool frame.
         """
         R = T_world_b[:3, :3].T
         deflection = np.empty(6)

@@ -18,7 +18,13 @@ from pickcli.simulation.scene_bodies import add_items, add_statics
 
 @dataclass(frozen=True)
 class View:
-    """Where a camera stands and what it looks at, world frame, m; fov in degrees, vertical."""
+    """Where a camera stands and what it looks at.
+
+    Attributes:
+        eye: m, world frame.
+        target: m, world frame.
+        fov: Vertical field of view, degrees.
+    """
 
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
@@ -32,12 +38,30 @@ TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into
 
 
 def take_picture(engine: Engine, view: View, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
-    """Colour picture (height, width, 3); size is (width, height) in pixels."""
+    """Take a colour picture of a world.
+
+    Args:
+        engine: The world.
+        view: Where the camera stands.
+        size: Width and height in pixels.
+
+    Returns:
+        (height, width, 3).
+    """
     return engine.picture(view.eye, view.target, view.fov, size)
 
 
 def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> None:
-    """Write one picture, as ``write_bytes`` does. Raises InputError where that is impossible."""
+    """Write one picture in one step: a kill or a full disk leaves the old file or none.
+
+    Args:
+        picture: (height, width, 3).
+        path: The file.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
     from PIL import Image
 
     content = BytesIO()
@@ -46,13 +70,30 @@ def write_png(picture: NDArray[np.uint8], path: Path, replace: bool = True) -> N
 
 
 def overview(engine: Engine, scene: Scene) -> NDArray[np.uint8]:
-    """The cell with its robot; beside it what the robot may hide, without it: the bins and the tote."""
+    """The cell with its robot; beside it the bins and the tote without the robot, which may hide them.
+
+    Args:
+        engine: The world.
+        scene: What stands in it.
+
+    Returns:
+        (height, width, 3).
+    """
     aside = [picture_of(scene, view, SMALL) for view in (POD_VIEW, TOTE_VIEW)]
     return np.hstack([take_picture(engine, CELL_VIEW), np.vstack(aside)])
 
 
 def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960, 720)) -> NDArray[np.uint8]:
-    """A scene without the robot."""
+    """A picture of a scene without the robot.
+
+    Args:
+        scene: The scene.
+        view: Where the camera stands.
+        size: Width and height in pixels.
+
+    Returns:
+        (height, width, 3).
+    """
     engine = Engine(1e-3)
     try:
         add_statics(engine, scene)
@@ -65,7 +106,10 @@ def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960
 class Film:
     """Frames at a fixed rate of simulated time, written as an animated GIF.
 
-    rate: frames per simulated second
+    Args:
+        view: Where the camera stands.
+        rate: Frames per simulated second.
+        size: Width and height in pixels.
     """
 
     def __init__(self, view: View = CELL_VIEW, rate: float = 8.0, size: tuple[int, int] = (480, 360)) -> None:
@@ -75,7 +119,17 @@ class Film:
 
     @classmethod
     def named(cls, path: Path) -> Film:
-        """A film for a file. Raises InputError, before anything moves, when it could not be written."""
+        """A film for a file.
+
+        Args:
+            path: The file.
+
+        Returns:
+            The film.
+
+        Raises:
+            InputError: If the film could not be written; raised before anything moves.
+        """
         import importlib.util
 
         if path.suffix.lower() != ".gif":
@@ -85,13 +139,26 @@ class Film:
         return cls()
 
     def look(self, engine: Engine, t: float) -> None:
-        """Take a frame if one is due at simulated time t in s."""
+        """Take a frame if one is due.
+
+        Args:
+            engine: The world.
+            t: Simulated time, s.
+        """
         if t >= self._next:
             self._frames.append(take_picture(engine, self._view, self._size))
             self._next = t + self._period
 
     def write(self, path: Path, replace: bool = True) -> None:
-        """Write what was seen so far, as ``write_bytes`` does. Raises InputError when nothing was seen."""
+        """Write the frames that were taken so far.
+
+        Args:
+            path: The file.
+            replace: Whether a file that exists may be replaced.
+
+        Raises:
+            InputError: If no frame was taken, or the file cannot be written.
+        """
         from PIL import Image
 
         if path.suffix.lower() != ".gif":

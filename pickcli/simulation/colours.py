@@ -16,7 +16,14 @@ STATIC_COLOURS: dict[str, Colour] = {
 
 
 def item_colour(item: Item) -> Colour:
-    """A colour that depends on the name alone: the same item looks the same in every picture."""
+    """A colour that depends on the name alone: the same item looks the same in every picture.
+
+    Args:
+        item: The item.
+
+    Returns:
+        Red, green, blue and opacity.
+    """
     number = zlib.crc32(item.name.encode())
     hue, value = (number % 997) / 997, 0.60 + 0.35 * ((number >> 10) % 101) / 100
     red, green, blue = colorsys.hsv_to_rgb(hue, 0.75, value)

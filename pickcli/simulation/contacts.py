@@ -1,4 +1,4 @@
-"""What touched what it should not: every unplanned contact of the robot or the item it holds, once each."""
+"""Unplanned contacts of the robot or the item it holds, each logged once."""
 
 from __future__ import annotations
 
@@ -17,27 +17,34 @@ HELD_PRESS = (
 class Collision:
     """One contact that no plan allows, from its first to its last moment.
 
-    a: link of the robot, or the held item
-    b: body or item that it touched
+    Attributes:
+        a: Link of the robot, or the held item.
+        b: Body or item that it touched.
+        t_start: s, simulated.
+        t_end: s, simulated.
+        depth: m, deepest overlap.
+        position: m in the world, where it was deepest.
+        force: N, largest at one point.
     """
 
     a: str
     b: str
-    t_start: float  # s, simulated
+    t_start: float
     t_end: float
-    depth: float  # m, deepest overlap
-    position: tuple[float, float, float]  # m, world, where it was deepest
-    force: float  # N, largest at one point
+    depth: float
+    position: tuple[float, float, float]
+    force: float
 
 
 class ContactLog:
     """Collects collisions step by step.
 
-    robot: name of the robot's body
-    cup: the link that may touch what the present segment allows
-    exempt: pairs (link, body or other link) that are never counted
-    max_press: N, what the bellows push with at most; a planned contact of the cup is none above that, and
-        one of the held item none above ``HELD_PRESS``
+    Args:
+        robot: Name of the robot's body.
+        cup: The link that may touch what the present segment allows.
+        exempt: Pairs (link, body or other link) that are never counted.
+        max_press: N, what the bellows push with at most. A contact of the cup above that is not a planned
+            one, nor is one of the held item above ``HELD_PRESS``.
     """
 
     def __init__(self, robot: str, cup: str, exempt: frozenset[tuple[str, str]], max_press: float) -> None:
@@ -51,13 +58,24 @@ class ContactLog:
         return tuple(sorted([*self._closed, *self._open.values()], key=lambda c: (c.t_start, c.a, c.b)))
 
     def since(self, t: float) -> tuple[Collision, ...]:
-        """Collisions that began or went on after a time, s."""
+        """Collisions that began or went on after a time.
+
+        Args:
+            t: s, simulated.
+
+        Returns:
+            The collisions.
+        """
         return tuple(c for c in self.collisions if c.t_end > t)
 
     def update(self, touches: Iterable[Touch], touching: frozenset[str], held: str | None, t: float) -> None:
         """Judge the contact points of one step of the robot and of the held item.
 
-        touching: names that the cup and the held item may touch now
+        Args:
+            touches: Contact points.
+            touching: Names that the cup and the held item may touch now.
+            held: Name of the held item, or None.
+            t: s, simulated.
         """
         for pair in [pair for pair, c in self._open.items() if t - c.t_end > FORGET_TIME]:
             self._closed.append(self._open.pop(pair))

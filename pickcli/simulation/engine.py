@@ -17,9 +17,14 @@ from pickcli.simulation.engine_bodies import pybullet as p
 class Touch:
     """One contact point between two bodies as the engine found it.
 
-    link_a, link_b: names of the links ("" for bodies of one part)
-    depth: m, positive when the shapes overlap
-    position: (x, y, z) in the world, m
+    Attributes:
+        a: Name of one body.
+        link_a: Name of its link ("" for bodies of one part).
+        b: Name of the other body.
+        link_b: Name of its link.
+        depth: m, positive when the shapes overlap.
+        position: (x, y, z) in the world, m.
+        force: N along the normal.
     """
 
     a: str
@@ -28,19 +33,24 @@ class Touch:
     link_b: str
     depth: float
     position: tuple[float, float, float]
-    force: float  # N along the normal
+    force: float
 
 
 class Engine(EngineBodies):
-    """A physics world. ``close()`` frees it; so does the garbage collector.
-
-    time_step: s per ``step()``
-    """
+    """A physics world: its bodies, their state, motors and forces, and pictures."""
 
     # State -------------------------------------------------------------------------------------------
 
     def pose(self, name: str, link: str = "") -> Array:
-        """``T_world_body`` (4, 4), or of one of its links (the link frame of the URDF)."""
+        """Pose of a body, or of one of its links (the link frame of the URDF).
+
+        Args:
+            name: Of the body.
+            link: Of the link, "" for the body.
+
+        Returns:
+            (4, 4) ``T_world_body``.
+        """
         index = self._links[name][link]
         if index < 0:
             xyz, quaternion = p.getBasePositionAndOrientation(self._ids[name], physicsClientId=self._client)
@@ -51,12 +61,26 @@ class Engine(EngineBodies):
         return pose(xyz, R=from_quaternion(quaternion))
 
     def speed(self, name: str) -> tuple[float, float]:
-        """Linear (m/s) and angular (rad/s) speed of a free body."""
+        """Speed of a free body.
+
+        Args:
+            name: Of the body.
+
+        Returns:
+            Linear (m/s) and angular (rad/s).
+        """
         linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
         return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
 
     def touches(self, name: str) -> list[Touch]:
-        """Every contact point of a body in the last step whose shapes touch or overlap."""
+        """Every contact point of a body in the last step at which shapes touch or overlap.
+
+        Args:
+            name: Of the body.
+
+        Returns:
+            The contact points.
+        """
         found = p.getContactPoints(bodyA=self._ids[name], physicsClientId=self._client)
         return [self._touch(c) for c in found if c[8] <= 0.0]
 
@@ -68,21 +92,47 @@ class Engine(EngineBodies):
         )  # fmt: skip
 
     def near(self, centre: Array, reach: float) -> frozenset[str]:
-        """Names of the bodies whose bounding boxes come within ``reach`` m of a point along an axis."""
+        """Bodies whose bounding boxes come near a point along an axis.
+
+        Args:
+            centre: (3,) m in the world.
+            reach: m along each axis.
+
+        Returns:
+            Names.
+        """
         found = p.getOverlappingObjects(
             (centre - reach).tolist(), (centre + reach).tolist(), physicsClientId=self._client
         )
         return frozenset(self._names[body] for body, _ in found or ())
 
     def distance(self, a: str, link_a: str, b: str, farthest: float) -> float:
-        """Signed distance between a link and a body in m; ``farthest`` if they are farther apart."""
+        """Signed distance between a link and a body.
+
+        Args:
+            a: Name of the body with the link.
+            link_a: Name of the link.
+            b: Name of the other body.
+            farthest: m that is returned if they are farther apart.
+
+        Returns:
+            m.
+        """
         points = p.getClosestPoints(
             self._ids[a], self._ids[b], farthest, self._links[a][link_a], physicsClientId=self._client
         )
         return min((float(c[8]) for c in points), default=farthest)
 
     def ray_hits(self, starts: Array, ends: Array) -> list[tuple[str, float]]:
-        """First item or firm body on each ray and the fraction in [0, 1] where; ("", 1.0) where none is."""
+        """First item or firm body on each ray.
+
+        Args:
+            starts: (R, 3) m in the world.
+            ends: (R, 3) m in the world.
+
+        Returns:
+            Name and the fraction in [0, 1] of the ray; ("", 1.0) where nothing is.
+        """
         hits = p.rayTestBatch(
             starts.tolist(), ends.tolist(), collisionFilterMask=PROBED, physicsClientId=self._client
         )
@@ -91,7 +141,14 @@ class Engine(EngineBodies):
     # Motors and forces -------------------------------------------------------------------------------
 
     def joints(self, name: str) -> dict[str, int]:
-        """Index by name of every movable joint."""
+        """Index by name of every movable joint.
+
+        Args:
+            name: Of the body.
+
+        Returns:
+            The indices.
+        """
         body = self._ids[name]
         infos = [
             p.getJointInfo(body, i, physicsClientId=self._client)
@@ -100,24 +157,54 @@ class Engine(EngineBodies):
         return {info[1].decode(): info[0] for info in infos if info[2] != p.JOINT_FIXED}
 
     def reset_joints(self, name: str, positions: Mapping[int, float]) -> None:
-        """Set joint positions at rest. Only for the start: later the robot moves by its motors alone."""
+        """Set joint positions at rest. Only for the start: later the robot moves by its motors alone.
+
+        Args:
+            name: Of the body.
+            positions: By index of the joint, rad or m.
+        """
         for index, value in positions.items():
             p.resetJointState(self._ids[name], index, value, physicsClientId=self._client)
 
     def joint_states(self, name: str, indices: Sequence[int]) -> tuple[Array, Array]:
-        """Positions (k,) of joints by index, and what their motors exerted (k,) in the last step."""
+        """Positions of joints, and what their motors exerted in the last step.
+
+        Args:
+            name: Of the body.
+            indices: Of k joints.
+
+        Returns:
+            Positions (k,) in rad or m, and efforts (k,) in Nm or N.
+        """
         states = p.getJointStates(self._ids[name], indices, physicsClientId=self._client)
         return np.array([state[0] for state in states]), np.array([state[3] for state in states])
 
     def inverse_dynamics(self, name: str, q: Array, dq: Array, ddq: Array) -> Array:
-        """Motor torques (m,) that a motion of all movable joints needs, by the model in the robot's URDF."""
+        """Motor torques that a motion of all movable joints needs, by the model in the robot's URDF.
+
+        Args:
+            name: Of the body.
+            q: (m,) positions.
+            dq: (m,) velocities.
+            ddq: (m,) accelerations.
+
+        Returns:
+            (m,) Nm or N.
+        """
         torques = p.calculateInverseDynamics(
             self._ids[name], q.tolist(), dq.tolist(), ddq.tolist(), physicsClientId=self._client
         )
         return np.array(torques)
 
     def drive(self, name: str, indices: Sequence[int], velocities: Array, forces: Array) -> None:
-        """Run the motors of joints at velocities (k,), as far as forces (k,) suffice."""
+        """Run the motors of joints, as far as their forces suffice.
+
+        Args:
+            name: Of the body.
+            indices: Of k joints.
+            velocities: (k,) rad/s or m/s.
+            forces: (k,) Nm or N.
+        """
         p.setJointMotorControlArray(
             self._ids[name],
             indices,
@@ -128,7 +215,16 @@ class Engine(EngineBodies):
         )
 
     def velocity(self, name: str, link: str, point: Array) -> tuple[Array, Array]:
-        """Velocity (3,) in m/s of a body's material point at a world point (3,), and its turn (3,), rad/s."""
+        """Velocity of a body's material point.
+
+        Args:
+            name: Of the body.
+            link: Of the link, "" for the body.
+            point: (3,) m in the world.
+
+        Returns:
+            Velocity (3,) in m/s and turn (3,) in rad/s, world axes.
+        """
         index = self._links[name][link]
         if index < 0:
             linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
@@ -143,14 +239,27 @@ class Engine(EngineBodies):
         return np.array(linear) + _cross(turn, point - np.array(centre)), turn
 
     def push(self, name: str, force: Array, point: Array, link: str = "") -> None:
-        """Force (3,) in N at a world point (3,) on a body or its link, for the next step only."""
+        """Apply a force to a body or its link, for the next step only.
+
+        Args:
+            name: Of the body.
+            force: (3,) N, world axes.
+            point: (3,) m in the world.
+            link: Of the link, "" for the body.
+        """
         p.applyExternalForce(
             self._ids[name], self._links[name][link], force.tolist(), point.tolist(), p.WORLD_FRAME,
             physicsClientId=self._client,
         )  # fmt: skip
 
     def twist(self, name: str, torque: Array, link: str = "") -> None:
-        """Torque (3,) in Nm, world axes, on a body or its link, for the next step only."""
+        """Apply a torque to a body or its link, for the next step only.
+
+        Args:
+            name: Of the body.
+            torque: (3,) Nm, world axes.
+            link: Of the link, "" for the body.
+        """
         p.applyExternalTorque(
             self._ids[name], self._links[name][link], torque.tolist(), p.WORLD_FRAME,
             physicsClientId=self._client,
@@ -161,7 +270,17 @@ class Engine(EngineBodies):
     def picture(
         self, eye: Sequence[float], target: Sequence[float], fov: float, size: tuple[int, int]
     ) -> NDArray[np.uint8]:
-        """Colour picture (height, width, 3) uint8 by the software renderer, z up; fov in degrees."""
+        """Take a colour picture by the software renderer, z up.
+
+        Args:
+            eye: (3,) m in the world.
+            target: (3,) m in the world.
+            fov: Vertical field of view, degrees.
+            size: Width and height in pixels.
+
+        Returns:
+            (height, width, 3) uint8.
+        """
         width, height = size
         view = p.computeViewMatrix(list(eye), list(target), [0, 0, 1])
         projection = p.computeProjectionMatrixFOV(fov, width / height, 0.05, 10.0)

@@ -36,7 +36,7 @@ Colour = tuple[float, float, float, float]
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """pybullet prints from C to stdout and stderr: nothing of it may reach ours."""
+    """Silence pybullet, which prints from C to stdout and stderr."""
     sys.stdout.flush()
     sys.stderr.flush()
     saved = [os.dup(1), os.dup(2)]
@@ -59,9 +59,10 @@ p = pybullet
 
 
 class EngineBodies:
-    """A physics world. ``close()`` frees it; so does the garbage collector.
+    """Bodies in a physics world. ``close()`` frees it; so does the garbage collector.
 
-    time_step: s per ``step()``
+    Args:
+        time_step: s per ``step()``.
     """
 
     def __init__(self, time_step: float) -> None:
@@ -101,24 +102,36 @@ class EngineBodies:
     # Bodies ------------------------------------------------------------------------------------------
 
     def add_static(self, body: Body, T_world_parent: Array, colour: Colour) -> None:
-        """A body that never moves, standing in a parent frame."""
+        """Add a body that never moves.
+
+        Args:
+            body: The body in its parent frame.
+            T_world_parent: (4, 4) pose of that frame.
+            colour: Red, green, blue and opacity.
+        """
         self._create(body.name, body.shape, 0.0, T_world_parent @ body.T_parent_shape, colour)
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
 
     def soften(self, name: str, stiffness: float, damping: float) -> None:
-        """Let a body give way where it is touched: stiffness in N/m, damping in Ns/m."""
+        """Let a body give way where it is touched.
+
+        Args:
+            name: Of the body.
+            stiffness: N/m.
+            damping: Ns/m.
+        """
         self._dynamics(name, contactStiffness=stiffness, contactDamping=damping)
 
     def add_item(
         self, name: str, item: Item, T_world_item: Array, colour: Colour, mass: float | None = None
     ) -> None:
-        """A free body with the item's shape; it may fall asleep.
+        """Add a free body with the item's shape; it may fall asleep.
 
         Args:
             name: Of the body.
             item: Gives shape and stated mass.
-            T_world_item: (4, 4), where it stands.
+            T_world_item: (4, 4) pose.
             colour: Red, green, blue and opacity.
             mass: kg, its true mass where it is not the stated one; it is spread evenly over the shape.
         """
@@ -143,9 +156,14 @@ class EngineBodies:
         self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
 
     def load_robot(self, name: str, urdf: str, T_world_base: Array) -> None:
-        """A serial chain on a fixed base from a URDF's text; its own damping is off.
+        """Add a serial chain on a fixed base; its own damping is off.
 
         Its links collide with each other, but for those that a joint connects.
+
+        Args:
+            name: Of the body.
+            urdf: Text of the URDF.
+            T_world_base: (4, 4) pose of the root link.
         """
         with _quiet(), TemporaryDirectory() as folder:
             path = Path(folder) / "robot.urdf"
@@ -174,7 +192,11 @@ class EngineBodies:
         self._link_names[name][-1] = root
 
     def remove(self, name: str) -> None:
-        """Take a body out of the world."""
+        """Take a body out of the world.
+
+        Args:
+            name: Of the body.
+        """
         p.removeBody(self._ids[name], physicsClientId=self._client)
         del self._names[self._ids.pop(name)]
 
@@ -204,19 +226,41 @@ class EngineBodies:
         p.changeDynamics(self._ids[name], link, physicsClientId=self._client, **values)
 
     def has_body(self, name: str) -> bool:
-        """Whether a body of that name is in the world."""
+        """Whether a body is in the world.
+
+        Args:
+            name: Of the body.
+
+        Returns:
+            True if it is.
+        """
         return name in self._ids
 
     def has_link(self, name: str, link: str) -> bool:
-        """Whether a body has a link of that name."""
+        """Whether a body has a link.
+
+        Args:
+            name: Of the body.
+            link: Of the link.
+
+        Returns:
+            True if it has.
+        """
         return link in self._links[name]
 
     def set_collision(self, a: str, link_a: str, b: str, link_b: str, on: bool) -> None:
-        """Whether two parts collide in the physics.
+        """Set whether two parts collide in the physics.
 
-        The engine takes both parts out of its broad phase and puts them back as the newest, which decides
-        in which order and from which side their contacts are solved from then on. Whoever switches several
-        pairs keeps to one order: that of a set of names is another one in every process.
+        The engine takes both parts out of its broad phase and puts them back as the newest, which decides in
+        which order and from which side their contacts are solved from then on. Whoever switches several pairs
+        keeps to one order: that of a set of names is another one in every process.
+
+        Args:
+            a: Name of one body.
+            link_a: Name of its link.
+            b: Name of the other body.
+            link_b: Name of its link.
+            on: Whether they collide.
         """
         p.setCollisionFilterPair(
             self._ids[a], self._ids[b], self._links[a][link_a], self._links[b][link_b], int(on),
@@ -224,31 +268,55 @@ class EngineBodies:
         )  # fmt: skip
 
     def wake(self, name: str) -> None:
-        """Wake a sleeping body; making a constraint alone does not."""
+        """Wake a sleeping body; making a constraint alone does not.
+
+        Args:
+            name: Of the body.
+        """
         self._dynamics(name, activationState=p.ACTIVATION_STATE_WAKE_UP)
 
     def sleep(self, name: str) -> None:
-        """Let a body sleep until something that moves touches it."""
+        """Let a body sleep until something that moves touches it.
+
+        Args:
+            name: Of the body.
+        """
         self._dynamics(name, activationState=p.ACTIVATION_STATE_SLEEP)
 
     def fix(self, name: str) -> None:
-        """Let a free body stand where it is for good, whatever meets it."""
+        """Let a free body stand where it is for good, whatever meets it.
+
+        Args:
+            name: Of the body.
+        """
         p.resetBaseVelocity(self._ids[name], [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
         self._dynamics(name, mass=0.0)
 
     def keep_awake(self, name: str, on: bool) -> None:
-        """Whether a free body must not fall asleep, as one that hangs in the cup; it wakes either way."""
+        """Set whether a free body must not fall asleep, as one that hangs in the cup; it wakes either way.
+
+        Args:
+            name: Of the body.
+            on: Whether it must stay awake.
+        """
         state = p.ACTIVATION_STATE_DISABLE_SLEEPING if on else p.ACTIVATION_STATE_ENABLE_SLEEPING
         self._dynamics(name, activationState=state)
         self.wake(name)
 
     def mass(self, name: str) -> float:
-        """True mass of a free body, kg."""
+        """True mass of a free body.
+
+        Args:
+            name: Of the body.
+
+        Returns:
+            kg.
+        """
         return self._masses[name]
 
 
 def _shape_arguments(shape: Shape, length_name: str) -> dict[str, object]:
-    """pybullet's keywords for a shape; it calls a cylinder's length by two names."""
+    """Keywords of pybullet for a shape; it calls a cylinder's length by two names."""
     if shape.kind is ShapeKind.BOX:
         return {"shapeType": p.GEOM_BOX, "halfExtents": [s / 2 for s in shape.size]}
     if shape.kind is ShapeKind.CYLINDER:

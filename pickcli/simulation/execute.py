@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.tool import MOVING
-from pickcli.errors import InputError, StaleError
 from pickcli.geometry import Array
 from pickcli.io_events.tracker import EventTracker
 from pickcli.kinematics.arm import Arm
@@ -21,6 +19,7 @@ from pickcli.simulation.braking import Return
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
+from pickcli.simulation.start_check import check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.suction import Release
 from pickcli.simulation.supervision import Supervisor
@@ -28,7 +27,6 @@ from pickcli.simulation.trigger import TriggerDistance
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import World
 
-START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
 END_TIME = 0.1  # s after the last set point: the servo arrives, the last events fire
 FALL_TIME = 0.6  # s instead, when something broke away and still falls
 BEHIND = 0.02  # s of the plan: contacts end so much after the robot has left the segment that plans them
@@ -48,18 +46,6 @@ PROGRESS_STEPS = 100  # between two reports of progress
 OnStep = Callable[[World], None]
 
 
-class StartError(InputError):
-    """The robot is not where the plan begins. ``offset``: worst joint, m or rad."""
-
-    def __init__(self, joint: str, offset: float, advice: str = "") -> None:
-        super().__init__(
-            f"refusing to start: {joint} is {offset:.4f} from the plan's first point (at most "
-            f"{START_TOLERANCE}); plan a move from the measured configuration to it first"
-            f"{advice and f' ({advice})'}"
-        )
-        self.joint, self.offset = joint, offset
-
-
 def execute(
     plan: Plan,
     world: World,
@@ -70,42 +56,29 @@ def execute(
 ) -> Execution:
     """Carry out a plan in a world, to its end or to a stop on its path.
 
-    On the item it rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned.
-    It stops when the robot does not follow, feels a contact that no plan explains, when the vacuum does not
-    stand where the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot
-    stands. Pump and valve are switched off only where the vacuum itself has broken down: a sensor may be
-    wrong, and what it denies would be dropped.
+    On the item the robot rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned. It
+    stops when it does not follow, feels a contact that no plan explains, when the vacuum does not stand where
+    the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot stands. Pump
+    and valve are switched off only where the vacuum itself has broken down: a sensor may be wrong, and what
+    it denies would be dropped.
 
-    pace: how fast the plan's time passes; for tests of pauses and slow robots
-    on_progress: called every 0.1 s with the seconds of the plan and its segment
-    on_step: called after every time step, e.g. to film
-    Raises what ``check_start`` does.
+    Args:
+        plan: The plan.
+        world: The world.
+        pace: How fast the plan's time passes; for tests of pauses and slow robots.
+        on_progress: Called every 0.1 s with the seconds of the plan and its segment.
+        on_step: Called after every time step, e.g. to film.
+
+    Returns:
+        What happened.
+
+    Raises:
+        StaleError: If the plan is for another cell.
+        StartError: If the robot is not where the plan begins.
+        InputError: If the tool is in another state than the plan begins with.
     """
     check_start(plan, world)
     return _Run(plan, world, pace, on_progress, on_step).play()
-
-
-def check_start(plan: Plan, world: World) -> None:
-    """Raise unless the plan is for this cell and begins where the robot stands, its cup as it is.
-
-    Raises StaleError for a plan of another cell, StartError where the robot is elsewhere, InputError where
-    the cup points elsewhere.
-    """
-    cell = world.scene.cell
-    if plan.cell_fingerprint != cell.fingerprint:
-        raise StaleError(
-            f"the plan is for the cell {plan.cell_fingerprint[:12]}, this one is "
-            f"{cell.fingerprint[:12]}; plan again"
-        )
-    offsets = np.abs(world.q - plan.trajectory.positions[0])
-    worst = int(np.argmax(offsets))
-    if offsets[worst] > START_TOLERANCE:
-        raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
-    wanted = plan.segments[0].tool_state
-    if MOVING not in (wanted, world.tool_state) and wanted != world.tool_state:
-        raise InputError(
-            f"refusing to start: the cup is {world.tool_state}, the plan begins with it {wanted}"
-        )
 
 
 @dataclass
@@ -254,8 +227,11 @@ class _Run:
         self._send(stream(halted.trajectory, self.world.time_step, self.pace, t_plan, t))
 
     def _brake_hard(self) -> None:
-        """Every joint with all the torque that its motor has, wherever that leaves the path; then onto the
-        path again, and back along it while something presses. What is held stays held."""
+        """Brake every joint with all the torque that its motor has, wherever that leaves the path.
+
+        Then lead the arm onto the path again, and back along it while something presses. What is held stays
+        held.
+        """
         world, trajectory = self.world, self.plan.trajectory
         self.n_judged = len(self.trace.sent)
         progress = min(self.tracker.progress, self.trace.plan_times[-1])
@@ -342,7 +318,15 @@ def _end_of_sealing(plan: Plan) -> float | None:
 
 
 def fall_of(world: World, release: Release) -> Fall:
-    """How far an item that left the cup has fallen by now."""
+    """How far an item that left the cup has fallen by now.
+
+    Args:
+        world: The world.
+        release: When and where it left.
+
+    Returns:
+        The fall.
+    """
     before, after = world.scene.find(release.item), world.engine.pose(release.item)
     bottoms = [bounds(before.item.shape, T)[0][2] for T in (release.T_world_item, after)]
     return Fall(release.item, max(0.0, float(bottoms[0] - bottoms[1])), release.is_wanted)

@@ -1,4 +1,4 @@
-"""What happened while a plan was carried out, as values."""
+"""Record of the execution of a plan, as values."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from pickcli.simulation.suction import Release
 class FiredEvent:
     """An event when it fired.
 
-    t: s, simulated
-    distance: m of tool path between where the robot was and the event's resolved trigger point
-    reading: what a sensor answered, else None
+    Attributes:
+        event: The event.
+        t: s, simulated.
+        distance: m of tool path between where the robot was and the event's resolved trigger point.
+        reading: What a sensor answered, else None.
     """
 
     event: Event
@@ -29,24 +31,40 @@ class FiredEvent:
 
 @dataclass(frozen=True)
 class Fall:
-    """An item that left the cup, and how far its lowest point fell until the execution ended."""
+    """An item that left the cup, and how far it fell.
+
+    Attributes:
+        item: Id of the item.
+        height: m that its lowest point fell until the execution ended.
+        is_wanted: Whether the valve released it.
+    """
 
     item: str
-    height: float  # m
-    is_wanted: bool  # released by the valve
+    height: float
+    is_wanted: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Execution:
     """The record of one plan. Times are simulated seconds.
 
-    stop: why it ended before the plan did, None if it did not
-    stopped_in: the segment it was in then
-    missed: events that never fired
-    max_lag: m, farthest that the tool was from where it was told to be
-    max_load: worst share of what the cup bears while something was held, from the lift on
-    stopping_time: s from the request of a stop to standstill; None without one
-    path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
+    Attributes:
+        t_start: s.
+        t_end: s.
+        stop: Why it ended before the plan did, None if it did not.
+        stopped_in: The segment it was in then.
+        events: Events that fired.
+        missed: Events that never fired.
+        collisions: Contacts that no plan allows.
+        limit_violations: Limits that the commands broke.
+        releases: Items that left the cup.
+        falls: How far these fell.
+        held: Id of the item in the cup at the end, or None.
+        max_lag: m, farthest that the tool was from where it was told to be.
+        max_load: Largest share of what the cup bears while something was held, from the lift on.
+        path_time: Where the robot came to rest after a stop, as a time of the plan's trajectory, s; None
+            without one.
+        stopping_time: s from the request of a stop to standstill; None without one.
     """
 
     t_start: float
@@ -67,12 +85,12 @@ class Execution:
 
     @property
     def duration(self) -> float:
-        """s from the first command to the last step."""
+        """Duration from the first command to the last step, s."""
         return self.t_end - self.t_start
 
     @property
     def stopped(self) -> str:
-        """Why it ended before the plan did, in words, "" if it did not."""
+        """Why the execution ended before the plan did, in words; "" if it did not."""
         return "" if self.stop is None else str(self.stop)
 
     @property
@@ -82,8 +100,10 @@ class Execution:
 
     @property
     def has_item(self) -> bool | None:
-        """What the vacuum said last: the sensor's answer, or the stop for want of vacuum after it; None if
-        neither was there."""
+        """What the vacuum said last: the sensor's answer, or the stop for want of vacuum after it.
+
+        None if neither was there.
+        """
         if self.stop is not None and self.stop.is_empty:
             return False
         readings = [fired.reading for fired in self.events if fired.reading is not None]
@@ -91,7 +111,7 @@ class Execution:
 
     @property
     def is_clean(self) -> bool:
-        """Nothing collided, no limit was broken, no event was missed, and it did not stop early."""
+        """Whether the plan was carried out to its end, without collision, broken limit or missed event."""
         return not self.trouble
 
     @property

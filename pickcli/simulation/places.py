@@ -1,4 +1,4 @@
-"""Where an item lies: in a place of the cell, or outside of all."""
+"""Where an item lies: in a bin, in the tote, or outside of both."""
 
 from __future__ import annotations
 
@@ -15,7 +15,16 @@ RIM_SLACK = 0.1  # m over the tote's rim at which the centre of a heaped item st
 
 
 def location_of(scene: Scene, item: Item, T_world_item: Array) -> str:
-    """Name of the place that an item's centre is in, or OUTSIDE."""
+    """Where an item lies, by its centre.
+
+    Args:
+        scene: The scene.
+        item: The item.
+        T_world_item: (4, 4) pose.
+
+    Returns:
+        Name of the bin, TOTE or OUTSIDE.
+    """
     for name, place in scene.cell.places.items():
         if place.holds((inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3], RIM_SLACK):
             return name
@@ -23,7 +32,15 @@ def location_of(scene: Scene, item: Item, T_world_item: Array) -> str:
 
 
 def nearest_place(scene: Scene, T_world_item: Array) -> str:
-    """Name of the place whose inside is nearest to an item's centre: for poses a little off."""
+    """The place whose inside is nearest to an item's centre: for poses that are a little off.
+
+    Args:
+        scene: The scene.
+        T_world_item: (4, 4) pose.
+
+    Returns:
+        Name of the bin, or TOTE.
+    """
     distances = {}
     for name, place in scene.cell.places.items():
         p, room = (inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3], place.room
@@ -37,7 +54,15 @@ def nearest_place(scene: Scene, T_world_item: Array) -> str:
 
 
 def bounds(shape: Shape, T: Array) -> tuple[Array, Array]:
-    """Lower and upper corner (3,), exact, of the axis-aligned box around a shape at a pose."""
+    """The axis-aligned box around a shape at a pose, exact.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) pose.
+
+    Returns:
+        Lower and upper corner (3,).
+    """
     centre, R = T[:3, 3], T[:3, :3]
     if shape.kind is ShapeKind.BOX:
         half = np.abs(R) @ (shape.extents / 2)

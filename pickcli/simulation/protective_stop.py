@@ -18,12 +18,17 @@ class StopCause(StrEnum):
 
 @dataclass(frozen=True)
 class ProtectiveStop:
-    """A stop as defined for protective stops by ISO 10218-1: motion ceases, drives stay on, and a motion
-    planned from there may follow. It ends at rest on the planned path.
+    """A protective stop (ISO 10218-1), which ends at rest on the planned path.
 
-    where: joint, "tool" or device that was measured
-    measured, threshold: in ``unit``; the stop was asked for when the first passed the second
-    t: s, simulated, when it was asked for
+    Motion ceases, drives stay on, and a motion planned from there may follow.
+
+    Attributes:
+        cause: What the robot knew.
+        where: Joint, "tool" or device that was measured.
+        measured: In ``unit``; the stop was asked for when it passed the threshold.
+        threshold: In ``unit``.
+        unit: Of both.
+        t: s, simulated, when it was asked for.
     """
 
     cause: StopCause

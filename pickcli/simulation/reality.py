@@ -64,7 +64,11 @@ class Reality:
     damage_limits: Switch = True
 
     def as_dict(self) -> dict[str, Any]:
-        """Every level by its name, as it stands in a file and in trial.json."""
+        """Every level by its name, as it stands in a file and in trial.json.
+
+        Returns:
+            Values by name.
+        """
         return asdict(self)
 
 

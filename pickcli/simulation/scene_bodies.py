@@ -1,11 +1,13 @@
-"""Bodies of a scene in an engine: what stands firm, and items with their true masses."""
+"""Bodies of a scene in an engine: what stands firm, items with their true masses, rigid links."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations
 
 import numpy as np
 
+from pickcli.cell.robot import JointType, Robot
 from pickcli.geometry import Array
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng
@@ -16,19 +18,39 @@ from pickcli.simulation.reality import Reality
 
 
 def ground_of(scene: Scene) -> tuple[Array, Array]:
-    """Lower and upper corner (3,) of the box around all that stands firm, world axes."""
+    """The box around all that stands firm.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        Lower and upper corner (3,), m in the world.
+    """
     corners = [bounds(body.shape, T @ body.T_parent_shape) for body, T in scene.standing]
     return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
 
 
 def is_over(ground: tuple[Array, Array], point: Array) -> bool:
-    """Whether a point (3,) lies over or in a box (lower, upper corner): elsewhere nothing bears an item."""
+    """Whether a point lies over or in a box: elsewhere nothing bears an item.
+
+    Args:
+        ground: Lower and upper corner (3,), m in the world.
+        point: (3,) m in the world.
+
+    Returns:
+        True if it does.
+    """
     low, high = ground
     return bool(np.all(low[:2] <= point[:2]) and np.all(point[:2] <= high[:2]) and low[2] <= point[2])
 
 
 def add_statics(engine: Engine, scene: Scene) -> None:
-    """Pod (where it really stands), tote and obstacles: one body per box."""
+    """Add the pod (where it really stands), the tote and the obstacles: one body per box.
+
+    Args:
+        engine: Where they are added.
+        scene: The scene.
+    """
     for body in scene.cell.pod.bodies:
         engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
     for body in scene.cell.tote.bodies:
@@ -38,16 +60,49 @@ def add_statics(engine: Engine, scene: Scene) -> None:
 
 
 def add_items(engine: Engine, scene: Scene, masses: Mapping[str, float] | None = None) -> None:
-    """Every item of the scene, named by its id; of its stated mass unless ``masses`` has another, kg."""
+    """Add every item of a scene, named by its id.
+
+    Args:
+        engine: Where they are added.
+        scene: The scene.
+        masses: True masses by id, kg; the stated masses if None.
+    """
     for placed in scene.items:
         mass = masses[placed.id] if masses else placed.item.mass
         engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item), mass)
 
 
 def true_masses(scene: Scene, reality: Reality, seed: int) -> dict[str, float]:
-    """kg by item id: off the stated mass by up to the share that reality says, evenly distributed."""
+    """True masses of all items: evenly distributed around the stated ones, as far off as reality says.
+
+    Args:
+        scene: The scene.
+        reality: How far masses may be off.
+        seed: Seed of all random choices.
+
+    Returns:
+        kg by id.
+    """
     return {
         placed.id: placed.item.mass
         * (1.0 + reality.mass_error * float(derived_rng(seed, "mass", placed.id).uniform(-1.0, 1.0)))
         for placed in scene.items
     }
+
+
+def rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
+    """Pairs of links with nothing but fixed joints between them.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Names of both links.
+    """
+    groups: list[list[str]] = [[robot.links[0].name]]
+    for joint in robot.joints:
+        if joint.type is JointType.FIXED:
+            groups[-1].append(joint.child)
+        else:
+            groups.append([joint.child])
+    return [pair for group in groups for pair in combinations(group, 2)]

@@ -39,11 +39,18 @@ class Servo:
     lag: float = 2e-3
     spread: float = 0.2
     load_lag: float = 1.0
-    speed: float = 1.05  # the SIA20 is rated at 1.03 of the cell's velocity limits
+    speed: float = 1.05
     has_finite_torque: bool = True
 
     def own_lags(self, joint_names: tuple[str, ...]) -> Array:
-        """Unloaded lag (n,) of each joint in s, the same for a joint of that name in every world."""
+        """Unloaded lag of each joint, the same for a joint of that name in every world.
+
+        Args:
+            joint_names: Names of n joints.
+
+        Returns:
+            (n,) s.
+        """
         off = [float(derived_rng("servo", name).uniform(-1.0, 1.0)) for name in joint_names]
         return self.lag * (1.0 + self.spread * np.array(off))
 
@@ -58,7 +65,7 @@ class Drives:
         servo: How well they follow.
         joint_names: Of the planned joints.
         limits: Of their motion.
-        forces: (n,) Largest motor force of each, N or Nm.
+        forces: (n,) largest motor force of each, N or Nm.
         time_step: s.
     """
 
@@ -72,12 +79,15 @@ class Drives:
         self._use = np.zeros(len(forces))  # share of the force in use, averaged
 
     def velocities(self, command: Array, q: Array, torques: Array) -> Array:
-        """Velocities (n,) for the motors in the next step.
+        """Velocities for the motors in the next step.
 
         Args:
-            command: (n,) Where the joints should be at the end of the step.
-            q: (n,) Where they are.
-            torques: (n,) What the motors exerted in the last step, N or Nm.
+            command: (n,) where the joints should be at the end of the step.
+            q: (n,) where they are.
+            torques: (n,) what the motors exerted in the last step, N or Nm.
+
+        Returns:
+            (n,) rad/s or m/s.
         """
         self._use += self._time_step / LOAD_TIME * (np.abs(torques) / self.forces - self._use)
         lags = self._lags * (1.0 + self._servo.load_lag * self._use)
@@ -87,14 +97,27 @@ class Drives:
 
 @dataclass
 class Swing:
-    """The pivot's two-position actuator: turns at constant speed to the position last asked for."""
+    """The actuator of the tool's joint: it turns at constant speed to the position last asked for.
 
-    position: float  # rad
-    target: float  # rad
-    speed: float  # rad/s
+    Attributes:
+        position: rad.
+        target: rad.
+        speed: rad/s.
+    """
+
+    position: float
+    target: float
+    speed: float
 
     def advance(self, time_step: float) -> float:
-        """The position after one time step, rad."""
+        """The position after one time step.
+
+        Args:
+            time_step: s.
+
+        Returns:
+            rad.
+        """
         step = self.speed * time_step
         self.position += min(max(self.target - self.position, -step), step)
         return self.position

@@ -30,9 +30,13 @@ CREEP_TIME = 1.4  # s; the engine lets items fall asleep after 2 s of rest
 def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...] | Reason:
     """Drop items of a scene from where they are until they rest.
 
-    scene: gives pod and tote; its own items are left out
-    Returns the items at rest, in the same order, or the reason why they do not rest inside their
-    locations: something keeps moving, left its bin, sticks out of it, or overlaps.
+    Args:
+        scene: Gives pod and tote; its own items are left out.
+        items: What is dropped.
+
+    Returns:
+        The items at rest, in the same order, or the reason why they do not rest inside their locations:
+        something keeps moving, left its bin, sticks out of it, or overlaps.
     """
     engine = Engine(TIME_STEP)
     try:

@@ -21,8 +21,9 @@ TOLERANCE = 1e-6  # relative, of a limit: rounding of third differences at 1 kHz
 class Stream:
     """Set points one time step apart; the first is due at the end of the first step.
 
-    plan_times: (K,) time on the plan's trajectory of each
-    points: (K, n) configurations
+    Attributes:
+        plan_times: (K,) s, time on the plan's trajectory of each.
+        points: (K, n) configurations.
     """
 
     plan_times: Array
@@ -31,12 +32,19 @@ class Stream:
 
 @dataclass(frozen=True)
 class Violation:
-    """A limit that the commands broke, at its worst."""
+    """A limit that the commands broke, at its worst.
+
+    Attributes:
+        joint: Name of the joint.
+        what: "position", "velocity", "acceleration" or "jerk".
+        ratio: Of the limit; of a position: how far outside, m or rad.
+        t_plan: s on the plan's trajectory.
+    """
 
     joint: str
-    what: str  # "position", "velocity", "acceleration" or "jerk"
-    ratio: float  # of the limit; of a position: how far outside, m or rad
-    t_plan: float  # s on the plan's trajectory
+    what: str
+    ratio: float
+    t_plan: float
 
     def __str__(self) -> str:
         return (
@@ -45,16 +53,31 @@ class Violation:
 
 
 def full_speed(t: float) -> float:
-    """The plan's own pace."""
+    """The plan's own pace.
+
+    Args:
+        t: s since the start.
+
+    Returns:
+        1.
+    """
     return 1.0
 
 
 def stream(
     trajectory: Trajectory, time_step: float, pace: Pace = full_speed, t_plan: float = 0.0, t: float = 0.0
 ) -> Stream:
-    """The rest of a trajectory, from ``t_plan`` on, at a pace that reaches its end.
+    """Set points for the rest of a trajectory, at a pace that reaches its end.
 
-    t: s since the start at which the pace is to be asked first
+    Args:
+        trajectory: The trajectory.
+        time_step: s between set points.
+        pace: Rate in [0, 1] of the plan's time, by the seconds since the start.
+        t_plan: s on the trajectory from which on it is followed.
+        t: s since the start at which the pace is asked first.
+
+    Returns:
+        The set points.
     """
     times: list[float] = []
     while t_plan < trajectory.duration:
@@ -69,7 +92,15 @@ def violations(
 ) -> tuple[Violation, ...]:
     """Limits that differences of the set points break: the worst of each joint and kind.
 
-    scale: of velocity and acceleration limits
+    Args:
+        commands: The set points.
+        names: Names of the joints.
+        limits: Limits of the joints.
+        time_step: s between set points.
+        scale: Factor on velocity and acceleration limits.
+
+    Returns:
+        The violations.
     """
     found: list[Violation] = []
     outside = np.maximum(limits.lower - commands.points, commands.points - limits.upper)

@@ -39,7 +39,7 @@ class Load:
     """What the cup carries.
 
     Attributes:
-        wrench: (6,) Force in N and torque in Nm that the cup exerts on the item, about the tool tip, in the
+        wrench: (6,) force in N and torque in Nm that the cup exerts on the item, about the tool tip, in the
             tool frame (+z out of the cup), as of ``CupLimits``.
     """
 
@@ -47,22 +47,22 @@ class Load:
 
     @property
     def pull(self) -> float:
-        """N along the cup's axis, away from it; negative when the item presses against the cup."""
+        """Pull along the cup's axis, away from it, N; negative when the item presses against the cup."""
         return -float(self.wrench[2])
 
     @property
     def shear(self) -> float:
-        """N across the cup's axis."""
+        """Shear across the cup's axis, N."""
         return float(np.hypot(self.wrench[0], self.wrench[1]))
 
     @property
     def bending(self) -> float:
-        """Nm about axes across the cup's."""
+        """Bending about axes across the cup's, Nm."""
         return float(np.hypot(self.wrench[3], self.wrench[4]))
 
     @property
     def twist(self) -> float:
-        """Nm about the cup's axis, without its sign."""
+        """Torque about the cup's axis, without its sign, Nm."""
         return abs(float(self.wrench[5]))
 
     def __str__(self) -> str:
@@ -77,35 +77,43 @@ NO_LOAD = Load(np.zeros(6))
 
 @dataclass(frozen=True, eq=False)
 class Release:
-    """An item that left the cup."""
+    """An item that left the cup.
+
+    Attributes:
+        item: Id of the item.
+        t: s, simulated.
+        is_wanted: Whether the valve let go of it; else it broke away.
+        T_world_item: (4, 4) pose when it left.
+        load: The last one measured.
+    """
 
     item: str
-    t: float  # s, simulated
-    is_wanted: bool  # the valve let go of it, it did not break away
-    T_world_item: Array  # (4, 4) when it left
-    load: Load  # the last one measured
+    t: float
+    is_wanted: bool
+    T_world_item: Array
+    load: Load
 
 
 class Suction:
     """The cup of one robot in an engine.
 
+    Attributes:
+        held: Name of the item that hangs on the cup, or None.
+        load: The last one measured.
+        ratio: The last load, while the valve is open, as a share of what the cup bears with its vacuum.
+        max_ratio: Largest such share since the last seal.
+        releases: Items that left the cup, in their order.
+        touches: What the relaxed bellows pushed on in the last step.
+
     Args:
         engine: Where the robot and the items are.
         robot: Name of the robot's body.
-        tool: The robot's.
+        tool: The robot's tool.
         vacuum: Pump, valve, line and cup.
         bellows: The cup while it is relaxed.
         stiffness: Of the cup while it is sealed.
         items: What can be held, by the name of its body.
         honest_seals: Whether faces leak as the items say; otherwise every face is airtight.
-
-    Attributes:
-        held: Name of the item that hangs on the cup, or None.
-        load: The last one measured.
-        ratio: The last load, while the valve is open, as a share of what the cup bears with its vacuum.
-        max_ratio: Worst such share since the last seal.
-        releases: Items that left the cup, in their order.
-        touches: What the relaxed bellows pushed on in the last step.
     """
 
     def __init__(
@@ -138,7 +146,11 @@ class Suction:
         return self.vacuum.cup >= SEAL_VACUUM
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Pressures, seal, and the forces of the cup on what it meets or holds; before the engine steps."""
+        """Update pressures, seal and the forces of the cup on what it meets or holds; before a step.
+
+        Args:
+            T_world_tip: (4, 4) tool frame.
+        """
         time_step = self._engine.time_step
         self.touches = []
         if self._bushing is not None:
@@ -258,7 +270,15 @@ class Suction:
 
 
 def face_at(shape: Shape, point: Array) -> str:
-    """Name of the face nearest to a point (3,) in the shape's own frame, among ``shape.face_names``."""
+    """Name of the face nearest to a point, among ``shape.face_names``.
+
+    Args:
+        shape: The shape.
+        point: (3,) m in the shape's own frame.
+
+    Returns:
+        The name.
+    """
     if shape.kind is ShapeKind.SPHERE:
         return "sphere"
     out = np.abs(point) - shape.extents / 2

@@ -34,7 +34,7 @@ Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor to
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Beyond which a motion is stopped.
+    """Thresholds beyond which a motion is stopped.
 
     Attributes:
         lag: s by which a joint or the tool may trail its command, whatever its speed.
@@ -59,6 +59,12 @@ class ExternalTorque:
     The residual of inverse dynamics, as De Luca and Mattone (2005) and Haddadin, De Luca and Albu-Schaeffer
     (2017, sec. IV) use it for collision detection. What pushes with a force f at a point with Jacobian J
     shows as J^T f. Its noise floor is that of the torques: ``TORQUE_NOISE`` before the filter.
+
+    Args:
+        dynamics: Joint positions, velocities and accelerations (m,) to motor torques (m,).
+        forces: (n,) largest motor torques.
+        time_step: s.
+        seed: Seed of the noise.
     """
 
     def __init__(self, dynamics: Dynamics, forces: Array, time_step: float, seed: int) -> None:
@@ -69,7 +75,15 @@ class ExternalTorque:
         self.value = np.zeros(len(forces))
 
     def update(self, q: Array, torques: Array) -> Array:
-        """The unexplained torque (n,) now, given measured joints (m,) and motor torques (n,)."""
+        """The unexplained torque now.
+
+        Args:
+            q: (m,) measured joints.
+            torques: (n,) measured motor torques.
+
+        Returns:
+            (n,) Nm or N.
+        """
         if len(self._before) == 2:
             first, second = self._before
             v, w = (second - first) / self._time_step, (q - second) / self._time_step
@@ -84,9 +98,10 @@ class ExternalTorque:
 class Supervisor:
     """Judges every step of one execution.
 
-    world: what is measured
-    arm: the robot's kinematics
-    thresholds: beyond which it stops
+    Args:
+        world: What is measured.
+        arm: The robot's kinematics.
+        thresholds: Beyond which it stops.
     """
 
     def __init__(self, world: World, arm: Arm, thresholds: Thresholds | None = None) -> None:
@@ -104,14 +119,26 @@ class Supervisor:
     def motion(self, command: Array, segment: Segment) -> ProtectiveStop | None:
         """Whether the robot follows, and feels nothing that it should not; after a step.
 
-        command: (n,) where it was told to be; segment: the part of the plan that it is in
+        Args:
+            command: (n,) where it was told to be.
+            segment: The part of the plan that it is in.
+
+        Returns:
+            The stop to be made, or None.
         """
         unexplained = self.external.update(self._world.joints, self._world.torques)
         self._remember(command, segment)
         return self._contact(unexplained) or self._following(command)
 
     def vacuum(self, segment: Segment) -> ProtectiveStop | None:
-        """Whether the seal stands where the plan counts on it; after a step."""
+        """Whether the seal stands where the plan counts on it; after a step.
+
+        Args:
+            segment: The part of the plan that the robot is in.
+
+        Returns:
+            The stop to be made, or None.
+        """
         gauge, t = self._world.suction.vacuum, self._world.t
         level = gauge.cup
         if segment.held is None or segment.kind is SegmentKind.CONTACT or not gauge.is_valve_open:
@@ -129,12 +156,20 @@ class Supervisor:
         return None
 
     def feel(self) -> float:
-        """Go on measuring while the robot brakes; see ``pressing``."""
+        """Go on measuring while the robot brakes (see ``pressing``).
+
+        Returns:
+            What ``pressing`` returns.
+        """
         self.external.update(self._world.joints, self._world.torques)
         return self.pressing()
 
     def pressing(self) -> float:
-        """Unexplained torque now: of the joints, the largest share of its threshold without any allowance."""
+        """Unexplained torque now: of the joints, the largest share of its threshold without any allowance.
+
+        Returns:
+            The share.
+        """
         return float((np.abs(self.external.value) / (self._thresholds.torque * self._forces)).max())
 
     def _remember(self, command: Array, segment: Segment) -> None:

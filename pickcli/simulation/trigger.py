@@ -1,4 +1,4 @@
-"""How far from its trigger point an event fired, along the tool's path: measured without the tracker."""
+"""Distance along the tool's path from where an event fired to its trigger, measured without the tracker."""
 
 from __future__ import annotations
 
@@ -15,7 +15,12 @@ LOOK_BACK = 0.5  # s of the plan's time: farther than that no robot lags behind 
 
 
 class TriggerDistance:
-    """Distance in m of tool path between a measured configuration and an event's resolved trigger."""
+    """Distance of tool path (m) between a measured configuration and an event's resolved trigger.
+
+    Args:
+        plan: The plan.
+        arm: The robot's kinematics.
+    """
 
     def __init__(self, plan: Plan, arm: Arm) -> None:
         self._trajectory, self._arm = plan.trajectory, arm

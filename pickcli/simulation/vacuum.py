@@ -24,10 +24,15 @@ TIME_CONSTANTS_TO_FULL = 4.0  # a pump's lead is the time to 98 % of the full va
 
 @dataclass
 class Vacuum:
-    """Exponential in every phase, hence exact over any step length.
+    """Pressures of the tool. Every phase is exponential, hence exact over any step length.
 
-    pump_lead: s from switching the pump on to full vacuum in the line
-    valve_lead: s from the command to the open or closed valve
+    Attributes:
+        pump_lead: s from switching the pump on to full vacuum in the line.
+        valve_lead: s from the command to the open or closed valve.
+        line: Pa below ambient in the line.
+        cup: Pa below ambient in the cup.
+        is_pump_on: Whether the pump runs.
+        is_valve_open: Whether the valve is open.
     """
 
     pump_lead: float
@@ -40,16 +45,24 @@ class Vacuum:
     _time_to_switch: float = 0.0
 
     def switch_pump(self, on: bool) -> None:
-        """Pump command."""
+        """Command the pump.
+
+        Args:
+            on: Whether it runs.
+        """
         self.is_pump_on = on
 
     def switch_valve(self, on: bool) -> None:
-        """Valve command; it acts after ``valve_lead``."""
+        """Command the valve; it acts after ``valve_lead``.
+
+        Args:
+            on: Whether it opens.
+        """
         if on != self._is_open_wanted:
             self._is_open_wanted, self._time_to_switch = on, self.valve_lead
 
     def burst(self) -> None:
-        """A seal breaks open: the air rushes in at once."""
+        """Let a seal break open: the air rushes in at once."""
         self.cup, self.line = 0.0, min(self.line, LEAK_VACUUM)
 
     def advance(self, time_step: float, seal: float) -> None:
@@ -57,8 +70,8 @@ class Vacuum:
 
         Args:
             time_step: s.
-            seal: Share of full vacuum that what closes the cup lets the pump keep: 1 is airtight, and 0
-                that nothing closes it.
+            seal: Share of full vacuum that what closes the cup lets the pump keep: 1 is airtight, and 0 that
+                nothing closes it.
         """
         if self._is_open_wanted != self.is_valve_open:
             self._time_to_switch -= time_step

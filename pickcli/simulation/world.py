@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 
 from pickcli.cell.device import DeviceKind
-from pickcli.cell.robot import JointType, Robot
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
@@ -24,7 +22,14 @@ from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
 from pickcli.simulation.reality import DEFAULT, Reality
-from pickcli.simulation.scene_bodies import add_items, add_statics, ground_of, is_over, true_masses
+from pickcli.simulation.scene_bodies import (
+    add_items,
+    add_statics,
+    ground_of,
+    is_over,
+    rigid_pairs,
+    true_masses,
+)
 from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
 from pickcli.simulation.suction import Suction
 from pickcli.simulation.vacuum import Vacuum
@@ -44,11 +49,14 @@ APART = 1e-3  # m from the relaxed lip at which the cup collides again with what
 class World:
     """Cell, robot and items of a scene, at rest at simulated time 0.
 
-    scene: with the true poses of the items; the noisy ones are the planner's business
-    q: configuration (n,) at the start
-    tool_state: state of the tool at the start, its default state unless stated
-    reality: how this world differs from what the planner believes
-    seed: of what is random about it
+    Args:
+        scene: With the true poses of the items; the noisy ones are the planner's business.
+        q: (n,) configuration at the start.
+        tool_state: State of the tool at the start, its default state if None.
+        reality: How this world differs from what the planner believes.
+        seed: Seed of all that is random about it.
+        servo: How well the joints follow; what ``reality`` says if None.
+        time_step: s.
     """
 
     def __init__(
@@ -147,7 +155,7 @@ class World:
                     self.engine.set_collision(ROBOT, link, other, "", on=False)
                     pairs.add((link, other))
         both_links = [(a.a, a.b) for a in self.scene.cell.allowed_pairs]
-        for link, other in [*both_links, *_rigid_pairs(self.robot)]:
+        for link, other in [*both_links, *rigid_pairs(self.robot)]:
             if self.engine.has_link(ROBOT, link) and self.engine.has_link(ROBOT, other):
                 self.engine.set_collision(ROBOT, link, ROBOT, other, on=False)
                 pairs |= {(link, other), (other, link)}
@@ -156,11 +164,26 @@ class World:
     # Commands ----------------------------------------------------------------------------------------
 
     def command(self, q: Array) -> None:
-        """Target configuration (n,) of the servo at the end of the next step, and until there is another."""
+        """Set the target of the servo at the end of the next step, and until there is another.
+
+        Args:
+            q: (n,) configuration.
+        """
         self._command = q
 
     def act(self, device: str, action: str) -> bool | None:
-        """Switch a device; a sensor answers whether something is held. Raises UnknownNameError."""
+        """Switch a device.
+
+        Args:
+            device: Name of the device.
+            action: One of its actions.
+
+        Returns:
+            A sensor's answer, whether something is held; None for other devices.
+
+        Raises:
+            UnknownNameError: If there is no such device or action.
+        """
         devices = self.scene.cell.devices
         if device not in devices:
             raise UnknownNameError("device", device, sorted(devices))
@@ -201,7 +224,12 @@ class World:
         self.engine.drive(ROBOT, self._indices, velocities, forces)
 
     def wait(self, duration: float, on_step: Callable[[World], None] | None = None) -> None:
-        """Stand still at the last command for a time in s."""
+        """Stand still at the last command.
+
+        Args:
+            duration: s.
+            on_step: Called after every time step.
+        """
         for _ in range(round(duration / self.time_step)):
             self.step()
             if on_step is not None:
@@ -216,8 +244,7 @@ class World:
         self.contacts.update(touches, self.touching | self.meant, self.held, self.t)
 
     def _let_held_through(self) -> None:
-        """No physics between the cup and what hangs on it; again once the two are apart, or the physics
-        would throw it off."""
+        """No physics between the cup and its item until they are apart: it would throw the item off."""
         cup = self.robot.tool.cup_link
         wanted = frozenset({self.held} if self.held is not None else ())
         for name in sorted(wanted - self._uncollided):
@@ -265,12 +292,21 @@ class World:
         return self._measured
 
     def inverse_dynamics(self, joints: Array, dq: Array, ddq: Array) -> Array:
-        """Motor torques (m,) that a motion of all joints needs by the robot's model, empty-handed."""
+        """Motor torques that a motion of all joints needs by the robot's model, empty-handed.
+
+        Args:
+            joints: (m,) positions.
+            dq: (m,) velocities.
+            ddq: (m,) accelerations.
+
+        Returns:
+            (m,) Nm or N.
+        """
         return self.engine.inverse_dynamics(ROBOT, joints, dq, ddq)
 
     @property
     def torques(self) -> Array:
-        """What the motors of the planned joints exerted in the last step (n,), N or Nm."""
+        """Effort (n,) of the motors of the planned joints in the last step, N or Nm."""
         return self._torques[: self.robot.n_joints]
 
     @property
@@ -296,7 +332,11 @@ class World:
         return self.suction.held
 
     def placed(self, item_id: str) -> PlacedItem:
-        """One item as it stands now, with its present location."""
+        """One item as it stands now, with its present location.
+
+        Args:
+            item_id: Id of the item.
+        """
         before = self.scene.find(item_id)
         T = self.engine.pose(item_id)
         return replace(before, T_world_item=T, location=location_of(self.scene, before.item, T))
@@ -305,14 +345,3 @@ class World:
         """The scene as it stands now, without the item that is held."""
         items = tuple(self.placed(p.id) for p in self.scene.items if p.id != self.held)
         return replace(self.scene, items=items)
-
-
-def _rigid_pairs(robot: Robot) -> list[tuple[str, str]]:
-    """Pairs of links with nothing but fixed joints between them."""
-    groups: list[list[str]] = [[robot.links[0].name]]
-    for joint in robot.joints:
-        if joint.type is JointType.FIXED:
-            groups[-1].append(joint.child)
-        else:
-            groups.append([joint.child])
-    return [pair for group in groups for pair in combinations(group, 2)]

@@ -17,10 +17,11 @@ from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.simulation.camera import overview
-from pickcli.simulation.execute import check_start, execute, fall_of
+from pickcli.simulation.execute import execute, fall_of
 from pickcli.simulation.execution import Execution as Run
 from pickcli.simulation.execution import Fall, FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.simulation.start_check import check_start
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, Fate, disturbances

@@ -12,9 +12,10 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.simulation.execute import SEAL_TIME, SEALED, StartError, execute
+from pickcli.simulation.execute import SEAL_TIME, SEALED, execute
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.servo import IDEAL, Servo
+from pickcli.simulation.start_check import StartError
 from pickcli.simulation.stream import Pace, full_speed
 from pickcli.simulation.vacuum import FULL_VACUUM
 from pickcli.simulation.world import ROBOT, World

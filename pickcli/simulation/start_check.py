@@ -1,0 +1,59 @@
+"""Check that a plan may start: it is for this cell, and begins where the robot stands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.cell.tool import MOVING
+from pickcli.errors import InputError, StaleError
+from pickcli.motion.plan import Plan
+from pickcli.simulation.world import World
+
+START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
+
+
+class StartError(InputError):
+    """The robot is not where the plan begins.
+
+    Args:
+        joint: Name of the worst joint.
+        offset: Its distance, m or rad.
+        advice: What to do.
+    """
+
+    def __init__(self, joint: str, offset: float, advice: str = "") -> None:
+        super().__init__(
+            f"refusing to start: {joint} is {offset:.4f} from the plan's first point (at most "
+            f"{START_TOLERANCE}); plan a move from the measured configuration to it first"
+            f"{advice and f' ({advice})'}"
+        )
+        self.joint, self.offset = joint, offset
+
+
+def check_start(plan: Plan, world: World) -> None:
+    """Check that a plan is for this cell and begins where the robot stands, its tool as it is.
+
+    Args:
+        plan: The plan.
+        world: The world.
+
+    Raises:
+        StaleError: If the plan is for another cell.
+        StartError: If the robot is not where the plan begins.
+        InputError: If the tool is in another state than the plan begins with.
+    """
+    cell = world.scene.cell
+    if plan.cell_fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"the plan is for the cell {plan.cell_fingerprint[:12]}, this one is "
+            f"{cell.fingerprint[:12]}; plan again"
+        )
+    offsets = np.abs(world.q - plan.trajectory.positions[0])
+    worst = int(np.argmax(offsets))
+    if offsets[worst] > START_TOLERANCE:
+        raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
+    wanted = plan.segments[0].tool_state
+    if MOVING not in (wanted, world.tool_state) and wanted != world.tool_state:
+        raise InputError(
+            f"refusing to start: the cup is {world.tool_state}, the plan begins with it {wanted}"
+        )
