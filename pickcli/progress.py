@@ -50,4 +50,8 @@ class ProgressObserver(Protocol):
 
 
 def nobody(progress: Progress, /) -> None:
-    """Where nobody waits for progress."""
+    """Take a report of progress and do nothing with it: nobody waits for it.
+
+    Args:
+        progress: Ignored.
+    """
