@@ -39,7 +39,7 @@ from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
 from pickcli.geometry import Array
-from pickcli.jobs.job import code_digest
+from pickcli.jobs.job import sources_digest
 from pickcli.planning.planning_context import Planner
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene
@@ -81,7 +81,7 @@ class Job:
 
 def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER) -> list[Job]:
     """One trial per seed, kept apart from those of other code, data and levels."""
-    parts = [code_digest(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
+    parts = [sources_digest(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
     if reality is not None:
         parts.append(reality.read_bytes())
     made_with = hashlib.sha256(b"\x1f".join(p if isinstance(p, bytes) else p.encode() for p in parts))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,16 +14,22 @@ def locked(path: Path) -> Iterator[None]:
     """Whoever wants to change a file waits until nobody else does.
 
     The lock is on an empty file beside it (``.NAME.lock``), for the file itself is replaced when it is
-    written; the system gives it back when a process ends, however it ends. Raises InputError if that file
-    cannot be made.
+    written; the system gives it back when a process ends, however it ends.
+
+    Args:
+        path: The file that is to be changed; it need not exist.
+
+    Raises:
+        InputError: The file beside it cannot be made.
     """
-    lock = path.with_name(f".{path.name}.lock")
+    from filelock import FileLock
+
+    lock = FileLock(path.with_name(f".{path.name}.lock"))
     try:
-        handle = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        lock.acquire()
     except OSError as error:
-        raise InputError(f"{lock}: cannot be made: {error.strerror}; name another place") from None
+        raise InputError(f"{lock.lock_file}: cannot be made: {error.strerror}; name another place") from None
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
         yield
     finally:
-        os.close(handle)
+        lock.release()

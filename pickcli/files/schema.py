@@ -147,7 +147,9 @@ def _meaning(model: type[BaseModel], key: Key) -> str:
     if not siblings and len(key) > 1:
         return _meaning(model, key[:-1])
     field = siblings.get(str(key[-1])) if key else None
-    return field.description if field is not None and field.description else NO_MEANING
+    if field is None or not field.description:
+        return NO_MEANING
+    return f"a value in {field.description}" if field.description in _UNITS else str(field.description)
 
 
 def _fields(model: type[BaseModel], key: Key) -> dict[str, Any]:

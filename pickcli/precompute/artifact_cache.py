@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from platformdirs import user_cache_path
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import ArtifactError, InputError
@@ -33,9 +34,13 @@ def default_paths(cell: Cell) -> Artifacts:
     The folder's name is the fingerprint, so that a changed cell finds nothing stale. Raises InputError where
     this user has no home.
     """
-    cache = os.environ.get("XDG_CACHE_HOME") or ""
-    base = Path(cache) if os.path.isabs(cache) else _home() / ".cache"
-    folder = base / "apc" / cell.fingerprint
+    try:
+        base = user_cache_path("apc", appauthor=False)
+    except RuntimeError:  # e.g. a user without an entry in a container
+        raise InputError(
+            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
+        ) from None
+    folder = base / cell.fingerprint
     return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
 
 
@@ -81,15 +86,6 @@ def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
         return bool(found.damage) and repair(path, found, cell, means).is_same
     except (ArtifactError, InputError):
         return False
-
-
-def _home() -> Path:
-    try:
-        return Path.home()
-    except RuntimeError:  # e.g. a user without an entry in a container
-        raise InputError(
-            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
-        ) from None
 
 
 def _make_folder(folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pwd
 import shlex
 import subprocess
 import sys
@@ -11,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-import pickcli.precompute.artifact_cache
 from support.command_line import Made, apc, refused
 
 APC = (sys.executable, "-m", "pickcli")
@@ -86,10 +86,11 @@ def test_names_that_are_too_long_are_named(made: Made, out: Path) -> None:
 def test_a_user_without_a_home_is_told_what_to_set(
     made: Made, out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_home() -> Path:
-        raise RuntimeError("Could not determine home directory.")
+    def no_entry(user: int) -> None:
+        raise KeyError(user)
 
     monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setattr(pickcli.precompute.artifact_cache.Path, "home", no_home)
+    monkeypatch.setenv("HOME", "")
+    monkeypatch.setattr(pwd, "getpwuid", no_entry)
     move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
     refused(apc(*move), 3, "set HOME or XDG_CACHE_HOME")

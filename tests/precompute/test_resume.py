@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import random
+import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +18,7 @@ from typing import Any
 
 import pytest
 
+import pickcli
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job as recipe
@@ -107,6 +110,35 @@ def test_another_kernel_is_other_code(monkeypatch: Any, tmp_path: Path) -> None:
     (tmp_path / "kernel.so").write_bytes(b"another")
     monkeypatch.setattr(recipe._kernel, "__file__", str(tmp_path / "kernel.so"))
     assert digest() != before
+
+
+def test_only_code_that_makes_results_decides_about_kept_tasks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A changed help text leaves every journal and every worker of a cluster usable."""
+    package = tmp_path / "pickcli"
+    shutil.copytree(Path(pickcli.__file__).parent, package, ignore=shutil.ignore_patterns("*.so", "src"))
+    monkeypatch.setattr(recipe.pickcli, "__file__", str(package / "__init__.py"))
+    digest = CODE_DIGEST.__wrapped__
+    before, everything = digest(), recipe.sources_digest()
+    for name in ("commands/plan_pick.py", "trial/score.py", "drawing/png.py"):
+        (package / name).write_text((package / name).read_text() + "# another word\n")
+        assert digest() == before and recipe.sources_digest() != everything
+    for name in ("precompute/repair.py", "jobs/job_run.py", "cell/cell.py", "errors.py"):
+        (package / name).write_text((package / name).read_text() + "# another word\n")
+        assert digest() != before
+        before = digest()
+
+
+def test_what_makes_results_imports_nothing_that_is_left_out() -> None:
+    root = Path(pickcli.__file__).parent
+    upwards = re.compile(
+        rf"^\s*(from|import) pickcli\.({'|'.join(recipe.ROOMS_WITHOUT_RESULTS)})\b", re.MULTILINE
+    )
+    kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in recipe.ROOMS_WITHOUT_RESULTS]
+    assert len(kept) > 100
+    assert [path for path in kept if upwards.search(path.read_text())] == []
+    assert all((root / room).exists() for room in recipe.ROOMS_WITHOUT_RESULTS)
 
 
 def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(
