@@ -45,7 +45,7 @@ def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
     """Whether a contact by itself holds against a force: its line leads steeply enough through the patch.
 
     Args:
-        patch: (N, 3) corners of where the contact is.
+        patch: (N, 3) corners of where the contact is; none where it may as well be off aside.
         normal: (3,) unit vector across the contact, out of what bears.
         force: (3,) world axes.
         point: (3,) on the line of the force.
@@ -54,7 +54,7 @@ def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:
         True if it does.
     """
     along, across = -float(force @ normal), np.column_stack(perpendiculars(normal))
-    if along <= 0.0 or float(np.abs(force @ across).sum()) > FRICTION * along:
+    if len(patch) == 0 or along <= 0.0 or float(np.abs(force @ across).sum()) > FRICTION * along:
         return False
     through = point + force * (float((point - patch[0]) @ normal) / along)
     x, y = ((patch - through) @ across).T

@@ -168,6 +168,15 @@ def test_what_one_contact_bears_by_itself_balances(
     assert 10 < sum(short) < len(short) - 10
 
 
+def test_a_contact_that_is_only_possible_bears_no_press(cell: Cell) -> None:
+    """A plate that reaches over another by less than both poses may be off."""
+    below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
+    above = at(cell, "above", shaped(cell, (0.1, 0.1, 0.02)), 0.3 + 0.0985, 0.0, 0.06)
+    supports = of(cell, below, above, noise=PoseNoise(0.002, 0.0))
+    assert "below" in supports.carriers("above")
+    assert not supports.stays_under("above", np.array([0.0, 0.0, -1.0]), above.T_world_item[:3, 3])
+
+
 def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> None:
     below = at(cell, "below", shaped(cell, (0.1, 0.1, 0.05)), 0.3, 0.0, 0.025)
     board = at(cell, "board", shaped(cell, (0.2, 0.1, 0.02), mass=0.1), 0.3, 0.0, 0.06)
