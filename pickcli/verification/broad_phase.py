@@ -24,18 +24,27 @@ WINDOW = 0.1  # m that the fastest part moves in one window
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """W stretches of states [first, last] and a state in the middle of each, (W,) indices."""
+    """W stretches of states and a state in the middle of each.
+
+    Attributes:
+        first: (W,) index of the first state.
+        middle: (W,) index of the state in the middle.
+        last: (W,) index of the last state.
+    """
 
     first: Indices
     middle: Indices
     last: Indices
 
     def half_way(self, states: States, reach: Array) -> Array:
-        """How far, at most, the middle of each is from any other of its states: (W, K) m.
+        """How far, at most, the middle of each window is from any other of its states.
 
         Args:
-            states: The motion's.
+            states: The motion's states.
             reach: (K, n) m per unit of each joint.
+
+        Returns:
+            (W, K) m.
         """
         back = states.travel[self.middle] - states.travel[self.first]
         ahead = states.travel[self.last] - states.travel[self.middle]
@@ -80,7 +89,14 @@ class Stretches:
 
     @staticmethod
     def joined(several: Sequence[Stretches]) -> Stretches:
-        """All of several, at least one, in their order."""
+        """All stretches of several sets, in their order.
+
+        Args:
+            several: At least one.
+
+        Returns:
+            The stretches.
+        """
         return Stretches(
             np.concatenate([each.bound for each in several]),
             np.concatenate([each.segment for each in several]),
@@ -96,12 +112,26 @@ class Stretches:
         return (self.first + self.last) // 2
 
     def halved(self) -> Stretches:
-        """Both halves of each; the bounds are those of the whole."""
+        """Both halves of each stretch; the bounds are those of the whole.
+
+        Returns:
+            The halves.
+        """
         return Stretches.joined([replace(self, last=self.middle), replace(self, first=self.middle)])
 
 
 def windows(states: States, first: int, last: int, reach: Array) -> Windows:
-    """Cut the states of a segment into windows. reach: (n,) of the part that reaches farthest."""
+    """Cut the states of a segment into windows.
+
+    Args:
+        states: The motion's states.
+        first: Index of the segment's first state.
+        last: Index of its last state.
+        reach: (n,) m per unit of each joint, of the part that reaches farthest.
+
+    Returns:
+        The windows.
+    """
     way = states.travel[first : last + 1] @ reach
     way = way - way[0]
     n = max(1, int(np.ceil(way[-1] / WINDOW)))
@@ -113,7 +143,18 @@ def windows(states: States, first: int, last: int, reach: Array) -> Windows:
 def world_bounds(
     states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: Windows
 ) -> Array:
-    """Lower bounds (W, P, F) in m of the distances of parts (P,) from what stands (F,) in each window."""
+    """Lower bounds of the distances of parts from what stands, in each window.
+
+    Args:
+        states: The motion's states.
+        solids: All solids of the motion.
+        moving: (P,) indices of the parts.
+        standing: (F,) indices of what stands.
+        at: W windows.
+
+    Returns:
+        (W, P, F) m.
+    """
     centers = _centers(states, solids, moving, at)
     away = distances_to_boxes(centers, solids.T[standing], solids.half[standing])
     own = solids.radii(moving) + at.half_way(states, solids.reach[moving])
@@ -121,7 +162,17 @@ def world_bounds(
 
 
 def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: Windows) -> Array:
-    """Lower bounds (W, Q) in m of the distances between parts (P,): the pairs of np.triu_indices(P, 1)."""
+    """Lower bounds of the distances between parts, in each window.
+
+    Args:
+        states: The motion's states.
+        solids: All solids of the motion.
+        moving: (P,) indices of the parts.
+        at: W windows.
+
+    Returns:
+        (W, Q) m, the Q pairs of np.triu_indices(P, 1).
+    """
     i, j = np.triu_indices(len(moving), 1)
     centers, radii = _centers(states, solids, moving, at), solids.radii(moving)
     between = centers[:, i] - centers[:, j]
@@ -139,7 +190,19 @@ def _centers(states: States, solids: SolidArrays, moving: Indices, at: Windows) 
 def near_stretches(
     bounds: Array, segment: int, a: Indices, b: Indices, at: Windows, below: float
 ) -> Stretches:
-    """The pairs (Q,) and windows of a segment with a bound (W, Q) that is lower than ``below`` m."""
+    """The pairs and windows of a segment whose bound is low.
+
+    Args:
+        bounds: (W, Q) m.
+        segment: Index of the segment.
+        a: (Q,) index of the first solid of each pair.
+        b: (Q,) index of the second.
+        at: W windows.
+        below: m; lower bounds are wanted.
+
+    Returns:
+        The stretches.
+    """
     w, q = np.nonzero(bounds < below)
     return Stretches(bounds[w, q], np.full(len(w), segment), a[q], b[q], at.first[w], at.last[w])
 

@@ -46,13 +46,22 @@ FIRST_BELOW = 0.002  # m, bounds lower than it are the first to be tightened; th
 
 @dataclass(eq=False)
 class Pair:
-    """Two solids, at least one of which moves, over the states of one segment."""
+    """Two solids, at least one of which moves, over the states of one segment.
+
+    Attributes:
+        segment: Index of the segment.
+        a: The solid that moves.
+        b: The other, which may move, too.
+        states: The motion's states.
+        reach: (n,) m per unit of each joint, of one relative to the other.
+        measured: Exact distances in m, by state.
+    """
 
     segment: int
     a: Part
     b: Part | Fixture
     states: States
-    reach: Array  # (n,) m per unit of each joint, of one relative to the other
+    reach: Array
     measured: dict[int, float] = field(default_factory=dict)
 
     @cached_property
@@ -66,7 +75,14 @@ class Pair:
         return f"{self.a.name} and {self.b.name}"
 
     def distance(self, i: int) -> float:
-        """Exact distance in m at state i; 0 where they touch or overlap."""
+        """Exact distance at a state.
+
+        Args:
+            i: Index of the state.
+
+        Returns:
+            m; 0 where they touch or overlap.
+        """
         if i not in self.measured:
             self._place(i)
             slack = self.a.slack + self.b.slack
@@ -74,7 +90,14 @@ class Pair:
         return self.measured[i]
 
     def depth(self, i: int) -> float:
-        """Depth of overlap in m at state i."""
+        """Depth of overlap at a state.
+
+        Args:
+            i: Index of the state.
+
+        Returns:
+            m.
+        """
         self._place(i)
         inside = self.a.solid.depth(self.b.solid) or -self.a.solid.distance(self.b.solid)
         return inside + self.a.slack + self.b.slack
@@ -85,12 +108,27 @@ class Pair:
                 part.solid.place(self.states.links[part.link, i] @ part.T_link_shape)
 
     def bound(self, i: int, j: int) -> float:
-        """No distance between states i and j is below this."""
+        """Lower bound of all distances between two states.
+
+        Args:
+            i: Index of the one state.
+            j: Index of the other.
+
+        Returns:
+            m.
+        """
         way = float(self.travel[j] - self.travel[i])
         return (self.distance(i) + self.distance(j) - way) / 2
 
     def finer(self, i: int) -> tuple[float, float]:
-        """The smallest distance between states i and i + 1, measured at more states, and a bound of it."""
+        """The smallest distance between a state and the next, measured at more states in between.
+
+        Args:
+            i: Index of the first state.
+
+        Returns:
+            The smallest distance that was measured, and a lower bound of all, m.
+        """
         pair = Pair(self.segment, self.a, self.b, self.states.finer(i, FINER), self.reach)
         measured = min(pair.distance(k) for k in range(FINER + 1))
         return measured, min(pair.bound(k, k + 1) for k in range(FINER))
@@ -98,7 +136,13 @@ class Pair:
 
 @dataclass(frozen=True)
 class Clearance:
-    """What was found. minimum: m, proven for all times; at most FAR."""
+    """What the check of the clearance found.
+
+    Attributes:
+        minimum: m, proven for all times; at most FAR.
+        n_distances: How many distances were measured.
+        reasons: Faults.
+    """
 
     minimum: float
     n_distances: int
@@ -127,9 +171,17 @@ def check_clearance(
 ) -> Clearance:
     """Prove that nothing comes near but what is planned to; see the head of this file.
 
-    exempt: of every segment
-    opening: pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere
-    needed: m that all others keep
+    Args:
+        plan: The plan.
+        states: The motion's states.
+        moving: Parts that move in each segment.
+        world: What stands in each segment.
+        exempt: Exemptions of each segment.
+        opening: Pairs (part, fixture) that are near at the start of a way out, and are followed elsewhere.
+        needed: m that all others keep.
+
+    Returns:
+        The smallest clearance, and the faults.
     """
     fixed = [world.of(k) for k in range(len(plan.segments))]
     every: dict[int, Part | Fixture] = {id(part): part for part in chain(*moving)}

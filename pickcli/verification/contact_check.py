@@ -42,7 +42,19 @@ def check_touch(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
     exempt: Sequence[Exemptions],
 ) -> tuple[Reason, ...]:  # fmt: skip
-    """The depth of every planned contact at every state of its segment."""
+    """Check the depth of every planned contact at every state of its segment.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        states: The motion's states.
+        moving: Parts that move in each segment.
+        world: What stands in each segment.
+        exempt: Exemptions of each segment.
+
+    Returns:
+        The faults.
+    """
     reasons: list[Reason] = []
     takes = plan.grasp is not None and any(s.kind is SegmentKind.CONTACT for s in plan.segments)
     rolling = supports_of(scene).rolling(plan.grasp.item) if takes and plan.grasp is not None else ()
@@ -106,17 +118,17 @@ class _Pair:
             yield Reason("planned contact too deep", where, detail)
 
     def _explained(self, gap: float) -> float:
-        """m that the held item may lie in the fixture. gap: m between them at rest, negative in overlap."""
+        """Depth (m) of the held item in the fixture that is allowed. gap: m at rest, below 0 in overlap."""
         explained = TOUCH + self._uncertain(self.part.name) + self._uncertain(self.fixture.name)
         return max(GRAZE, min(explained, self.scene.noise.angle * FIRST_LIFT - gap) + ROUNDING)
 
     def _gap(self, i: int) -> float:
-        """m at state i, negative where they overlap."""
+        """Gap (m) at state i, negative where they overlap."""
         depth = self._depth(self.part, i)
         return -depth if depth > 0.0 else self.part.solid.distance(self.fixture.solid)
 
     def _depths(self, part: Part, at: range) -> Array:
-        """m at each of the states; only those where no gap shows are worth asking fcl about."""
+        """Depths (m) at the states; only those where no gap shows are worth asking fcl about."""
         i = np.arange(at.start, at.stop)
         one, other = np.zeros_like(i), np.ones_like(i)
         solids = SolidArrays.of((replace(part, slack=0.0), replace(self.fixture, slack=0.0)))
@@ -136,7 +148,7 @@ class _Pair:
         return replace(self.part, T_link_shape=back @ self.part.T_link_shape)
 
     def _uncertain(self, name: str) -> float:
-        """m that any point of a solid may be from where its pose says."""
+        """Distance (m) of any point of a solid from where its pose says, at most."""
         if (name == self.part.name and self.part.is_held) or any(p.id == name for p in self.scene.items):
             return self.scene.noise.bound(self.scene.item(name))
         for body in self.scene.pod_bodies:

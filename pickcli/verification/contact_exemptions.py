@@ -1,4 +1,4 @@
-"""Where a plan may touch anything at all, and where what it touches there is at rest."""
+"""Segments in which a plan may touch anything, and states at which what it touches there is at rest."""
 
 from __future__ import annotations
 
@@ -7,17 +7,31 @@ from pickcli.motion.segment import SegmentKind
 
 
 def releases(plan: Plan) -> tuple[int, ...]:
-    """Indices of the segments at whose end the item is let go."""
+    """Segments at whose end the item is let go.
+
+    Args:
+        plan: The plan.
+
+    Returns:
+        Indices of the segments.
+    """
     held = [segment.held is not None for segment in plan.segments]
     return tuple(k for k in range(len(held) - 1) if held[k] and not held[k + 1])
 
 
 def may_touch(plan: Plan, k: int) -> bool:
-    """Whether segment k may have planned contacts at all.
+    """Whether a segment may have planned contacts at all.
 
     The contact; the lift right after it, or at either end of a way out of a stop that goes on with that lift
     or back along it; the place just before the item is let go; and a depart, empty, from where the cup
     touches something: just after that, or at the beginning of a way out of a stop.
+
+    Args:
+        plan: The plan.
+        k: Index of the segment.
+
+    Returns:
+        True if it may.
     """
     segment, is_way_out = plan.segments[k], plan.recovery is not None
     if segment.kind is SegmentKind.LIFT:
@@ -31,9 +45,16 @@ def may_touch(plan: Plan, k: int) -> bool:
 
 
 def ends_at_rest(plan: Plan, k: int) -> bool:
-    """Whether what segment k touches is touched at rest where the segment ends, and not where it begins.
+    """Whether what a segment touches is touched at rest where the segment ends, and not where it begins.
 
     So it is where the cup is pressed on and where the item is set down; also on the way back along a lift.
+
+    Args:
+        plan: The plan.
+        k: Index of the segment.
+
+    Returns:
+        True if it is.
     """
     segment = plan.segments[k]
     is_way_back = plan.recovery is RecoveryLevel.BACKWARDS and segment.kind is SegmentKind.LIFT

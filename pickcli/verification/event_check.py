@@ -27,7 +27,15 @@ LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, how
 
 
 def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
-    """All events of the plan against its motion and the cell's devices."""
+    """Check all events of the plan against its motion and the cell's devices.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The faults.
+    """
     reasons = [*_resolved(plan, scene)]
     if not reasons:
         reasons = [*_order(plan, scene), *_tool_state(plan, scene)]

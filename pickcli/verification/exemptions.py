@@ -1,4 +1,4 @@
-"""Which pairs are not tested, and why; every other pair is."""
+"""Exemptions: which pairs are not tested, and why; every other pair is."""
 
 from __future__ import annotations
 
@@ -19,23 +19,42 @@ LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound d
 
 @dataclass(frozen=True)
 class Exemptions:
-    """What one segment does not test.
+    """Pairs that are not tested in one segment.
 
-    touching: names that cup and held item are planned to touch here, near to where that one is at rest
+    Attributes:
+        touching: Names that cup and held item are planned to touch here, near to where that one is at rest.
+        neighbours: Links that a joint connects.
+        allowed: The cell's list, each with its reason there.
     """
 
     touching: frozenset[str]
-    neighbours: frozenset[frozenset[str]]  # links that a joint connects
-    allowed: frozenset[frozenset[str]]  # the cell's list, each with its reason there
+    neighbours: frozenset[frozenset[str]]
+    allowed: frozenset[frozenset[str]]
 
     def is_world_pair_untested(self, part: Part, name: str) -> bool:
-        """Whether a part may touch a body or item of the world."""
+        """Whether a part may touch a body or item of the world.
+
+        Args:
+            part: The part.
+            name: Of the body or item.
+
+        Returns:
+            True if it may.
+        """
         if part.is_cup or part.is_held:
             return name in self.touching
         return frozenset((part.name, name)) in self.allowed
 
     def is_own_pair_untested(self, a: Part, b: Part) -> bool:
-        """Whether two parts of the arm, or of arm and held item, are left out."""
+        """Whether two parts of the arm, or of arm and held item, are left out.
+
+        Args:
+            a: One part.
+            b: The other.
+
+        Returns:
+            True if they are.
+        """
         if a.name == b.name:
             return True
         if a.is_held or b.is_held:
@@ -48,7 +67,18 @@ class Exemptions:
 def exemptions(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
 ) -> tuple[Exemptions, ...]:
-    """The exemptions of every segment."""
+    """The exemptions of every segment.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        states: The motion's states.
+        moving: Parts that move in each segment.
+        world: What stands in each segment.
+
+    Returns:
+        One for each segment.
+    """
     neighbours = _neighbours(scene.cell.robot)
     allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs)
     return tuple(

@@ -18,7 +18,11 @@ _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 
 
 class Solid:
-    """A shape that fcl can pose and measure. Its frame is the shape's own."""
+    """A shape that fcl can pose and measure. Its frame is the shape's own.
+
+    Args:
+        shape: The shape.
+    """
 
     def __init__(self, shape: Shape) -> None:
         self._shape = shape
@@ -26,16 +30,26 @@ class Solid:
         self._object = fcl.CollisionObject(_geometry(shape), fcl.Transform())
 
     def place(self, T_world_shape: Array) -> None:
-        """Put the solid at a pose (4, 4)."""
+        """Put the solid at a pose.
+
+        Args:
+            T_world_shape: (4, 4).
+        """
         self._T = T_world_shape
         self._object.setTransform(fcl.Transform(T_world_shape[:3, :3], T_world_shape[:3, 3]))
 
     def distance(self, other: Solid) -> float:
-        """Distance in m to another solid, never more than the true one; 0 when they touch or overlap.
+        """Distance to another solid, never more than the true one.
 
-        fcl's number is not taken at its word: now and then its search stops early, rarely centimetres
-        too far away. Its nearest points give a direction across which the gap is measured; where that is
-        narrower than fcl says, our own search has the last word.
+        fcl's number is not taken at its word: now and then its search stops early, rarely centimetres too far
+        away. Its nearest points give a direction across which the gap is measured; where that is narrower
+        than fcl says, our own search has the last word.
+
+        Args:
+            other: The other solid.
+
+        Returns:
+            m; 0 when they touch or overlap.
         """
         found = fcl.DistanceResult()
         distance = float(fcl.distance(self._object, other._object, _NEAREST_POINTS, found))
@@ -47,10 +61,16 @@ class Solid:
         return separation(self._shape, self._T, other._shape, other._T)
 
     def depth(self, other: Solid) -> float:
-        """How deep, in m, the two overlap, never less than they do; 0 when they do not.
+        """How deep two solids overlap, never less than they do.
 
         fcl says whether they meet, and where. Its depth is centimetres too large for one pair in ten, and a
         little too small for some.
+
+        Args:
+            other: The other solid.
+
+        Returns:
+            m; 0 when they do not overlap.
         """
         request = fcl.CollisionRequest(num_max_contacts=8, enable_contact=True)
         result = fcl.CollisionResult()
@@ -71,15 +91,27 @@ def _geometry(shape: Shape) -> object:
 
 @dataclass(frozen=True, eq=False)
 class Balls:
-    """Balls whose union contains a shape."""
+    """Balls whose union contains a shape.
 
-    centers: Array  # (K, 3) in the shape's frame
-    radius: float  # m
+    Attributes:
+        centers: (K, 3) m in the shape's frame.
+        radius: m.
+    """
+
+    centers: Array
+    radius: float
 
 
 @lru_cache(maxsize=256)
 def cover(shape: Shape) -> Balls:
-    """Balls in a row along the longest side of the shape's box."""
+    """Balls in a row along the longest side of the shape's box.
+
+    Args:
+        shape: The shape.
+
+    Returns:
+        The balls.
+    """
     extents = shape.extents
     axis = int(np.argmax(extents))
     across = float(np.linalg.norm(np.delete(extents, axis)))
@@ -95,7 +127,16 @@ def cover(shape: Shape) -> Balls:
 
 
 def distances_to_boxes(points: Array, T_world_box: Array, half: Array) -> Array:
-    """Distances (..., B) in m of points (..., 3) from boxes (B, 4, 4) with half extents (B, 3); 0 inside."""
+    """Distances of points from boxes.
+
+    Args:
+        points: (..., 3) m in the world.
+        T_world_box: (B, 4, 4) poses of the boxes.
+        half: (B, 3) m, half extents.
+
+    Returns:
+        (..., B) m; 0 inside.
+    """
     squared = np.zeros((*points.shape[:-1], len(half)))
     for axis in range(3):
         towards = T_world_box[:, :3, axis]

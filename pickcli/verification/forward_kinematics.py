@@ -18,10 +18,16 @@ BLOCK = 1024  # configurations of which the whole chain stays in the cache; BLAS
 
 
 def link_poses(robot: Robot, Q: Array) -> Array:
-    """Poses in the world (L, N, 4, 4) of the robot's links at configurations Q (N, n).
+    """Poses of the robot's links in the world, in the order of ``robot.links``.
 
-    The links stand in the order of ``robot.links``. The tool's joint stands at 0: what hangs on it is
-    posed by ``T_lance_cup``.
+    The tool's joint stands at 0: what hangs on it is posed by ``T_lance_cup``.
+
+    Args:
+        robot: The robot.
+        Q: (N, n) configurations.
+
+    Returns:
+        (L, N, 4, 4).
     """
     out = np.empty((len(robot.joints) + 1, len(Q), 4, 4))
     out[0] = robot.T_world_base
@@ -67,12 +73,27 @@ def _is_planned(robot: Robot, joint: Joint) -> bool:
 
 
 def cup_joint_index(robot: Robot) -> int:
-    """Index in ``robot.joints`` of the joint that the cup hangs on; also that of the link before the cup."""
+    """Index in ``robot.joints`` of the joint that the cup hangs on; also that of the link before the cup.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The index.
+    """
     return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.cup_link)
 
 
 def T_lance_cup(robot: Robot, position: float) -> Array:
-    """Pose (4, 4) of the cup link in the link it hangs on, its joint at ``position`` rad (prismatic: m)."""
+    """Pose of the cup link in the link it hangs on.
+
+    Args:
+        robot: The robot.
+        position: Of its joint, rad (prismatic: m).
+
+    Returns:
+        (4, 4).
+    """
     joint = robot.joints[cup_joint_index(robot)]
     if joint.name != robot.tool.joint:
         return joint.T_parent_joint
@@ -82,13 +103,30 @@ def T_lance_cup(robot: Robot, position: float) -> Array:
 
 
 def cup_position(robot: Robot, tool_state: ToolState) -> float:
-    """Position of the tool's joint in rad or m; on the way between two states, that of the first state."""
+    """Position of the tool's joint in a state; on the way between two states, that of the first state.
+
+    Args:
+        robot: The robot.
+        tool_state: State of the tool.
+
+    Returns:
+        rad or m.
+    """
     positions = robot.tool.positions
     return next(iter(positions.values())) if tool_state == MOVING else positions[tool_state]
 
 
 def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
-    """Poses in the world (N, 4, 4) of the tool frame, from ``link_poses`` (L, N, 4, 4)."""
+    """Poses of the tool frame in the world.
+
+    Args:
+        robot: The robot.
+        links: (L, N, 4, 4) from ``link_poses``.
+        tool_state: State of the tool.
+
+    Returns:
+        (N, 4, 4).
+    """
     return np.asarray(
         links[cup_joint_index(robot)]
         @ T_lance_cup(robot, cup_position(robot, tool_state))
@@ -97,11 +135,18 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
 
 
 def reaches(robot: Robot, link: int, radius: float) -> Array:
-    """How far, per unit of each joint, any point of a link can be moved by it: (n,), m/rad (rail: 1).
+    """How far, per unit of each joint, any point of a link can be moved by it.
 
-    radius: m, greatest distance of the points in question from the link's origin. Holds in every
-    configuration within the limits: the way from a joint's axis to the point along the links is never
-    shorter than the distance between them.
+    Holds in every configuration within the limits: the way from a joint's axis to the point along the links
+    is never shorter than the distance between them.
+
+    Args:
+        robot: The robot.
+        link: Index of the link.
+        radius: m, greatest distance of the points in question from the link's origin.
+
+    Returns:
+        (n,) m/rad (rail: 1).
     """
     base, turns = _reaches_of_origin(robot, link)
     return np.where(turns, base + radius, base)

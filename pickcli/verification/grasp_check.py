@@ -24,7 +24,16 @@ ON_NORMAL = np.radians(1.0)  # between the tool axis and a face's normal, on top
 
 
 def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """All that concerns the cup and the item; () for a plan without a grasp."""
+    """Check all that concerns the cup and the item.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) the item as it hangs in the tool frame.
+
+    Returns:
+        The faults; () for a plan without a grasp.
+    """
     if plan.grasp is None or T_tip_item is None:
         return ()
     grasp, item = plan.grasp, scene.item(plan.grasp.item)

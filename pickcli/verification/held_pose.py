@@ -1,4 +1,4 @@
-"""How the item hangs on the cup."""
+"""Pose of the item as it hangs on the cup."""
 
 from __future__ import annotations
 
@@ -12,10 +12,17 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 
 
 def pose_in_tool(plan: Plan, scene: Scene) -> Array | None:
-    """Pose (4, 4) of the held item in the tool frame; None for a plan without a grasp.
+    """Pose of the held item in the tool frame.
 
-    An item that is picked here stays where it lies until the lift: what the cup is pressed on goes into
-    the bellows. One that is held from the start hangs as the scene says.
+    An item that is picked here stays where it lies until the lift: what the cup is pressed on goes into the
+    bellows. One that is held from the start hangs as the scene says.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        (4, 4); None for a plan without a grasp.
     """
     if plan.grasp is None:
         return None

@@ -21,7 +21,14 @@ AT_REST = 1e-9  # rad/s or m/s, and rad/s^2 or m/s^2
 
 @dataclass(frozen=True)
 class Ratios:
-    """Worst value over limit, at any time, of any joint."""
+    """Largest value over limit, at any time, of any joint.
+
+    Attributes:
+        velocity: Of the velocity limits.
+        acceleration: Of the acceleration limits.
+        jerk: Of the jerk limits.
+        reasons: Faults.
+    """
 
     velocity: float
     acceleration: float
@@ -30,7 +37,15 @@ class Ratios:
 
 
 def check_limits(plan: Plan, scene: Scene) -> Ratios:
-    """Position, velocity, acceleration and jerk limits; rest at both ends; carried as slowly as stated."""
+    """Check position, velocity, acceleration and jerk limits, rest at both ends, and the stated slowness.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The largest ratios, and the faults.
+    """
     cell = scene.cell
     limits = cell.robot.limits
     most = (limits.velocity * cell.speed_scale, limits.acceleration * cell.speed_scale, limits.jerk)

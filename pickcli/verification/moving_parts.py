@@ -1,4 +1,4 @@
-"""What moves and what stands: the solids of robot and held item, and of the world, in each segment."""
+"""Solids of robot and held item, which move, and of the world, which stands, in each segment."""
 
 from __future__ import annotations
 
@@ -23,36 +23,63 @@ SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the 
 class Part:
     """One solid of the robot, or the held item.
 
-    The cup and what it holds are posed in the link before the cup, at the position they stand at; while
-    the cup moves there is one part for each of many positions. ``slack``: how far outside of its shape any
-    point of the part may be, for the positions in between and for what the pose of a held item may be off.
+    The cup and what it holds are posed in the link before the cup, at the position they stand at; while the
+    cup moves there is one part for each of many positions.
+
+    Attributes:
+        name: Name of the link, or id of the held item.
+        link: Index of the link that it is fixed to.
+        T_link_shape: (4, 4) pose in that link.
+        shape: The shape.
+        solid: The shape as fcl knows it.
+        balls: Balls that contain it.
+        reach: (n,) m per unit of each joint, see ``reaches``.
+        slack: m that any point of the part may be outside of its shape, for the positions in between and for
+            what the pose of a held item may be off.
+        is_cup: Whether it is the cup.
+        is_held: Whether it is the held item.
     """
 
-    name: str  # link name, or id of the held item
-    link: int  # index of the link it is fixed to
-    T_link_shape: Array  # (4, 4)
+    name: str
+    link: int
+    T_link_shape: Array
     shape: Shape
     solid: Solid
     balls: Balls
-    reach: Array  # (n,) m per unit of each joint, see arm.reaches
-    slack: float = 0.0  # m
+    reach: Array
+    slack: float = 0.0
     is_cup: bool = False
     is_held: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Fixture:
-    """One solid of the world that stands still. slack: m that any point may be outside of its shape."""
+    """One solid of the world that stands still.
 
-    name: str  # body name or item id
-    T_world_shape: Array  # (4, 4)
+    Attributes:
+        name: Name of the body, or id of the item.
+        T_world_shape: (4, 4) pose.
+        shape: The shape.
+        solid: The shape as fcl knows it.
+        slack: m that any point may be outside of its shape.
+    """
+
+    name: str
+    T_world_shape: Array
     shape: Shape
     solid: Solid
     slack: float = 0.0
 
 
 def fixtures(scene: Scene) -> tuple[Fixture, ...]:
-    """Pod, tote, obstacles and items: the pod grown by what its pose may be off, items with a slack of it."""
+    """Pod, tote, obstacles and items: the pod grown by what its pose may be off, items with a slack of it.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        The fixtures.
+    """
     cell = scene.cell
     found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
     found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
@@ -69,7 +96,16 @@ def _fixture(name: str, T: Array, shape: Shape, slack: float = 0.0) -> Fixture:
 
 
 def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Part, ...]:
-    """Everything that the arm moves in a segment. T_tip_item: (4, 4) of the item where one is held."""
+    """Everything that the arm moves in a segment.
+
+    Args:
+        scene: The plan's scene.
+        segment: The segment.
+        T_tip_item: (4, 4) the item in the tool frame where one is held.
+
+    Returns:
+        The parts.
+    """
     robot = scene.cell.robot
     cup = cup_joint_index(robot) + 1
     found = [
@@ -89,7 +125,16 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
 
 
 def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> list[tuple[Part, ...]]:
-    """The parts of every segment; segments with the same tool state and held item share theirs."""
+    """The parts of every segment; segments with the same tool state and held item share theirs.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) the item in the tool frame where one is held.
+
+    Returns:
+        Parts by segment.
+    """
     known: dict[tuple[ToolState, str | None], tuple[Part, ...]] = {}
     for segment in plan.segments:
         key = (segment.tool_state, segment.held)
@@ -99,12 +144,28 @@ def parts_of_segments(plan: Plan, scene: Scene, T_tip_item: Array | None) -> lis
 
 
 def farthest(moving: tuple[Part, ...]) -> Array:
-    """(n,) m per unit of each joint, of whatever reaches farthest."""
+    """How far any of several parts moves per unit of each joint, at most.
+
+    Args:
+        moving: The parts.
+
+    Returns:
+        (n,) m.
+    """
     return np.asarray(np.max([part.reach for part in moving], axis=0))
 
 
 def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
-    """The held item in the cup link."""
+    """The held item in the cup link.
+
+    Args:
+        scene: The plan's scene.
+        item_id: Id of the item.
+        T_tip_item: (4, 4) the item in the tool frame.
+
+    Returns:
+        The body.
+    """
     return Body(item_id, scene.item(item_id).shape, scene.cell.robot.tool.T_cup_tip @ T_tip_item)
 
 

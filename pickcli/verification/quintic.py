@@ -1,5 +1,7 @@
-"""Bounds of polynomials by their Bernstein form: a curve never leaves the hull of its control points,
-and never travels farther than along them. Exact where it counts, and never on the wrong side.
+"""Bounds of polynomials by their Bernstein form.
+
+A curve never leaves the hull of its control points, and never travels farther than along them. Exact where it
+counts, and never on the wrong side.
 """
 
 from __future__ import annotations
@@ -14,7 +16,15 @@ MOST_PIECES = 100_000  # that may hold a maximum; with more the bound is what it
 
 
 def control_points(trajectory: Trajectory, derivative: int) -> Array:
-    """Bernstein control points (pieces, 6 - derivative, n) of a time derivative (0 to 3) of each piece."""
+    """Bernstein control points of a time derivative of each piece of a trajectory.
+
+    Args:
+        trajectory: N points with quintics in between.
+        derivative: 0 to 3.
+
+    Returns:
+        (N - 1, 6 - derivative, n).
+    """
     h = np.diff(trajectory.times)[:, None]
     points = _legs(trajectory.positions, trajectory.velocities, trajectory.accelerations, h)
     if derivative == 0:
@@ -40,10 +50,16 @@ def _legs(p: Array, v: Array, a: Array, h: Array) -> Array:
 
 
 def largest(points: Array) -> Array:
-    """Largest value (n,) of the polynomials with control points (P, d + 1, n) over their pieces.
+    """Largest value of polynomials over their pieces.
 
-    From above, and within RELATIVE of the true value but for curves made to defy it: pieces that cannot
-    hold the maximum drop out, the others are halved; the hull shrinks with the square of their length.
+    From above, and within RELATIVE of the true value but for curves made to defy it: pieces that cannot hold
+    the maximum drop out, the others are halved; the hull shrinks with the square of their length.
+
+    Args:
+        points: (P, d + 1, n) control points.
+
+    Returns:
+        (n,).
     """
     n = points.shape[2]
     of = np.tile(np.arange(n), len(points))  # which of the n each polynomial belongs to
@@ -76,7 +92,7 @@ def _halves(points: Array) -> tuple[Array, Array]:
 
 
 def variation(p: Array, v: Array, a: Array, times: Array) -> Array:
-    """How far each joint travels, at most, between consecutive times: (M - 1, n) rad or m.
+    """How far each joint travels, at most, between consecutive times.
 
     Each stretch is to be one quintic: then its way is at most that along its control points.
 
@@ -85,14 +101,24 @@ def variation(p: Array, v: Array, a: Array, times: Array) -> Array:
         v: (M, n) velocities.
         a: (M, n) accelerations.
         times: (M,) s, strictly increasing, with every knot of the trajectory between them among them.
+
+    Returns:
+        (M - 1, n) rad or m.
     """
     return np.asarray(np.abs(_legs(p, v, a, np.diff(times)[:, None])).sum(axis=0))
 
 
 def motion(trajectory: Trajectory, times: Array) -> tuple[Array, Array, Array]:
-    """Positions, velocities and accelerations, each (M, n), at times (M,).
+    """Positions, velocities and accelerations at given times.
 
     Times outside of the trajectory are clamped to its ends, where it is at rest.
+
+    Args:
+        trajectory: The trajectory.
+        times: (M,) s.
+
+    Returns:
+        (M, n) each.
     """
     knots = trajectory.times
     times = np.clip(times, 0.0, knots[-1])

@@ -42,24 +42,45 @@ IGNORES_ERROR = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
 
 @dataclass(frozen=True)
 class Opening:
-    """Pairs (part, fixture), by name, that were near at the start, and every reason against their motion."""
+    """Pairs that were near at the start of a way out.
+
+    Attributes:
+        pairs: Names (part, fixture).
+        reasons: Every fault of their motion.
+    """
 
     pairs: frozenset[tuple[str, str]] = frozenset()
     reasons: tuple[Reason, ...] = ()
 
 
 def needed_clearance(plan: Plan, scene: Scene) -> float:
-    """m that pairs which are not near at the start keep, on top of what poses may be off."""
+    """Clearance that pairs keep which are not near at the start, on top of what poses may be off.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        m.
+    """
     return 0.0 if plan.recovery in IGNORES_ERROR else scene.cell.clearance
 
 
 def check_recovery(
     plan: Plan, scene: Scene, states: States, velocity: float, opening: Opening, stopped: Trajectory | None
 ) -> tuple[Reason, ...]:
-    """Whether the plan is what its level says, apart from what it is near to. () for any other plan.
+    """Check that a plan is what its level of recovery says, apart from what it is near to.
 
-    velocity: worst share of a velocity limit. opening: what it is near to at its start. stopped: the motion
-    that a way back goes back along, None where that is not known
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        states: The motion's states.
+        velocity: Largest share of a velocity limit.
+        opening: What it is near to at its start.
+        stopped: The motion that a way back goes back along, None where that is not known.
+
+    Returns:
+        The faults; () for a plan that is no recovery.
     """
     if plan.recovery is None:
         return ()
@@ -145,7 +166,19 @@ def check_opening(
     plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
     exempt: Sequence[Exemptions],
 ) -> Opening:  # fmt: skip
-    """The pairs that are near at the start of a way out, each followed to the end of the motion."""
+    """Follow the pairs that are near at the start of a way out to the end of the motion.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        states: The motion's states.
+        moving: Parts that move in each segment.
+        world: What stands in each segment.
+        exempt: Exemptions of each segment.
+
+    Returns:
+        The pairs, and the faults of their motion.
+    """
     if plan.recovery in (None, RecoveryLevel.AS_PLANNED):
         return Opening()
     clearance = scene.cell.clearance
@@ -197,8 +230,10 @@ def _followed(
 def _near_at_start(
     states: States, parts: Sequence[Part], fixtures: Sequence[Fixture], most: float
 ) -> Iterator[tuple[str, str]]:
-    """Pairs, by name, that are at most so far apart, in m, at the first state. Balls around the parts say
-    which of them are worth measuring."""
+    """Pairs, by name, that are at most so far apart, in m, at the first state.
+
+    Balls around the parts say which of them are worth measuring.
+    """
     T = np.array([fixture.T_world_shape for fixture in fixtures])
     half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
     slack = np.array([fixture.slack for fixture in fixtures])

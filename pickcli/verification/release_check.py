@@ -20,7 +20,16 @@ SET_DOWN = 0.02  # m from its bottom to the floor of a bin, on top of its uncert
 
 
 def check_release(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reason, ...]:
-    """() where nothing is let go."""
+    """Check where the item is let go.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) the item in the tool frame where one is held.
+
+    Returns:
+        The faults; () where nothing is let go.
+    """
     if plan.grasp is None or T_tip_item is None:
         return ()
     ends = releases(plan)

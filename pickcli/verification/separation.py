@@ -1,9 +1,8 @@
-"""How far apart two solids are at least, how deep they overlap at most: the gap between two parallel planes
-that touch them.
+"""Bounds on how far apart two solids are, and how deep they overlap: the gap between two parallel planes.
 
-Across any direction whatsoever that gap is a true lower bound of the distance, and across the direction
-of the two nearest points it is the distance. So a search that misses the nearest points costs tightness,
-never truth.
+The planes touch the solids. Across any direction whatsoever that gap is a true lower bound of the distance,
+and across the direction of the two nearest points it is the distance. So a search that misses the nearest
+points costs tightness, never truth.
 """
 
 from __future__ import annotations
@@ -23,7 +22,18 @@ _NO_WEIGHT = 1e-12  # share of a corner that is not needed
 
 
 def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
-    """Width in m of the empty slab between two posed shapes across ``way`` (3,); negative without one."""
+    """Width of the empty slab between two posed shapes across a direction.
+
+    Args:
+        a: One shape.
+        T_a: (4, 4) its pose.
+        b: The other shape.
+        T_b: (4, 4) its pose.
+        way: (3,) direction.
+
+    Returns:
+        m; negative without a gap.
+    """
     length = math.sqrt(way @ way)
     if length == 0.0:
         return -math.inf
@@ -33,10 +43,20 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
 
 
 def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -> float:
-    """How deep in m two posed shapes that meet overlap, at most.
+    """How deep two posed shapes that meet overlap, at most.
 
     Pushed apart by the overlap across any direction they no longer meet, so each is an upper bound of the
-    depth. The least counts: of ``ways`` (3,), and of those in which what is flat or round gives way first.
+    depth. The least counts: of ``ways``, and of those in which what is flat or round gives way first.
+
+    Args:
+        a: One shape.
+        T_a: (4, 4) its pose.
+        b: The other shape.
+        T_b: (4, 4) its pose.
+        ways: Directions (3,) to try.
+
+    Returns:
+        m.
     """
     between, R_a, R_b = T_b[:3, 3] - T_a[:3, 3], T_a[:3, :3], T_b[:3, :3]
     radial = [between - T[:3, 2] * (T[:3, 2] @ between) for T in (T_a, T_b)]
@@ -49,7 +69,15 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -
 
 
 def half_widths(shape: Shape, directions: Array) -> Array:
-    """(K,): ``half_width`` for unit directions (K, 3) in the shape's own frame."""
+    """Half widths of a shape across several directions (see ``half_width``).
+
+    Args:
+        shape: The shape.
+        directions: (K, 3) unit directions in the shape's own frame.
+
+    Returns:
+        (K,) m.
+    """
     x, y, z = np.abs(directions).T
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -60,10 +88,16 @@ def half_widths(shape: Shape, directions: Array) -> Array:
 
 
 def half_width_terms(shape: Shape) -> Array:
-    """Five lengths (5,) in m that say the half width of any shape in one formula.
+    """Five lengths that say the half width of any shape in one formula.
 
-    Across a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|,
-    hypot(x, y) and 1, each times its term: box, cylinder and sphere differ in what is 0.
+    Across a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|, hypot(x, y) and
+    1, each times its term: box, cylinder and sphere differ in what is 0.
+
+    Args:
+        shape: The shape.
+
+    Returns:
+        (5,) m.
     """
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -74,7 +108,7 @@ def half_width_terms(shape: Shape) -> Array:
 
 
 def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array:
-    """Lower bounds (M,) in m of the distances of many pairs of posed shapes; negative where there is no gap.
+    """Lower bounds of the distances of many pairs of posed shapes.
 
     Of each pair the widest gap counts across the axes of both, the products of these (for boxes these tell
     whether the two meet: the separating axis theorem), and the line between the centres.
@@ -84,6 +118,9 @@ def widest_gaps(terms_a: Array, T_a: Array, terms_b: Array, T_b: Array) -> Array
         T_a: (M, 4, 4) their poses in the world.
         terms_b: (M, 5) of the second shapes.
         T_b: (M, 4, 4) their poses in the world.
+
+    Returns:
+        (M,) m; negative where there is no gap.
     """
     R_a, R_b, between = T_a[:, :3, :3], T_b[:, :3, :3], T_b[:, :3, 3] - T_a[:, :3, 3]
     axes_a, axes_b = np.swapaxes(R_a, 1, 2), np.swapaxes(R_b, 1, 2)
@@ -105,7 +142,16 @@ def _half_widths_of_many(terms: Array, directions: Array) -> Array:
 
 
 def half_width(shape: Shape, T: Array, direction: Array) -> float:
-    """From the shape's centre to the farthest plane across a unit direction (3,) that touches it, m."""
+    """From a shape's centre to the farthest plane across a direction that touches it.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) its pose.
+        direction: (3,) unit direction in the world.
+
+    Returns:
+        m.
+    """
     x, y, z = (float(c) for c in direction @ T[:3, :3])
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -116,7 +162,16 @@ def half_width(shape: Shape, T: Array, direction: Array) -> float:
 
 
 def support(shape: Shape, T: Array, direction: Array) -> Array:
-    """The point (3,) of a posed shape that is farthest along a direction (3,), both in the world."""
+    """The point of a posed shape that is farthest along a direction.
+
+    Args:
+        shape: The shape.
+        T: (4, 4) its pose.
+        direction: (3,) in the world.
+
+    Returns:
+        (3,) m in the world.
+    """
     local = direction @ T[:3, :3]
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -130,12 +185,21 @@ def support(shape: Shape, T: Array, direction: Array) -> Array:
 
 
 def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:
-    """The distance in m of two posed shapes from below; 0 where they touch.
+    """The distance of two posed shapes from below.
 
     The least vector from one to the other is the point nearest to 0 of all their differences b - a, which
     Wolfe's algorithm finds (Finding the nearest point in a polytope, 1976; with the corners that support
-    functions give it is Gilbert, Johnson and Keerthi's): of the corners seen so far it keeps those that
-    span the face next to 0. Every step gives a direction, and the widest gap counts.
+    functions give it is Gilbert, Johnson and Keerthi's): of the corners seen so far it keeps those that span
+    the face next to 0. Every step gives a direction, and the widest gap counts.
+
+    Args:
+        a: One shape.
+        T_a: (4, 4) its pose.
+        b: The other shape.
+        T_b: (4, 4) its pose.
+
+    Returns:
+        m; 0 where they touch.
     """
     best = 0.0
     x = T_b[:3, 3] - T_a[:3, 3]

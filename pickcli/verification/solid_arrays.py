@@ -43,7 +43,14 @@ class SolidArrays:
 
     @classmethod
     def of(cls, solids: Iterable[Part | Fixture]) -> SolidArrays:
-        """The arrays of solids, at least one of which moves."""
+        """The arrays of solids.
+
+        Args:
+            solids: At least one of them moves.
+
+        Returns:
+            The arrays.
+        """
         found = tuple(solids)
         still = next(np.zeros_like(solid.reach) for solid in found if isinstance(solid, Part))
         return cls(
@@ -59,27 +66,58 @@ class SolidArrays:
         )
 
     def pair(self, a: int, b: int) -> tuple[Part, Part | Fixture]:
-        """The solids of two indices, the first of which moves."""
+        """The solids of two indices.
+
+        Args:
+            a: Index of one that moves.
+            b: Index of the other.
+
+        Returns:
+            Both.
+        """
         one = self.solids[a]
         assert isinstance(one, Part)
         return one, self.solids[b]
 
     def radii(self, which: Indices) -> Array:
-        """Radii (M,) in m of balls about the centres that contain the solids, slack included."""
+        """Radii of balls about the centres that contain the solids, slack included.
+
+        Args:
+            which: (M,) indices of solids.
+
+        Returns:
+            (M,) m.
+        """
         terms = self.terms[which]
         return np.asarray(np.linalg.norm(terms[:, :4], axis=1) + terms[:, 4] + self.slack[which])
 
     def T_world(self, states: States, which: Indices, at: Indices) -> Array:
-        """Poses (M, 4, 4) in the world of solids (M,) at states (M,)."""
+        """Poses of solids in the world.
+
+        Args:
+            states: The motion's states.
+            which: (M,) indices of solids.
+            at: (M,) indices of states.
+
+        Returns:
+            (M, 4, 4).
+        """
         T, link = self.T[which], self.link[which]
         moves = link >= 0
         T[moves] = states.links[link[moves], at[moves]] @ T[moves]
         return np.asarray(T)
 
     def relative_reach(self, a: Indices, b: Indices) -> Array:
-        """How far two solids move relative to each other per unit of each joint: (M, n) m.
+        """How far two solids move relative to each other per unit of each joint.
 
         Only the joints between the two count: those that move the one farther from the base alone.
+
+        Args:
+            a: (M,) indices of solids.
+            b: (M,) indices of solids.
+
+        Returns:
+            (M, n) m.
         """
         is_a_nearer = (self.link[a] <= self.link[b])[:, None]
         near = np.where(is_a_nearer, self.reach[a], self.reach[b])
@@ -87,7 +125,17 @@ class SolidArrays:
         return np.where(near > 0.0, 0.0, far)
 
     def gaps(self, states: States, a: Indices, b: Indices, at: Indices) -> Array:
-        """Lower bounds (M,) in m of the distances of pairs at states (M,), slack taken off."""
+        """Lower bounds of the distances of pairs, slack taken off.
+
+        Args:
+            states: The motion's states.
+            a: (M,) indices of solids.
+            b: (M,) indices of solids.
+            at: (M,) indices of states.
+
+        Returns:
+            (M,) m.
+        """
         found = [
             widest_gaps(
                 self.terms[a[k]], self.T_world(states, a[k], at[k]),

@@ -1,4 +1,4 @@
-"""The states at which a motion is looked at: so many that no point moves far between two of them."""
+"""State sampling: so many states of a motion that no point moves far between two of them."""
 
 from __future__ import annotations
 
@@ -31,12 +31,28 @@ class States:
     _finer: dict[tuple[int, int], States] = field(default_factory=dict, repr=False)
 
     def between(self, t_start: float, t_end: float) -> tuple[int, int]:
-        """Indices of the states at two times that are among the states' (segment ends are)."""
+        """States at two times that are among the states' (segment ends are).
+
+        Args:
+            t_start: s.
+            t_end: s.
+
+        Returns:
+            Indices of both.
+        """
         i, j = np.searchsorted(self.times, (t_start - 1e-9, t_end - 1e-9))
         return int(i), int(min(j, len(self.times) - 1))
 
     def finer(self, i: int, n: int) -> States:
-        """The stretch from state i to the next one, cut into n equal parts."""
+        """The stretch from a state to the next one, cut into equal parts.
+
+        Args:
+            i: Index of the state.
+            n: Number of parts.
+
+        Returns:
+            The states.
+        """
         if (i, n) not in self._finer:
             times = np.linspace(self.times[i], self.times[i + 1], n + 1)
             self._finer[i, n] = _states_at(times, self.robot, self.trajectory, self.max_step)
@@ -44,10 +60,16 @@ class States:
 
 
 def sample_states(robot: Robot, trajectory: Trajectory, also: Array, reach: Array) -> States:
-    """Split the trajectory until no point moves more than MAX_STEP between two states.
+    """Split a trajectory until no point moves more than MAX_STEP between two states.
 
-    also: times (K,) that must be among the states'. reach: (n,) m per unit of each joint, of whatever
-    reaches farthest.
+    Args:
+        robot: The robot.
+        trajectory: The trajectory.
+        also: (K,) s that must be among the states' times.
+        reach: (n,) m per unit of each joint, of whatever reaches farthest.
+
+    Returns:
+        The states.
     """
     times = _merged(np.concatenate([trajectory.times, also]))
     while True:

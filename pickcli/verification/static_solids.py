@@ -1,4 +1,4 @@
-"""What stands where in each segment: an item that is set down in a bin stands there from then on."""
+"""Solids that stand in each segment: an item that is set down in a bin stands there from then on."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ SAME_PLACE = 0.005  # m, beyond twice what poses may be off, up to which what is
 class Standing:
     """The fixtures of a plan's segments.
 
-    set_down: those after the release, where that is in a bin; else the item falls into the tote and is not
-    followed
+    Attributes:
+        plan: The plan.
+        before: What stands before the release.
+        set_down: What stands after the release, if that is in a bin; else the item falls into the tote and is
+            not followed.
     """
 
     plan: Plan
@@ -30,7 +33,14 @@ class Standing:
     set_down: tuple[Fixture, ...] | None
 
     def of(self, k: int) -> tuple[Fixture, ...]:
-        """All that stands during segment k, without what is in the cup or fell into the tote."""
+        """All that stands during a segment, without what is in the cup or fell into the tote.
+
+        Args:
+            k: Index of the segment.
+
+        Returns:
+            The fixtures.
+        """
         if self.set_down is not None and k > releases(self.plan)[0]:
             return self.set_down
         gone = {segment.held for segment in self.plan.segments[: k + 1]}
@@ -38,7 +48,16 @@ class Standing:
 
 
 def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
-    """The fixtures of every segment. T_tip_item: (4, 4) of the item where one is held."""
+    """The fixtures of every segment.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        T_tip_item: (4, 4) the item in the tool frame where one is held.
+
+    Returns:
+        The fixtures.
+    """
     before = _not_in_the_cup(plan, scene, fixtures(scene))
     ends = releases(plan)
     if not ends or plan.grasp is None or T_tip_item is None:
@@ -75,14 +94,32 @@ def _apart(T_a: Array, T_b: Array, item: Item) -> float:
 
 
 def release_pose(plan: Plan, scene: Scene, k: int, T_tip_item: Array) -> Array:
-    """Pose (4, 4) in the world of the item at the end of segment k, where it is let go."""
+    """Pose of the item at the end of a segment, where it is let go.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        k: Index of the segment.
+        T_tip_item: (4, 4) the item in the tool frame.
+
+    Returns:
+        (4, 4) in the world.
+    """
     robot, segment = scene.cell.robot, plan.segments[k]
     q = plan.trajectory.sample(segment.t_end)
     return np.asarray(tip_poses(robot, link_poses(robot, q), segment.tool_state)[0] @ T_tip_item)
 
 
 def bin_at(scene: Scene, T_world_item: Array) -> str | None:
-    """The bin that an item's centre is in, if any."""
+    """The bin that an item's centre is in.
+
+    Args:
+        scene: The scene.
+        T_world_item: (4, 4) pose of the item.
+
+    Returns:
+        Name of the bin, or None.
+    """
     for name, place in scene.cell.pod.bins.items():
         if place.holds((inverse(scene.T_world_place(place)) @ T_world_item)[:3, 3]):
             return name

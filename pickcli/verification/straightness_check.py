@@ -39,7 +39,16 @@ SPEED_TOLERANCE = 1e-3  # of the contact speed
 
 
 def check_lines(plan: Plan, robot: Robot, states: States) -> tuple[Reason, ...]:
-    """All that is promised of the tool's way in single segments."""
+    """Check all that is promised of the tool's way in single segments.
+
+    Args:
+        plan: The plan.
+        robot: The robot.
+        states: The motion's states.
+
+    Returns:
+        The faults.
+    """
     reasons: list[Reason] = []
     touched = dict.fromkeys(TOUCHED_WAY, 0.0)
     for k, segment in enumerate(plan.segments):
@@ -96,7 +105,18 @@ def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str
 
 
 def fastest_tip(plan: Plan, robot: Robot, tool_state: ToolState, t_start: float, t_end: float) -> float:
-    """Greatest speed of the tip in m/s over every millisecond between two times, the cup in one place."""
+    """Greatest speed of the tip over every millisecond between two times, the tool in one state.
+
+    Args:
+        plan: The plan.
+        robot: The robot.
+        tool_state: State of the tool.
+        t_start: s.
+        t_end: s.
+
+    Returns:
+        m/s.
+    """
     n = max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1)
     times = np.linspace(t_start, t_end, n)
     p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), tool_state)[:, :3, 3]

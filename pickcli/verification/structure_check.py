@@ -20,7 +20,15 @@ CARRYING = (SegmentKind.LIFT, SegmentKind.TRANSFER, SegmentKind.INSERT, SegmentK
 
 
 def check_structure(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
-    """Everything that the other checks take for granted; they run only when this finds nothing."""
+    """Check everything that the other checks take for granted; they run only when this finds nothing.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        The faults.
+    """
     reasons = [*_trajectory(plan, scene)] or [*_magnitudes(plan)]
     if not reasons:
         names = [*_names(plan, scene), *_tool_states(plan, scene)]

@@ -10,7 +10,15 @@ from pickcli.scene.supports import supports_of
 
 
 def check_support(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
-    """One reason for every item that would fall or roll away; () for a plan that takes nothing."""
+    """Check that nothing is taken away that others rest on or lean on.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+
+    Returns:
+        One fault for every item that would fall or roll away; () for a plan that takes nothing.
+    """
     if plan.grasp is None or all(segment.kind is not SegmentKind.CONTACT for segment in plan.segments):
         return ()
     taken = plan.grasp.item

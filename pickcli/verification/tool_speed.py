@@ -11,7 +11,15 @@ from pickcli.verification.straightness_check import SPEED_TOLERANCE, fastest_tip
 
 
 def check_tool_speed(plan: Plan, cell: Cell) -> Iterator[Reason]:
-    """The tip is nowhere faster than ``max_tool_speed``, in whichever of its states the tool is."""
+    """Check that the tip is nowhere faster than ``max_tool_speed``, in whichever of its states the tool is.
+
+    Args:
+        plan: The plan.
+        cell: The cell.
+
+    Yields:
+        Faults.
+    """
     limit = cell.max_tool_speed
     if limit is None:
         return

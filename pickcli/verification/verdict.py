@@ -1,4 +1,4 @@
-"""What the verifier answers."""
+"""The verdict: what the verifier answers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ from pickcli.motion.plan import Certificate
 
 @dataclass(frozen=True)
 class Verdict:
-    """Either a certificate and no reasons, or no certificate and every reason that was found."""
+    """Either a certificate and no reasons, or no certificate and every reason that was found.
+
+    Attributes:
+        certificate: What was checked, or None.
+        reasons: Faults.
+    """
 
     certificate: Certificate | None
     reasons: tuple[Reason, ...]

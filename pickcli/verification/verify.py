@@ -56,10 +56,17 @@ FAR_BEYOND = 10.0  # times a velocity limit: so much motion would be looked at f
 def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdict:
     """Check a plan against the scene it is to be executed in.
 
-    stopped: of a way back after a stop, the motion that stopped; without it such a plan may only lead out
+    Args:
+        plan: The plan.
+        scene: The scene.
+        stopped: Of a way back after a stop, the motion that stopped; without it such a plan may only lead
+            out.
 
-    Returns a certificate, or every reason against the plan. Raises StaleError when the plan was made for
-    another cell or another scene: then nothing can be said about it.
+    Returns:
+        A certificate, or every reason against the plan.
+
+    Raises:
+        StaleError: If the plan was made for another cell or another scene: then nothing can be said about it.
     """
     digest = _same_world(plan, scene)
     reasons = check_structure(plan, scene)
@@ -114,7 +121,19 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
 
 
 def certify(plan: Plan, scene: Scene) -> Plan:
-    """The plan with its certificate. Raises RejectedError with all reasons, or StaleError."""
+    """Verify a plan and add its certificate.
+
+    Args:
+        plan: The plan.
+        scene: The scene.
+
+    Returns:
+        The plan with its certificate.
+
+    Raises:
+        RejectedError: If the verifier does not accept it, with all reasons.
+        StaleError: If the plan was made for another cell or another scene.
+    """
     verdict = verify(plan, scene)
     if verdict.certificate is None:
         raise RejectedError(plan.query, verdict.reasons)
@@ -132,7 +151,16 @@ def _same_world(plan: Plan, scene: Scene) -> str:
 
 
 def sampled(plan: Plan, scene: Scene, moving: Sequence[tuple[Part, ...]]) -> States:
-    """The states at which a plan is looked at; ends of segments are among them."""
+    """The states at which a plan is looked at; ends of segments are among them.
+
+    Args:
+        plan: The plan.
+        scene: The plan's scene.
+        moving: Parts that move in each segment.
+
+    Returns:
+        The states.
+    """
     reach = np.max([farthest(parts) for parts in moving], axis=0)
     ends = np.array([t for s in plan.segments for t in (s.t_start, s.t_end)])
     return sample_states(scene.cell.robot, plan.trajectory, ends, reach)
