@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 
 @click.command("plan-pick")
 @scene_options
-@click.option("--bin", "bin_name", metavar="BIN", required=True, help="Bin to pick from, e.g. bin_C.")
+@click.option(
+    "--bin", "bin_name", metavar="BIN", required=True, help="Where the item is: a bin, e.g. bin_C, or tote."
+)
 @click.option("--item", metavar="NAME", required=True, help="Item, or instance id of the scene (name#2).")
 @click.option(
     "--from", "start", metavar=CONFIGURATION, default="home", show_default=True, help=CONFIGURATION_HELP
@@ -93,13 +95,14 @@ def _refuse_impossible(scene: Scene, bin_name: str, item: str, into: str) -> Non
     from pickcli.scene.scene import TOTE
 
     bins = scene.cell.pod.bins
-    if bin_name not in bins:
-        raise UnknownNameError("bin", bin_name, list(bins), "--bin")
+    if bin_name not in (TOTE, *bins):
+        raise UnknownNameError("bin", bin_name, [*bins, TOTE], "--bin")
     if into not in (TOTE, *bins):
         raise UnknownNameError("place", into, [TOTE, *bins], "--into")
     placed = scene.find(item, bin_name)
     if into == bin_name:
-        raise InputError(f"--into: the item is taken from {into}; name the tote or another bin")
+        others = "a bin" if into == TOTE else "the tote or another bin"
+        raise InputError(f"--into: the item is taken from {into}; name {others}")
     if into != TOTE and (sizes := bins[into].room.too_small_for(placed.item.shape.extents)):
         raise InputError(
             f"--into: {placed.id} fits in no way into {into}: it has {sizes}; name another place"

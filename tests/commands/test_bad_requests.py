@@ -36,6 +36,7 @@ from support.command_line import ITEM, Made, apc, misused, pick, refused
         ),
         (("--bin", "bin_C", "--item", "dove_beauty_bra"), f"did you mean '{ITEM}'"),
         (("--bin", "bin_A", "--item", ITEM), "it is in bin_C"),
+        (("--bin", "tote", "--item", ITEM), "it is in bin_C"),
         (("--bin", "bin_A", "--item", "crayola"), "known: none"),
     ],
 )

@@ -15,19 +15,20 @@ from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.bin_placements import bin_spots
 from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
 from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.planning.stages.tote_placements import TotePlacement, spots
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_rng
 
 WANTED_IN_TOTE, WANTED_IN_BIN = 4, 2  # motions among which the best whole one is chosen
 TOTE_COST = 2.0  # s that a metre of a spot's cost is worth
 BIN_COST = 0.1  # s that the next best place is worth
+QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +114,16 @@ def _into_bin(
     problem: PickProblem, chosen: GraspMotion, cell_bin: Place
 ) -> tuple[PlaceMotion, ...] | Failures:
     context, target = problem.context, problem.target
-    T_place_item = inverse(problem.scene.T_world_place(problem.place)) @ target.T_world_item
-    places = bin_spots(context, problem.scene, target, T_place_item[:3, :3], cell_bin)
-    if isinstance(places, Reason):
-        return Failures.of(places)
+    places: list[PlacedItem] = []
+    failures = Failures()
+    for R_bin_item in _orientations(problem):
+        spots_there = bin_spots(context, problem.scene, target, R_bin_item, cell_bin)
+        if isinstance(spots_there, Reason):
+            failures += spots_there
+        else:
+            places += spots_there
     rng = derived_rng(problem.seed, "set down", target.id, cell_bin.name)
     found: list[PlaceMotion] = []
-    failures = Failures()
     for k, placed in enumerate(places):
         there = PickProblem(
             context, problem.scene.moved(placed), cell_bin, placed, problem.neighbours, problem.seed
@@ -136,6 +140,18 @@ def _into_bin(
         if len(found) >= WANTED_IN_BIN:
             break
     return tuple(found) or failures
+
+
+def _orientations(problem: PickProblem) -> list[Array]:
+    """How the target may stand in a bin, (3, 3) each: as it stands where it is taken from.
+
+    What is taken out of a place from above by its upper side goes into a bin with that side to the front, and
+    may be turned about the way in.
+    """
+    R_entry_item = problem.T_entry_item[:3, :3]
+    if not problem.place.access.is_from_above:
+        return [R_entry_item]
+    return [rotation_axis_angle((1.0, 0.0, 0.0), turn) @ R_entry_item for turn in QUARTER_TURNS]
 
 
 def _too_close(there: PickProblem, where: str) -> Failures:
