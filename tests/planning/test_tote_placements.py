@@ -16,7 +16,6 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.stages.tote_placements import (
     ABOVE_PILE,
-    ABOVE_TIPPING,
     LEAST_WALL,
     MAX_DROP,
     TIPPING_COST,
@@ -94,22 +93,32 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
     assert moved.max() > 0.05
 
 
-def test_what_lands_on_one_side_is_released_higher_and_only_where_it_must(
-    scene_with: SceneWith, held: AttachedItem
+@pytest.mark.parametrize(
+    ("shape", "at", "share"),
+    [
+        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.0, 0.0), 0.0),
+        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.15, 0.1), 0.2),
+        (Shape(ShapeKind.BOX, (0.05, 0.15, 0.04)), (0.0, 0.0), 0.2),  # narrower than the middle
+        (Shape(ShapeKind.CYLINDER, (0.1, 0.15)), (0.0, 0.0), 0.2),  # wide enough, but round
+    ],
+)
+def test_what_does_not_land_level_is_released_higher_and_only_where_it_must(
+    scene_with: SceneWith, held: AttachedItem, shape: Shape, at: tuple[float, float], share: float
 ) -> None:
-    """A board that takes up nearly all of the tote, over one box: under its middle, or under its corner."""
-    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (0.5, 0.3, 0.03))))
-    gaps, costs = [], []
-    for place in ((0.0, 0.0, 0.02), (0.2, 0.1, 0.02)):
-        scene = piled(scene_with(), place)
-        best = found(scene, board, STRAIGHT)[0]
-        low, _ = box(released_pose(best, board), board)
-        (lying,) = scene.in_location(TOTE)
-        top = lying.T_world_item[2, 3] + lying.item.shape.extents[2] / 2 + scene.noise.bound(lying.item)
-        gaps.append(float(low[2] - top))
-        costs.append(best.cost)
-    assert gaps == pytest.approx([ABOVE_PILE, ABOVE_TIPPING])
-    assert costs[1] - costs[0] >= TIPPING_COST
+    """A board that takes up nearly all of the tote, over one item that lies there."""
+    side = 0.5
+    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (side, 0.3, 0.03))))
+    scene, lies = scene_with(), shape.kind is ShapeKind.CYLINDER
+    floor = scene.cell.tote.place.T_carrier_place
+    T = floor @ pose([*at, 0.02], rpy=[np.pi / 2 if lies else 0.0, 0.0, 0.0])
+    item = replace(held.item, shape=shape)
+    best = found(replace(scene, items=(PlacedItem("lying", item, TOTE, T),)), board, STRAIGHT)[0]
+    low, _ = box(released_pose(best, board), board)
+    top = float(T[2, 3] + shape.reach(T[:3, :3])[2] + scene.noise.bound(item))
+    gap = float(low[2]) - top
+    assert gap == pytest.approx(max(ABOVE_PILE, share * side))
+    is_dearer = best.cost > 2.0 * (top - float(floor[2, 3])) + gap + TIPPING_COST
+    assert is_dearer == (share > 0.0)
 
 
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
