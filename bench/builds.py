@@ -42,11 +42,11 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 def measure() -> dict[str, Any]:
     """Seconds of a build on two processes, the speed-up over one, and what the tasks cost."""
     cell = load_cell("apc2016_delft")
-    recipe, keys = CoarseMotionJob(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
-    keys.sort(key=recipe.effort, reverse=True)  # as a build does them
+    job, keys = CoarseMotionJob(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
+    keys.sort(key=job.effort, reverse=True)  # as a build does them
     costs: list[float] = []
-    two_s, by_two = _done(Processes(2), recipe, keys, [])
-    one_s, by_one = _done(Here(), recipe, keys, costs)
+    two_s, by_two = _done(Processes(2), job, keys, [])
+    one_s, by_one = _done(Here(), job, keys, costs)
     return {
         "motions": len(keys),
         "build_1_job_s": one_s,
@@ -61,7 +61,7 @@ def measure() -> dict[str, Any]:
             "max": max(costs),
         },
         "record_bytes_mean": statistics.mean(map(len, by_one.values())),
-        "recipe_bytes": len(pickle.dumps(recipe)),
+        "recipe_bytes": len(pickle.dumps(job)),
     }
 
 
@@ -73,12 +73,12 @@ def _roadmap_seconds(cell: Cell) -> float:
 
 
 def _done(
-    runner: Runner, recipe: CoarseMotionJob, keys: list[Key], costs: list[float]
+    runner: Runner, job: CoarseMotionJob, keys: list[Key], costs: list[float]
 ) -> tuple[float, dict[Key, bytes]]:
     """Seconds, and records by key; the seconds between one record and the next go to ``costs``."""
     began = last = time.perf_counter()
     records = {}
-    for key, record in runner.run(recipe, keys):
+    for key, record in runner.run(job, keys):
         now = time.perf_counter()
         costs.append(now - last)
         last = now
@@ -88,17 +88,17 @@ def _done(
 
 @dataclass(frozen=True)
 class Nothing:
-    """A recipe whose tasks take no time and leave as many bytes as a motion does."""
+    """A job whose tasks take no time and leave as many bytes as a motion does."""
 
     n_numbers: int = 800
     inputs: str = "nothing"
 
     def effort(self, key: Key) -> float:
-        """See Recipe."""
+        """See Job."""
         return 1.0
 
     def make(self, key: Key) -> Record:
-        """See Recipe."""
+        """See Job."""
         return Record(arrays={"numbers": np.zeros(self.n_numbers)})
 
 
@@ -173,7 +173,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dask", action="store_true", help="only what Dask adds")
     given = parser.parse_args()
-    # As a module, so that workers find the recipe under its name.
+    # As a module, so that workers find the job under its name.
     from bench import builds
 
     print(json.dumps(builds.measure_dask() if given.dask else builds.measure(), indent=2))

@@ -12,7 +12,7 @@ from pickcli.jobs.dask_client import connected
 from pickcli.jobs.dask_results import results
 from pickcli.jobs.dask_worker import check_software, cluster_outcome, software
 from pickcli.jobs.executors import Finished
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class Cluster:
     address: str
     timeout: float = 10.0
 
-    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+    def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks on the workers of the cluster.
 
         Args:
-            recipe: How the tasks are done.
+            job: How the tasks are done.
             keys: The tasks.
 
         Yields:
@@ -44,7 +44,7 @@ class Cluster:
         if keys:
             with connected(self.address, self.timeout) as client:
                 self._check_workers(client)
-                futures = _submitted(client, recipe, keys)
+                futures = _submitted(client, job, keys)
                 for future, record in results(client, futures, self.address, self.timeout):
                     yield future.key[1:], record
 
@@ -69,13 +69,13 @@ class Cluster:
             check_software(theirs, software(), f"the worker {where}")
 
 
-def _submitted(client: Any, recipe: Recipe, keys: Sequence[Key]) -> list[Any]:
+def _submitted(client: Any, job: Job, keys: Sequence[Key]) -> list[Any]:
     """A future per task. Its key is a word and the task's own.
 
     That word holds what results follow from: two builds of the same share them.
     """
-    # The recipe is the result of a task, too: where all workers that hold it die, it is made again.
-    shared = client.submit(pickle.loads, pickle.dumps(recipe), key=("apc-recipe", recipe.inputs))
-    names = [(f"apc-task-{recipe.inputs}", *key) for key in keys]
+    # The job is the result of a task, too: where all workers that hold it die, it is made again.
+    shared = client.submit(pickle.loads, pickle.dumps(job), key=("apc-job", job.inputs))
+    names = [(f"apc-task-{job.inputs}", *key) for key in keys]
     n = len(keys)
     return list(client.map(cluster_outcome, [shared] * n, keys, [software()] * n, key=names))

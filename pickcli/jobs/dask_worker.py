@@ -10,7 +10,7 @@ from functools import cache
 
 from pickcli.errors import InputError
 from pickcli.jobs import job
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 from pickcli.jobs.worker import outcome
 
 Software = Mapping[str, str]  # name -> version, of all that may change a record's bytes
@@ -54,7 +54,7 @@ def check_software(theirs: Software, ours: Software, where: str) -> None:
         )
 
 
-def cluster_outcome(how: Recipe, key: Key, ours: Software) -> bytes | Exception:
+def cluster_outcome(how: Job, key: Key, ours: Software) -> bytes | Exception:
     """Do one task on a worker of a cluster.
 
     The software is checked here, too, as the worker may have come later, with another version.

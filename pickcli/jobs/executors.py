@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Protocol, TypeAlias
 
 from pickcli.errors import WorkerLostError
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 
 MAX_DEATHS = 3  # workers that a task may cost before it is blamed
 
@@ -29,11 +29,11 @@ Finished: TypeAlias = Generator[tuple[Key, bytes], None, None]
 class Runner(Protocol):
     """Something that runs tasks."""
 
-    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+    def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks. Closing the iterator ends all work.
 
         Args:
-            recipe: How the tasks are done.
+            job: How the tasks are done.
             keys: The tasks.
 
         Yields:
@@ -66,17 +66,17 @@ def runner(n_jobs: int) -> Runner:
 class Here:
     """Serial executor: this process runs one task after the other."""
 
-    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+    def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks in this process.
 
         Args:
-            recipe: How the tasks are done.
+            job: How the tasks are done.
             keys: The tasks.
 
         Yields:
             Records by key, in their order.
         """
-        return ((key, recipe.make(key).to_bytes()) for key in keys)
+        return ((key, job.make(key).to_bytes()) for key in keys)
 
 
 @dataclass(frozen=True)
@@ -89,11 +89,11 @@ class Processes:
 
     n_jobs: int
 
-    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+    def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         """Run tasks on workers. A task alone is run here: a worker would only begin to be ready by then.
 
         Args:
-            recipe: How the tasks are done.
+            job: How the tasks are done.
             keys: The tasks.
 
         Yields:
@@ -103,10 +103,10 @@ class Processes:
             WorkerLostError: If a task ended several workers. What a task raises is raised, too.
         """
         if len(keys) == 1:
-            yield from Here().run(recipe, keys)
+            yield from Here().run(job, keys)
             return
         waiting, in_hand, deaths = deque(keys), dict[Connection, Key](), Counter[Key]()
-        workers = [_Worker.start(recipe) for _ in range(min(self.n_jobs, len(keys)))]
+        workers = [_Worker.start(job) for _ in range(min(self.n_jobs, len(keys)))]
         by_pipe = {worker.pipe: worker for worker in workers}
         try:
             for worker in workers:
@@ -120,7 +120,7 @@ class Processes:
                         waiting.appendleft(_blamed(key, deaths))
                         worker.end()
                         del by_pipe[pipe]
-                        worker = _Worker.start(recipe)
+                        worker = _Worker.start(job)
                         by_pipe[worker.pipe] = worker
                     if waiting:
                         in_hand[worker.pipe] = worker.give(waiting.popleft())
@@ -150,7 +150,7 @@ class _Worker:
     pipe: Connection
 
     @classmethod
-    def start(cls, recipe: Recipe) -> _Worker:
+    def start(cls, job: Job) -> _Worker:
         """A new worker, in a session of its own: Ctrl-C in a terminal reaches only us."""
         ours, theirs = Pipe()
         process = subprocess.Popen(
@@ -163,7 +163,7 @@ class _Worker:
         theirs.close()
         worker = cls(process, ours)
         worker._send(sys.path)
-        worker._send(recipe)
+        worker._send(job)
         return worker
 
     def give(self, key: Key) -> Key:

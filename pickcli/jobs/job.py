@@ -16,11 +16,11 @@ from pickcli.kernel import _kernel
 Key: TypeAlias = tuple[str, ...]  # the name of a task, unique in its build
 
 
-class Recipe(Protocol):
+class Job(Protocol):
     """How the tasks of one build are done.
 
     It travels to other processes by pickle, so it is small, and what it needs for its work it makes there
-    when it is first used. What ``make`` leaves depends on the key and the recipe alone: not on tasks before
+    when it is first used. What ``make`` leaves depends on the key and the job alone: not on tasks before
     it, nor on the process, nor on the clock. A task may be done twice; its records are the same bytes.
     """
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from pickcli.jobs.executors import Here, Runner
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_result import Record
 from pickcli.jobs.journal import Journal
 from pickcli.progress import Progress
@@ -77,17 +77,17 @@ class Means:
 
 
 class Build:
-    """The tasks of one recipe, each done once.
+    """The tasks of one job, each done once.
 
     Args:
-        recipe: How the tasks are done.
+        job: How the tasks are done.
         means: Options; a serial run without a journal if None.
     """
 
-    def __init__(self, recipe: Recipe, means: Means | None = None) -> None:
-        self.recipe, self.means = recipe, means or Means()
+    def __init__(self, job: Job, means: Means | None = None) -> None:
+        self.job, self.means = job, means or Means()
         output = self.means.output
-        self.journal = None if output is None else Journal(output, recipe.inputs)
+        self.journal = None if output is None else Journal(output, job.inputs)
         self._records = dict(self.means.kept) | self._from_journal()
         self.progress = BuildProgress(0, 0)
         self._efforts: dict[Key, float] = {}
@@ -105,7 +105,7 @@ class Build:
         """
         missing = self._longest_first([key for key in keys if key not in self._records])
         self._begin_round(keys, missing)
-        with closing(self.means.runner.run(self.recipe, missing)) as finished:
+        with closing(self.means.runner.run(self.job, missing)) as finished:
             for key, content in finished:
                 if self.journal is not None:
                     self.journal.append(key, content)
@@ -114,7 +114,7 @@ class Build:
         return [self._records[key] for key in keys]
 
     def _longest_first(self, keys: Sequence[Key]) -> list[Key]:
-        self._efforts = {key: self.recipe.effort(key) for key in keys}
+        self._efforts = {key: self.job.effort(key) for key in keys}
         return sorted(keys, key=lambda key: -self._efforts[key])
 
     def finish(self) -> None:

@@ -1,7 +1,7 @@
 """A process that does tasks for another one: ``python -m pickcli.jobs.worker FD PARENT``.
 
 FD is one end of a pipe. PARENT is the process id of who asks: the worker ends with it, however that ends.
-First comes ``sys.path`` of that process, then a recipe, then key after key; for each key goes back its
+First comes ``sys.path`` of that process, then a job, then key after key; for each key goes back its
 record, or the exception that was raised. The end of the pipe is the end of the worker.
 """
 
@@ -16,7 +16,7 @@ import sys
 import traceback
 from multiprocessing.connection import Connection
 
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 
 _PR_SET_PDEATHSIG = 1  # of prctl(2)
 
@@ -29,23 +29,23 @@ def serve(pipe: Connection) -> None:
     """
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         sys.path[:] = pipe.recv()
-        recipe: Recipe = pipe.recv()
+        job: Job = pipe.recv()
         while True:
-            pipe.send(outcome(recipe, pipe.recv()))
+            pipe.send(outcome(job, pipe.recv()))
 
 
-def outcome(recipe: Recipe, key: Key) -> bytes | Exception:
+def outcome(job: Job, key: Key) -> bytes | Exception:
     """Run one task.
 
     Args:
-        recipe: How tasks are done.
+        job: How tasks are done.
         key: The task.
 
     Returns:
         The bytes of the record, or the exception that was raised, with the place as a note.
     """
     try:
-        return recipe.make(key).to_bytes()
+        return job.make(key).to_bytes()
     except Exception as error:
         told = f"in the task {', '.join(key)}:\n{''.join(traceback.format_exception(error))}"
         return _portable(error, told)

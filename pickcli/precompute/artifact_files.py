@@ -34,10 +34,10 @@ def make_roadmap(
     Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
     interrupted build goes on from there. ``overwrite``: whether a file that is there by then may be replaced.
     """
-    recipe = RoadmapEdgeJob(cell, settings or RoadmapSettings())
-    build = Build(recipe, replace(means or Means(), output=path))
-    roadmap, report = build_roadmap(recipe, build)
-    made = _made(recipe, report.summary())
+    job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
+    build = Build(job, replace(means or Means(), output=path))
+    roadmap, report = build_roadmap(job, build)
+    made = _made(job, report.summary())
     write_roadmap(path, roadmap, cell.fingerprint, made, report.gaps, overwrite)
     build.finish()
     return report
@@ -51,10 +51,10 @@ def make_trajectories(
     overwrite: bool = True,
 ) -> TrajectoryReport:
     """Build a cell's trajectory database and write it, like ``make_roadmap``."""
-    recipe = CoarseMotionJob(cell, settings or TrajectorySettings())
-    build = Build(recipe, replace(means or Means(), output=path))
-    database, report = build_trajectories(recipe, build)
-    made = _made(recipe, report.summary())
+    job = CoarseMotionJob(cell, settings or TrajectorySettings())
+    build = Build(job, replace(means or Means(), output=path))
+    database, report = build_trajectories(job, build)
+    made = _made(job, report.summary())
     write_database(path, database, cell.fingerprint, made, report.missing, overwrite)
     build.finish()
     return report
@@ -66,12 +66,12 @@ def versions() -> dict[str, str]:
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 
 
-def _made(recipe: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
+def _made(job: CoarseMotionJob | RoadmapEdgeJob, summary: dict[str, Any]) -> dict[str, Any]:
     """How a file was made: no times, no places, so that equal builds are equal bytes."""
     return {
         "by": versions(),
-        "settings": asdict(recipe.settings),
-        "configurations": configurations_digest(recipe.cell),
-        "parts": parts_of(recipe.cell),
+        "settings": asdict(job.settings),
+        "configurations": configurations_digest(job.cell),
+        "parts": parts_of(job.cell),
         "result": summary,
     }

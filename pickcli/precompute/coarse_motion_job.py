@@ -31,15 +31,15 @@ class CoarseMotionJob:
 
     @cached_property
     def inputs(self) -> str:
-        """See Recipe."""
+        """See Job."""
         return inputs_digest(self.cell, "coarse motion", self.settings)
 
     def make(self, key: Key) -> Record:
-        """See Recipe."""
+        """See Job."""
         return record_of(self._maker.make(motion_key(key)))
 
     def effort(self, key: Key) -> float:
-        """See Recipe: motions whose straight line runs deep in something take long."""
+        """See Job: motions whose straight line runs deep in something take long."""
         return _LEAST_EFFORT + self._maker.depth(motion_key(key))
 
     def __reduce__(self) -> tuple[Any, ...]:

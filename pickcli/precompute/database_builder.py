@@ -43,19 +43,19 @@ class TrajectoryReport:
 
 
 def build_trajectories(
-    recipe: CoarseMotionJob, build: Build | None = None
+    job: CoarseMotionJob, build: Build | None = None
 ) -> tuple[TrajectoryDatabase, TrajectoryReport]:
     """The database of a cell, every motion proven with the cell's clearance and timed within its limits.
 
-    build: of that recipe, where it has a journal or workers
+    build: of that job, where it has a journal or workers
     """
-    keys = coarse_pairs(recipe.cell)
-    build = build or Build(recipe)
+    keys = coarse_pairs(job.cell)
+    build = build or Build(job)
     records = build.records([task_key(key) for key in keys])
-    names = recipe.cell.robot.joint_names
+    names = job.cell.robot.joint_names
     made = [(key, made_of(key, record, names)) for key, record in zip(keys, records, strict=True)]
     motions = [motion for _, motion in made if isinstance(motion, CoarseMotion)]
     missing = tuple((key, reason) for key, reason in made if isinstance(reason, Reason))
     database = TrajectoryDatabase.of(names, motions)
     duration, bound = float(database.durations.sum()), float(database.lower_bounds.sum())
-    return database, TrajectoryReport(recipe.settings, missing, duration, bound, build.progress)
+    return database, TrajectoryReport(job.settings, missing, duration, bound, build.progress)

@@ -97,8 +97,8 @@ class ExperienceFiles:
 
     def learn_motion(self, key: MotionKey) -> RecordedExperience:
         """Make the motion of a key, as a build makes it, and keep it if there is one. Raises like above."""
-        recipe = CoarseMotionJob(self.cell, self.settings)
-        made = made_of(key, recipe.make(task_key(key)), self.cell.robot.joint_names)
+        job = CoarseMotionJob(self.cell, self.settings)
+        made = made_of(key, job.make(task_key(key)), self.cell.robot.joint_names)
         if isinstance(made, Reason):
             return RecordedExperience()
         self._make_folder(self.trajectories)

@@ -12,7 +12,7 @@ from pickcli.jobs import job
 
 
 def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
-    """The ``inputs`` of a recipe of this kind: cell, settings (a dataclass of JSON values) and our code."""
+    """The ``inputs`` of a job of this kind: cell, settings (a dataclass of JSON values) and our code."""
     return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), job.code_digest()])
 
 

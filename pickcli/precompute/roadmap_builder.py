@@ -28,16 +28,16 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 Pair = tuple[int, int]
 
 
-def build_roadmap(recipe: RoadmapEdgeJob, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
+def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
     """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
     Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. Each edge depends
     on its ends and the settings alone.
 
-    build: of that recipe, where it has a journal or workers
+    build: of that job, where it has a journal or workers
     Raises InputError if not one configuration is free.
     """
-    builder = _Builder(recipe, build or Build(recipe))
+    builder = _Builder(job, build or Build(job))
     builder.join_nearest()
     builder.join_components()
     builder.add_second_routes()
@@ -56,7 +56,7 @@ def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
 class _Builder:
     """A roadmap that grows."""
 
-    recipe: RoadmapEdgeJob
+    job: RoadmapEdgeJob
     build: Build
     roadmap: Roadmap = field(init=False)
     refused: list[tuple[tuple[str], Reason]] = field(default_factory=list)
@@ -65,7 +65,7 @@ class _Builder:
     routes: RouteRedundancy = field(default_factory=RouteRedundancy)
 
     def __post_init__(self) -> None:
-        cell = self.recipe.cell
+        cell = self.job.cell
         self.roadmap = Roadmap.empty(cell.robot.joint_names, MOVING)
         for named in cell.configurations.values():
             self._add_node(named)
@@ -76,7 +76,7 @@ class _Builder:
 
     def join_nearest(self) -> None:
         """Edges from each node to its k nearest."""
-        self._join(nearest_pairs(self.roadmap.configurations, self.recipe.settings.n_neighbours))
+        self._join(nearest_pairs(self.roadmap.configurations, self.job.settings.n_neighbours))
 
     def join_components(self) -> None:
         """Edges between parts that are still apart, nearest pairs first, until there are none."""
@@ -86,7 +86,7 @@ class _Builder:
     def add_second_routes(self) -> None:
         """Edges until every important pair has two routes that share none, or no more can be had."""
         detours, alone, added = [], [], list[Pair]()
-        for names in important_pairs(self.recipe.cell):
+        for names in important_pairs(self.job.cell):
             refused = next((reason for (name,), reason in self.refused if name in names), None)
             if refused is not None:
                 alone.append((names, refused))
@@ -104,7 +104,7 @@ class _Builder:
         """What the build could not do, and what it did beyond the k nearest."""
         missing = tuple((self._names(pair), reason) for pair, reason in self.failed.items())
         return RoadmapReport(
-            self.recipe.settings,
+            self.job.settings,
             RoadmapGaps(tuple(self.refused), missing, self.routes.alone),
             tuple(self._names(pair) for pair in self.bridges),
             len(set(self.roadmap.components().tolist())),
@@ -113,7 +113,7 @@ class _Builder:
         )
 
     def _add_node(self, named: NamedConfiguration) -> None:
-        tests = self.recipe.checker
+        tests = self.job.checker
         if tests.is_valid(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.tool_state)
         else:

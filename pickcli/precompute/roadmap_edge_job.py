@@ -46,15 +46,15 @@ class RoadmapEdgeJob:
 
     @cached_property
     def inputs(self) -> str:
-        """See Recipe."""
+        """See Job."""
         return inputs_digest(self.cell, "roadmap edge", self.settings)
 
     def effort(self, key: Key) -> float:
-        """See Recipe: none is known to take longer than another."""
+        """See Job: none is known to take longer than another."""
         return 1.0
 
     def make(self, key: Key) -> Record:
-        """See Recipe. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
+        """See Job. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
         wide = self._path(key, PodStand.DISPLACED)
         if isinstance(wide, Reason):
             return _record(self._path(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")

@@ -24,8 +24,8 @@ from pickcli.trial.score import Drop, Score, item_bonuses, score
 from pickcli.trial.target_selection import (
     TIME_LIMIT,
     Experience,
-    Job,
     Move,
+    TargetState,
     best_option,
     jobs_of,
     may_move_others,
@@ -99,7 +99,7 @@ class _Trial:
         self.homes: dict[str, str] = {}
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
         self.refused: dict[int, tuple[Scene, str, tuple[str, ...]]] = {}
-        self.attempts: list[tuple[Job, Attempt]] = []
+        self.attempts: list[tuple[TargetState, Attempt]] = []
 
     def play(self) -> None:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
@@ -112,7 +112,7 @@ class _Trial:
             (self._pick if best.move is Move.PICK else self._clear)(best.job)
         self.on_progress(Progress(len(self.jobs), len(self.jobs), "done"))
 
-    def _pick(self, job: Job) -> None:
+    def _pick(self, job: TargetState) -> None:
         """One attempt at a target; what comes of it decides whether its job stays open."""
         if job.refusals:
             self.player.look_again()  # the scene has not changed, but no two looks are the same
@@ -128,7 +128,7 @@ class _Trial:
         else:
             self.open[job.index] = self.open[job.index].failed()
 
-    def _attempt(self, job: Job) -> Attempt:
+    def _attempt(self, job: TargetState) -> Attempt:
         scene = self.player.scene()
         attempt = Attempt(job.target, "", job.attempts, self.player.clock.now, Outcome.MISSING)
         placed = self._choose_copy(scene, job)
@@ -154,7 +154,7 @@ class _Trial:
                 return found
         return self.player.planned(attempt, scene, in_vain)
 
-    def _note(self, job: Job, attempt: Attempt) -> None:
+    def _note(self, job: TargetState, attempt: Attempt) -> None:
         """Keep an attempt, and learn from it."""
         self.attempts.append((job, attempt))
         self.after_attempt()
@@ -174,7 +174,7 @@ class _Trial:
             if touched & {placed.location for placed in self._copies(self.player.scene(), other)}:
                 self.open[index] = other.renewed()
 
-    def _clear(self, job: Job) -> None:
+    def _clear(self, job: TargetState) -> None:
         """Move one item aside that is in the way of a target."""
         scene = self.player.scene()
         self.open[job.index] = replace(job, clearings=job.clearings + 1)
@@ -249,7 +249,7 @@ class _Trial:
                 return moved
         return self.player.carried_out(out, scene)
 
-    def _choose_copy(self, scene: Scene, job: Job) -> PlacedItem | None:
+    def _choose_copy(self, scene: Scene, job: TargetState) -> PlacedItem | None:
         """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
 
         A copy counts for the bin in which it was at the start, wherever it has got to.
@@ -257,7 +257,7 @@ class _Trial:
         copies = from_the_mouth(scene, self._copies(scene, job))
         return copies[max(0, job.attempts - 1) % len(copies)] if copies else None
 
-    def _copies(self, scene: Scene, job: Job) -> tuple[PlacedItem, ...]:
+    def _copies(self, scene: Scene, job: TargetState) -> tuple[PlacedItem, ...]:
         """What would fulfil a job, wherever in the pod it is seen."""
         return tuple(
             placed
@@ -296,7 +296,7 @@ class _Trial:
             player.cut_short, disturbed_last,
         )  # fmt: skip
 
-    def _target_result(self, job: Job, score: Score) -> TargetResult:
+    def _target_result(self, job: TargetState, score: Score) -> TargetResult:
         own = tuple(attempt for j, attempt in self.attempts if j.index == job.index)
         picks = [attempt for attempt in own if not attempt.is_aside]
         points = score.lines[job.index].points  # the lines of the targets come first, in their order

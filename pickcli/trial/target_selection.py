@@ -41,7 +41,7 @@ class Move(StrEnum):
 
 
 @dataclass(frozen=True)
-class Job:
+class TargetState:
     """One target and what is known of it. A job is replaced, never changed.
 
     Attributes:
@@ -68,23 +68,23 @@ class Job:
     refusals: int = 0
     clearings: int = 0
 
-    def tried(self) -> Job:
+    def tried(self) -> TargetState:
         """The job after one more attempt."""
         return replace(self, attempts=self.attempts + 1)
 
-    def timed(self, seconds: float) -> Job:
+    def timed(self, seconds: float) -> TargetState:
         """The job with the duration of a plan for it in place of the estimate."""
         return replace(self, seconds=seconds)
 
-    def failed(self) -> Job:
+    def failed(self) -> TargetState:
         """The job after a motion in vain."""
         return replace(self, failures=self.failures + 1)
 
-    def refused(self) -> Job:
+    def refused(self) -> TargetState:
         """The job after a look that led to no plan."""
         return replace(self, refusals=self.refusals + 1)
 
-    def renewed(self) -> Job:
+    def renewed(self) -> TargetState:
         """The job in a scene that has changed where it matters."""
         return replace(self, refusals=0, clearings=0)
 
@@ -126,12 +126,12 @@ class Experience:
 class Option:
     """One thing that could be done next. rate: expected points per second."""
 
-    job: Job
+    job: TargetState
     move: Move
     rate: float
 
 
-def options(jobs: Iterable[Job], experience: Experience, may_clear: bool) -> Iterator[Option]:
+def options(jobs: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
     """All that is worth trying for the open jobs."""
     for job in jobs:
         chance = experience.chance(job.target) * RETRY_CHANCE**job.failures if job.can_hold else 0.0
@@ -154,7 +154,7 @@ def may_move_others(year: int) -> bool:
     return year != 2015
 
 
-def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[Job, ...]:
+def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[TargetState, ...]:
     """One job per line of a pick order."""
     jobs = []
     for index, target in enumerate(order.work_order):
@@ -162,7 +162,7 @@ def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[Job, ..
         points = target_points(order, target.bin, target.item, bonus)
         # Only the second half of a pick carries the item; slow items stretch that half.
         seconds = PICK_SECONDS / 2 * (1.0 + 1.0 / item.speed_scale)
-        jobs.append(Job(index, target, points, seconds, can_hold=item.suction))
+        jobs.append(TargetState(index, target, points, seconds, can_hold=item.suction))
     return tuple(jobs)
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from pickcli.errors import InputError, WorkerLostError
-from pickcli.jobs import job as recipe
+from pickcli.jobs import job
 from pickcli.jobs.dask_executor import Cluster
 from pickcli.jobs.executors import Here
 from pickcli.jobs.job_run import BuildProgress, Means
 from support.dask_cluster import DaskCluster, dask_cluster
 from support.stored_kind import KINDS
-from support.toy_recipe import MANY, Toy
+from support.toy_job import MANY, Toy
 
 SHORT = 2.0  # s: what is waited for here never comes
 
@@ -24,7 +24,7 @@ SHORT = 2.0  # s: what is waited for here never comes
 @pytest.fixture(autouse=True)
 def same_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers are started as if theirs were this, see ``dask_cluster``."""
-    monkeypatch.setattr(recipe, "code_digest", lambda: "the same")
+    monkeypatch.setattr(job, "code_digest", lambda: "the same")
 
 
 @pytest.fixture(scope="module")

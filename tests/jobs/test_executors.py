@@ -14,7 +14,7 @@ import pytest
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.jobs import executors as runner_module
 from pickcli.jobs.executors import Here, Processes, Runner, available_cores, runner
-from support.toy_recipe import MANY, Toy
+from support.toy_job import MANY, Toy
 
 
 @pytest.mark.parametrize("n_jobs", [2, 3])
@@ -106,7 +106,7 @@ def _is_running(pid: int) -> bool:
 PARENT = """
 import os, sys
 sys.path[:0] = {paths}
-from support.toy_recipe import MANY, Toy
+from support.toy_job import MANY, Toy
 from pickcli.jobs.executors import Processes
 running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
 next(running)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pickcli.jobs.job_run import Build, BuildProgress, Means
-from support.toy_recipe import MANY, Toy
+from support.toy_job import MANY, Toy
 
 
 def test_what_takes_long_is_begun_first_and_records_come_in_the_order_asked_for() -> None:

@@ -129,8 +129,8 @@ EDGES = {
 @pytest.fixture(scope="module")
 def edges() -> dict[tuple[str, str], Record]:
     cell = small_cell(*(name for pair in EDGES for name in pair))
-    recipe = RoadmapEdgeJob(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
-    return {pair: recipe.make(pair) for pair in EDGES}
+    job = RoadmapEdgeJob(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
+    return {pair: job.make(pair) for pair in EDGES}
 
 
 def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:

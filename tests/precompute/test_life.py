@@ -23,7 +23,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
-from pickcli.jobs import job as recipe
+from pickcli.jobs import job
 from pickcli.jobs.job_run import BuildProgress, Means
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
@@ -44,7 +44,7 @@ PLACES = st.floats(0.0, 1.0, exclude_max=True)
 def same_code_and_no_task_done_twice(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Someone may be editing the sources; and what a task leaves is always the same, so once is enough."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recipe, "code_digest", lambda: "the same")
+        patch.setattr(job, "code_digest", lambda: "the same")
         patch.setattr(os, "fsync", lambda handle: None)  # which matters to a machine that dies, not a process
         for kind in (RoadmapEdgeJob, CoarseMotionJob):
             patch.setattr(kind, "make", _remembered(kind.make))
@@ -84,7 +84,7 @@ class _Life(RuleBasedStateMachine):
 
     @property
     def journal(self) -> Journal:
-        return Journal(self.out, self.kind.recipe().inputs)
+        return Journal(self.out, self.kind.job().inputs)
 
     @rule()
     def build(self) -> None:

@@ -19,7 +19,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
 from pickcli.jobs.executors import Finished
-from pickcli.jobs.job import Key, Recipe
+from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_run import Means
 from pickcli.precompute import artifact_files
 from pickcli.precompute.artifact_files import make_trajectories
@@ -195,9 +195,9 @@ def test_another_named_configuration_costs_its_motions_alone(
 class _Stopping:
     """A runner that is interrupted after one task."""
 
-    def run(self, recipe: Recipe, keys: Sequence[Key]) -> Finished:
+    def run(self, job: Job, keys: Sequence[Key]) -> Finished:
         for key in keys[:1]:
-            yield key, recipe.make(key).to_bytes()
+            yield key, job.make(key).to_bytes()
         raise KeyboardInterrupt
 
 

@@ -21,7 +21,7 @@ import pytest
 import pickcli
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.jobs import job as recipe
+from pickcli.jobs import job
 from pickcli.jobs.executors import Processes
 from pickcli.jobs.job_run import BuildProgress, Means
 from pickcli.jobs.journal import Journal
@@ -32,14 +32,14 @@ from support.small_cell import LEAST_EFFORT, small_cell
 from support.stored_kind import KINDS, MOTIONS
 from support.stored_kind import cell as stored_cell
 
-CODE_DIGEST = recipe.code_digest
+CODE_DIGEST = job.code_digest
 
 
 @pytest.fixture(scope="module", autouse=True)
 def same_code() -> Iterator[None]:
     """Someone may be editing the sources while the tests run."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(recipe, "code_digest", lambda: "the same")
+        patch.setattr(job, "code_digest", lambda: "the same")
         yield
 
 
@@ -100,7 +100,7 @@ def test_other_configurations_or_code_are_other_inputs(cell: Cell, monkeypatch: 
     names = list(cell.configurations)
     assert CoarseMotionJob(small_cell(*names), LEAST_EFFORT).inputs == inputs
     assert CoarseMotionJob(small_cell(*names[:-1]), LEAST_EFFORT).inputs != inputs
-    monkeypatch.setattr(recipe, "code_digest", lambda: "other")
+    monkeypatch.setattr(job, "code_digest", lambda: "other")
     assert CoarseMotionJob(cell, LEAST_EFFORT).inputs != inputs
 
 
@@ -108,7 +108,7 @@ def test_another_kernel_is_other_code(monkeypatch: Any, tmp_path: Path) -> None:
     digest = CODE_DIGEST.__wrapped__
     before = digest()
     (tmp_path / "kernel.so").write_bytes(b"another")
-    monkeypatch.setattr(recipe._kernel, "__file__", str(tmp_path / "kernel.so"))
+    monkeypatch.setattr(job._kernel, "__file__", str(tmp_path / "kernel.so"))
     assert digest() != before
 
 
@@ -163,10 +163,10 @@ import sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
 from support.stored_kind import MOTIONS
-from pickcli.jobs import job as recipe
+from pickcli.jobs import job
 from pickcli.jobs.job_run import Means
 from pickcli.jobs.executors import runner
-recipe.code_digest = lambda: "the same"
+job.code_digest = lambda: "the same"
 MOTIONS.make(Path(sys.argv[1]), Means(runner(int(sys.argv[2]))))
 """
 
@@ -176,7 +176,7 @@ def test_a_killed_build_loses_at_most_what_was_in_hand(
     n_jobs: int, good: dict[str, bytes], tmp_path: Path
 ) -> None:
     out = tmp_path / "motions.h5"
-    journal = Journal(out, MOTIONS.recipe().inputs)
+    journal = Journal(out, MOTIONS.job().inputs)
     for n_records in (1, 7):
         command = [sys.executable, "-c", PROGRAM, str(out), str(n_jobs)]
         _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)

@@ -76,14 +76,14 @@ def test_pairs_that_fail_are_told() -> None:
 def test_where_the_chosen_planner_gives_up_rrt_connect_tries() -> None:
     cell = small_cell("cam_G", "drop_10_down")
     one_tree = RoadmapSettings(PlannerName.RRT_STAR, max_iterations=500, n_shortcuts=50)
-    recipe = RoadmapEdgeJob(cell, one_tree)
+    job = RoadmapEdgeJob(cell, one_tree)
     ends = [cell.configurations[name].q for name in ("cam_G", "drop_10_down")]
     seed = derived_seed(one_tree.seed, "edge", "cam_G", "drop_10_down")
     alone = plan(
-        recipe.checker, recipe.space, ends[0], ends[1][None],
+        job.checker, job.space, ends[0], ends[1][None],
         seed=seed, planner=one_tree.planner, max_iterations=one_tree.max_iterations,
     )  # fmt: skip
-    roadmap, report = build_roadmap(recipe)
+    roadmap, report = build_roadmap(job)
     assert alone is None
     assert roadmap.n_edges == 1 and report.gaps.missing == ()
 
@@ -103,8 +103,8 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
 
 
 def test_progress_counts_each_edge_once() -> None:
-    recipe, told = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
-    roadmap, report = build_roadmap(recipe, Build(recipe, Means(report=told.append)))
+    job, told = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
+    roadmap, report = build_roadmap(job, Build(job, Means(report=told.append)))
     assert [p.done for p in told] == list(range(told[-1].total + 1))
     assert told[-1].total == roadmap.n_edges + len(report.gaps.missing)
     assert told[-1].coverage == 1.0 and told[-1].n_kept == 0

@@ -27,8 +27,8 @@ from distributed.cli.dask_{{what}} import main
 main(sys.argv[1:])
 """
 _CODE = """
-from pickcli.jobs import job as recipe
-recipe.code_digest = lambda: {code!r}
+from pickcli.jobs import job
+job.code_digest = lambda: {code!r}
 """
 _START = 30.0  # s that a process may take to start
 

@@ -32,7 +32,7 @@ class StoredKind:
     """A trajectory database or a roadmap."""
 
     make: Callable[[Path, Means | None], object]
-    recipe: Callable[[], Any]
+    job: Callable[[], Any]
     content: Callable[[Path], list[Any]]  # all numbers that a user of the file is served
 
     @cache  # noqa: B019 (there are two of them, as long as the tests run)

@@ -14,18 +14,18 @@ from pickcli.trial.target_selection import (
     MOST_FAILURES,
     MOST_REFUSALS,
     Experience,
-    Job,
     Move,
+    TargetState,
     TrialClock,
     best_option,
     options,
 )
 
-JOB = Job(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
+JOB = TargetState(0, Target("bin_A", "crayola_24_ct"), 10, 12.0)
 TARGETS = [Target(f"bin_{b}", item) for b in "ABC" for item in ("crayola_24_ct", "jane_eyre_dvd")]
 
 jobs = st.builds(
-    Job,
+    TargetState,
     index=st.integers(0, 20),
     target=st.sampled_from(TARGETS),
     points=st.integers(10, 23),
@@ -39,14 +39,18 @@ jobs = st.builds(
 )
 
 
-def chosen(*candidates: Job, experience: Experience | None = None, may_clear: bool = True) -> Job:
+def chosen(
+    *candidates: TargetState, experience: Experience | None = None, may_clear: bool = True
+) -> TargetState:
     best = best_option(options(candidates, experience or Experience(), may_clear))
     assert best is not None
     return best.job
 
 
 @given(st.lists(jobs, min_size=1, max_size=8, unique_by=lambda job: job.index), st.booleans())
-def test_nothing_beats_what_is_chosen_in_whatever_order_it_is_asked(candidates: list[Job], may: bool) -> None:
+def test_nothing_beats_what_is_chosen_in_whatever_order_it_is_asked(
+    candidates: list[TargetState], may: bool
+) -> None:
     found = list(options(candidates, Experience(), may))
     best = best_option(found)
     assert best == best_option(reversed(found))
@@ -76,7 +80,7 @@ def test_what_happened_to_the_same_item_or_in_the_same_bin_counts() -> None:
 
 
 @given(jobs)
-def test_every_job_comes_to_an_end_of_options(job: Job) -> None:
+def test_every_job_comes_to_an_end_of_options(job: TargetState) -> None:
     """Whatever is tried in vain in a scene that does not change, in the end nothing is left."""
     for _ in range(MOST_FAILURES + MOST_REFUSALS + MOST_CLEARINGS + 20):
         best = best_option(options([job], Experience(), True))

@@ -1,4 +1,4 @@
-"""A recipe whose tasks take no time, fail, crash or raise, as their names say."""
+"""A job whose tasks take no time, fail, crash or raise, as their names say."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Toy:
     inputs: str = "0123456789abcdef"
 
     def effort(self, key: Key) -> float:
-        """See Recipe."""
+        """See Job."""
         return float(key[1]) + 1.0 if key[0] == "number" else 1.0
 
     def make(self, key: Key) -> Record:
-        """See Recipe."""
+        """See Job."""
         what, *_ = key
         if what == "none":
             return Record(reason=Reason("no path", "here", "ö"))
