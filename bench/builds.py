@@ -27,8 +27,8 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
-from pickcli.jobs.dask_executor import Cluster
-from pickcli.jobs.executors import Here, Processes, Runner
+from pickcli.jobs.dask_executor import DaskExecutor
+from pickcli.jobs.executors import Executor, ProcessExecutor, SerialExecutor
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
 from pickcli.jobs.job_run import Means
@@ -45,8 +45,8 @@ def measure() -> dict[str, Any]:
     job, keys = CoarseMotionJob(cell, TrajectorySettings()), [task_key(key) for key in coarse_pairs(cell)]
     keys.sort(key=job.effort, reverse=True)  # as a build does them
     costs: list[float] = []
-    two_s, by_two = _done(Processes(2), job, keys, [])
-    one_s, by_one = _done(Here(), job, keys, costs)
+    two_s, by_two = _done(ProcessExecutor(2), job, keys, [])
+    one_s, by_one = _done(SerialExecutor(), job, keys, costs)
     return {
         "motions": len(keys),
         "build_1_job_s": one_s,
@@ -68,12 +68,12 @@ def measure() -> dict[str, Any]:
 def _roadmap_seconds(cell: Cell) -> float:
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        make_roadmap(cell, Path(folder) / "roadmap.h5", means=Means(Processes(2)))
+        make_roadmap(cell, Path(folder) / "roadmap.h5", means=Means(ProcessExecutor(2)))
     return time.perf_counter() - began
 
 
 def _done(
-    runner: Runner, job: CoarseMotionJob, keys: list[Key], costs: list[float]
+    runner: Executor, job: CoarseMotionJob, keys: list[Key], costs: list[float]
 ) -> tuple[float, dict[Key, bytes]]:
     """Seconds, and records by key; the seconds between one record and the next go to ``costs``."""
     began = last = time.perf_counter()
@@ -111,7 +111,7 @@ def measure_dask(n_tasks: int = 1000) -> dict[str, float]:
     """
     keys = [("nothing", str(i)) for i in range(n_tasks)]
     with _scheduler(n_workers=2) as (address, scheduler):
-        run = Cluster(address).run
+        run = DaskExecutor(address).run
         list(run(Nothing(), keys[:10]))  # the first loads our code
         began = time.perf_counter()
         list(run(Nothing(), keys[:1]))

@@ -20,7 +20,7 @@ UNNAMED = {
     "collision": {"Entered"},
     "commands": {"LearningSession", "learning"},
     "grasping": {"Turn", "aims"},
-    "jobs": {"Here", "Means"},
+    "jobs": {"Means"},
     "planning": {
         "Bringing",
         "Carried",

@@ -16,7 +16,7 @@ from pickcli.commands.progress_bar import progress
 from pickcli.errors import InputError
 
 if TYPE_CHECKING:
-    from pickcli.jobs.executors import Runner
+    from pickcli.jobs.executors import Executor
     from pickcli.jobs.job_run import BuildObserver, BuildProgress, Means
 
 
@@ -52,15 +52,15 @@ def building(
         )
 
 
-def _who_works(jobs: int | None, scheduler: str | None) -> Runner:
-    from pickcli.jobs.dask_executor import Cluster
+def _who_works(jobs: int | None, scheduler: str | None) -> Executor:
+    from pickcli.jobs.dask_executor import DaskExecutor
     from pickcli.jobs.executors import available_cores, runner
 
     if scheduler is None:
         return runner(jobs or available_cores())
     if jobs is not None:
         raise click.UsageError("--jobs is of this machine; the scheduler's workers are started beside it")
-    return Cluster(scheduler)
+    return DaskExecutor(scheduler)
 
 
 @contextmanager

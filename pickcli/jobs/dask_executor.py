@@ -16,7 +16,7 @@ from pickcli.jobs.job import Job, Key
 
 
 @dataclass(frozen=True)
-class Cluster:
+class DaskExecutor:
     """Workers that a Dask scheduler hands tasks to. When one dies, its tasks are done again by others.
 
     Attributes:

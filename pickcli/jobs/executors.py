@@ -26,7 +26,7 @@ _ONE_THREAD = dict.fromkeys(
 Finished: TypeAlias = Generator[tuple[Key, bytes], None, None]
 
 
-class Runner(Protocol):
+class Executor(Protocol):
     """Something that runs tasks."""
 
     def run(self, job: Job, keys: Sequence[Key]) -> Finished:
@@ -50,7 +50,7 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def runner(n_jobs: int) -> Runner:
+def runner(n_jobs: int) -> Executor:
     """An executor with a number of processes; one means this process.
 
     Args:
@@ -59,11 +59,11 @@ def runner(n_jobs: int) -> Runner:
     Returns:
         The executor.
     """
-    return Here() if n_jobs == 1 else Processes(n_jobs)
+    return SerialExecutor() if n_jobs == 1 else ProcessExecutor(n_jobs)
 
 
 @dataclass(frozen=True)
-class Here:
+class SerialExecutor:
     """Serial executor: this process runs one task after the other."""
 
     def run(self, job: Job, keys: Sequence[Key]) -> Finished:
@@ -80,7 +80,7 @@ class Here:
 
 
 @dataclass(frozen=True)
-class Processes:
+class ProcessExecutor:
     """Process executor: workers on this machine. A worker that dies is replaced and its task done again.
 
     Attributes:
@@ -103,7 +103,7 @@ class Processes:
             WorkerLostError: If a task ended several workers. What a task raises is raised, too.
         """
         if len(keys) == 1:
-            yield from Here().run(job, keys)
+            yield from SerialExecutor().run(job, keys)
             return
         waiting, in_hand, deaths = deque(keys), dict[Connection, Key](), Counter[Key]()
         workers = [_Worker.start(job) for _ in range(min(self.n_jobs, len(keys)))]

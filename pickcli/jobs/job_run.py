@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from pickcli.jobs.executors import Here, Runner
+from pickcli.jobs.executors import Executor, SerialExecutor
 from pickcli.jobs.job import Job, Key
 from pickcli.jobs.job_result import Record
 from pickcli.jobs.journal import Journal
@@ -70,7 +70,7 @@ class Means:
         report: Called whenever a task is finished.
     """
 
-    runner: Runner = field(default_factory=Here)
+    runner: Executor = field(default_factory=SerialExecutor)
     output: Path | None = None
     kept: Mapping[Key, Record] = field(default_factory=dict)
     report: BuildObserver | None = None

@@ -11,7 +11,7 @@ from platformdirs import user_cache_path
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import ArtifactError, InputError
-from pickcli.jobs.executors import Here, Runner
+from pickcli.jobs.executors import SerialExecutor, Executor
 from pickcli.jobs.job_run import BuildObserver, Means
 from pickcli.jobs.journal import journals
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
@@ -47,7 +47,7 @@ def default_paths(cell: Cell) -> Artifacts:
 def ensure_artifacts(
     cell: Cell,
     report: Callable[[str], BuildObserver] | None = None,
-    runner: Runner | None = None,
+    runner: Executor | None = None,
 ) -> Artifacts:
     """The cell's files in the cache; what is missing or stale is built with default settings, what is
     damaged is repaired.
@@ -62,7 +62,7 @@ def ensure_artifacts(
         ("trajectories", read_database, make_trajectories, paths.trajectories),
     ):
         if not _is_usable(read, path, cell):
-            means = Means(runner or Here(), report=report and report(what))
+            means = Means(runner or SerialExecutor(), report=report and report(what))
             if not _is_repaired(path, cell, means):
                 make(cell, path, means=means)
             for journal in journals(path):  # of older versions: settings here are always the default ones

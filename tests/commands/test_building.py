@@ -13,8 +13,8 @@ from pickcli.commands import progress_bar
 from pickcli.commands.building import build_report, building
 from pickcli.commands.progress_bar import progress_line
 from pickcli.errors import InputError
-from pickcli.jobs.dask_executor import Cluster
-from pickcli.jobs.executors import Here, Processes, available_cores, runner
+from pickcli.jobs.dask_executor import DaskExecutor
+from pickcli.jobs.executors import SerialExecutor, ProcessExecutor, available_cores, runner
 from pickcli.jobs.job_run import BuildProgress
 from pickcli.jobs.journal import Journal
 
@@ -66,7 +66,7 @@ def test_a_journal_of_another_build_is_named_and_left(
     other = Journal(tmp_path / "out.h5", "e" * 64)
     other.append(("a",), b"")
     with building("building", tmp_path / "out.h5", 1, False) as means:
-        assert means.runner == Here()
+        assert means.runner == SerialExecutor()
     assert f"note: {other.path} is left from an interrupted build" in capsys.readouterr().err
     assert other.path.exists()
 
@@ -75,12 +75,12 @@ def test_one_job_per_core_by_default(tmp_path: Path) -> None:
     with building("building", tmp_path / "out.h5", None, False) as means:
         assert means.runner == runner(available_cores())
     with building("building", tmp_path / "out.h5", 3, False) as means:
-        assert means.runner == Processes(3)
+        assert means.runner == ProcessExecutor(3)
 
 
 def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
     with building("building", tmp_path / "out.h5", None, False, "tcp://host:8786") as means:
-        assert means.runner == Cluster("tcp://host:8786")
+        assert means.runner == DaskExecutor("tcp://host:8786")
     with pytest.raises(click.UsageError, match="--jobs is of this machine"):
         building("building", tmp_path / "out.h5", 2, False, "tcp://host:8786").__enter__()
 

@@ -11,8 +11,8 @@ import pytest
 
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.jobs import job
-from pickcli.jobs.dask_executor import Cluster
-from pickcli.jobs.executors import Here
+from pickcli.jobs.dask_executor import DaskExecutor
+from pickcli.jobs.executors import SerialExecutor
 from pickcli.jobs.job_run import BuildProgress, Means
 from support.dask_cluster import DaskCluster, dask_cluster
 from support.stored_kind import KINDS
@@ -45,8 +45,8 @@ def empty(tmp_path: Path) -> Iterator[DaskCluster]:
 
 def test_workers_leave_the_bytes_that_this_process_leaves(two: DaskCluster) -> None:
     keys = [*MANY, ("none",), ("with / and (", "'", "ö")]
-    there = list(Cluster(two.address).run(Toy(), keys))
-    assert len(there) == len(keys) and dict(there) == dict(Here().run(Toy(), keys))
+    there = list(DaskExecutor(two.address).run(Toy(), keys))
+    assert len(there) == len(keys) and dict(there) == dict(SerialExecutor().run(Toy(), keys))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -60,7 +60,7 @@ def test_a_worker_is_killed_and_the_file_is_the_same(kind: str, empty: DaskClust
         if progress.done == 3:
             empty.kill("one")
 
-    KINDS[kind].make(tmp_path / "many.h5", Means(Cluster(empty.address, SHORT), report=kill))
+    KINDS[kind].make(tmp_path / "many.h5", Means(DaskExecutor(empty.address, SHORT), report=kill))
     assert (tmp_path / "many.h5").read_bytes() == KINDS[kind].good()
     assert told[-1].done == told[-1].total > 3
     assert not list(tmp_path.glob("*.journal"))
@@ -70,24 +70,24 @@ def test_a_task_that_ends_its_workers_is_blamed_by_name(empty: DaskCluster, tmp_
     for name in "abcd":
         empty.add_worker(name)
     with pytest.raises(WorkerLostError, match="4 workers died with the task crash, here in hand"):
-        list(Cluster(empty.address, SHORT).run(Toy(tmp_path), [("crash", "here")]))
+        list(DaskExecutor(empty.address, SHORT).run(Toy(tmp_path), [("crash", "here")]))
 
 
 def test_what_a_task_raises_is_raised_after_what_is_done(two: DaskCluster) -> None:
     with pytest.raises(InputError, match="said by the task") as raised:
-        list(Cluster(two.address).run(Toy(), [*MANY[:3], ("raise",)]))
+        list(DaskExecutor(two.address).run(Toy(), [*MANY[:3], ("raise",)]))
     assert "in the task raise:" in raised.value.__notes__[0]
 
 
 def test_closing_ends_what_is_left(two: DaskCluster) -> None:
-    running = Cluster(two.address).run(Toy(), [*MANY, *(("wait", str(i)) for i in range(500))])
+    running = DaskExecutor(two.address).run(Toy(), [*MANY, *(("wait", str(i)) for i in range(500))])
     next(running)
     running.close()
-    assert len(list(Cluster(two.address).run(Toy(), MANY))) == len(MANY)
+    assert len(list(DaskExecutor(two.address).run(Toy(), MANY))) == len(MANY)
 
 
 def test_nothing_to_do_needs_no_scheduler() -> None:
-    assert list(Cluster("tcp://127.0.0.1:1", SHORT).run(Toy(), [])) == []
+    assert list(DaskExecutor("tcp://127.0.0.1:1", SHORT).run(Toy(), [])) == []
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tcp://no.host.invalid:1"])
@@ -95,30 +95,30 @@ def test_no_scheduler_is_one_error(address: str) -> None:
     with pytest.raises(
         InputError, match=rf"{address}: no scheduler answers .*; start one with dask scheduler"
     ):
-        list(Cluster(address, 0.3).run(Toy(), MANY))
+        list(DaskExecutor(address, 0.3).run(Toy(), MANY))
 
 
 def test_tls_without_certificates_is_one_error() -> None:
     with pytest.raises(
         InputError, match=r"tls://127.0.0.1:1: needs certificates; set distributed\.comm\.tls"
     ):
-        list(Cluster("tls://127.0.0.1:1").run(Toy(), MANY))
+        list(DaskExecutor("tls://127.0.0.1:1").run(Toy(), MANY))
 
 
 @pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "inproc://host:1"])
 def test_what_is_no_address_is_one_error(address: str) -> None:
     with pytest.raises(InputError, match="not a scheduler's address; name one like tcp://host:8786"):
-        list(Cluster(address, 0.3).run(Toy(), MANY))
+        list(DaskExecutor(address, 0.3).run(Toy(), MANY))
 
 
 def test_no_dask_is_one_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"install the extra: pip install 'apc-pick\[cluster\]'"):
-        list(Cluster("tcp://127.0.0.1:1").run(Toy(), MANY))
+        list(DaskExecutor("tcp://127.0.0.1:1").run(Toy(), MANY))
 
 
 def test_workers_that_are_not_ours_are_one_error(empty: DaskCluster) -> None:
-    run = Cluster(empty.address, SHORT).run
+    run = DaskExecutor(empty.address, SHORT).run
     with pytest.raises(InputError, match="has no workers; start some: dask worker tcp://"):
         list(run(Toy(), MANY))
     for add, wrong in (
@@ -137,7 +137,7 @@ def test_workers_that_are_not_ours_are_one_error(empty: DaskCluster) -> None:
 
 def test_a_worker_of_another_version_that_comes_later_is_found_too(empty: DaskCluster) -> None:
     empty.add_worker("ours")
-    running = Cluster(empty.address).run(Toy(), [*MANY, *(("wait", str(i)) for i in range(2000))])
+    running = DaskExecutor(empty.address).run(Toy(), [*MANY, *(("wait", str(i)) for i in range(2000))])
     next(running)
     empty.add_worker("theirs", code="another")
     with pytest.raises(InputError, match="another version: apc's code another"):
@@ -148,7 +148,7 @@ def test_a_scheduler_or_all_workers_that_go_away_are_one_error(empty: DaskCluste
     forever = [*MANY, ("sleep", "1")]
     for gone, told in (("w", "all workers have left"), ("scheduler", "the scheduler was lost")):
         empty.add_worker("w")
-        running = Cluster(empty.address, SHORT).run(Toy(), forever)
+        running = DaskExecutor(empty.address, SHORT).run(Toy(), forever)
         next(running)
         empty.kill(gone)
         with pytest.raises(InputError, match=rf"{told}; start .*; what is finished is kept"):
@@ -156,7 +156,7 @@ def test_a_scheduler_or_all_workers_that_go_away_are_one_error(empty: DaskCluste
 
 
 def test_dask_keeps_quiet_meanwhile(two: DaskCluster) -> None:
-    running = Cluster(two.address).run(Toy(), MANY)
+    running = DaskExecutor(two.address).run(Toy(), MANY)
     next(running)
     assert logging.getLogger("distributed.client").disabled
     running.close()

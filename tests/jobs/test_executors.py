@@ -13,45 +13,45 @@ import pytest
 
 from pickcli.errors import InputError, WorkerLostError
 from pickcli.jobs import executors as runner_module
-from pickcli.jobs.executors import Here, Processes, Runner, available_cores, runner
+from pickcli.jobs.executors import Executor, ProcessExecutor, SerialExecutor, available_cores, runner
 from support.toy_job import MANY, Toy
 
 
 @pytest.mark.parametrize("n_jobs", [2, 3])
 def test_processes_leave_the_bytes_that_this_process_leaves(n_jobs: int) -> None:
     keys = [*MANY, ("none",)]
-    here = dict(Here().run(Toy(), keys))
-    there = list(Processes(n_jobs).run(Toy(), keys))
+    here = dict(SerialExecutor().run(Toy(), keys))
+    there = list(ProcessExecutor(n_jobs).run(Toy(), keys))
     assert len(there) == len(keys) and dict(there) == here
 
 
 def test_a_task_alone_is_done_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runner_module._Worker, "start", None)
-    assert list(Processes(2).run(Toy(), MANY[:1])) == list(Here().run(Toy(), MANY[:1]))
+    assert list(ProcessExecutor(2).run(Toy(), MANY[:1])) == list(SerialExecutor().run(Toy(), MANY[:1]))
 
 
 def test_a_worker_that_dies_is_replaced_and_its_task_done_again(tmp_path: Path) -> None:
     keys = [("crash once",), *MANY]
-    assert {key for key, _ in Processes(2).run(Toy(tmp_path), keys)} == set(keys)
+    assert {key for key, _ in ProcessExecutor(2).run(Toy(tmp_path), keys)} == set(keys)
     assert (tmp_path / "crashed").exists()
 
 
 def test_a_task_that_ends_its_workers_is_blamed_by_name(tmp_path: Path) -> None:
     with pytest.raises(WorkerLostError, match="the task crash, here ended 3 processes"):
-        list(Processes(2).run(Toy(tmp_path), [("crash", "here"), *MANY]))
+        list(ProcessExecutor(2).run(Toy(tmp_path), [("crash", "here"), *MANY]))
 
 
-@pytest.mark.parametrize("by", [Here(), Processes(2)])
-def test_what_a_task_raises_is_raised(by: Runner) -> None:
+@pytest.mark.parametrize("by", [SerialExecutor(), ProcessExecutor(2)])
+def test_what_a_task_raises_is_raised(by: Executor) -> None:
     with pytest.raises(InputError, match="said by the task") as raised:
         list(by.run(Toy(), [*MANY[:3], ("raise",)]))
-    if isinstance(by, Processes):
+    if isinstance(by, ProcessExecutor):
         assert "in the task raise:" in raised.value.__notes__[0]
 
 
 def test_closing_ends_the_workers_at_once() -> None:
     before = _children()
-    running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
+    running = ProcessExecutor(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
     assert next(running)[0] == MANY[0]
     children = _children() - before
     assert len(children) == 2
@@ -61,18 +61,18 @@ def test_closing_ends_the_workers_at_once() -> None:
 
 def test_no_more_workers_than_tasks() -> None:
     before = _children()
-    running = Processes(8).run(Toy(), MANY[:2])
+    running = ProcessExecutor(8).run(Toy(), MANY[:2])
     next(running)
     assert len(_children() - before) <= 2
     running.close()
-    assert list(Processes(2).run(Toy(), [])) == []
+    assert list(ProcessExecutor(2).run(Toy(), [])) == []
 
 
 def test_a_worker_ends_with_the_process_that_asked(tmp_path: Path) -> None:
     """Also when that was killed: the end of the pipe ends it."""
     reading = os.fork()
     if reading == 0:
-        running = Processes(1).run(Toy(), MANY)
+        running = ProcessExecutor(1).run(Toy(), MANY)
         next(running)
         (tmp_path / "worker").write_text(" ".join(map(str, _children())))
         os._exit(9)
@@ -86,7 +86,7 @@ def test_a_worker_ends_with_the_process_that_asked(tmp_path: Path) -> None:
 
 
 def test_one_job_needs_no_process() -> None:
-    assert isinstance(runner(1), Here) and runner(2) == Processes(2)
+    assert isinstance(runner(1), SerialExecutor) and runner(2) == ProcessExecutor(2)
     assert available_cores() >= 1
 
 
@@ -107,8 +107,8 @@ PARENT = """
 import os, sys
 sys.path[:0] = {paths}
 from support.toy_job import MANY, Toy
-from pickcli.jobs.executors import Processes
-running = Processes(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
+from pickcli.jobs.executors import ProcessExecutor
+running = ProcessExecutor(2).run(Toy(), [MANY[0], ("sleep", "1"), ("sleep", "2")])
 next(running)
 print("working", flush=True)
 list(running)

@@ -22,7 +22,7 @@ import pickcli
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job
-from pickcli.jobs.executors import Processes
+from pickcli.jobs.executors import ProcessExecutor
 from pickcli.jobs.job_run import BuildProgress, Means
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
@@ -61,7 +61,7 @@ def _built(folder: Path, kind: str, means: Means | None = None) -> bytes:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_jobs_make_the_same_bytes_as_one(kind: str, good: dict[str, bytes], tmp_path: Path) -> None:
-    assert _built(tmp_path, kind, Means(Processes(2))) == good[kind]
+    assert _built(tmp_path, kind, Means(ProcessExecutor(2))) == good[kind]
     assert [path.name for path in tmp_path.iterdir()] == [kind]
 
 
@@ -76,7 +76,7 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
         if progress.done == 4:
             raise KeyboardInterrupt
 
-    runner = {} if n_jobs == 1 else {"runner": Processes(n_jobs)}
+    runner = {} if n_jobs == 1 else {"runner": ProcessExecutor(n_jobs)}
     with pytest.raises(KeyboardInterrupt):
         _built(tmp_path, kind, Means(**runner, report=interrupt))
     assert not (tmp_path / kind).exists()
