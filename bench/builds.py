@@ -31,7 +31,7 @@ from pickcli.jobs.dask_executor import DaskExecutor
 from pickcli.jobs.executors import Executor, ProcessExecutor, SerialExecutor
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob, task_key
@@ -68,7 +68,7 @@ def measure() -> dict[str, Any]:
 def _roadmap_seconds(cell: Cell) -> float:
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        make_roadmap(cell, Path(folder) / "roadmap.h5", means=Means(ProcessExecutor(2)))
+        make_roadmap(cell, Path(folder) / "roadmap.h5", run_options=RunOptions(ProcessExecutor(2)))
     return time.perf_counter() - began
 
 

@@ -20,7 +20,6 @@ UNNAMED = {
     "collision": {"Entered"},
     "commands": {"LearningSession", "learning"},
     "grasping": {"Turn", "aims"},
-    "jobs": {"Means"},
     "planning": {
         "Bringing",
         "Carried",

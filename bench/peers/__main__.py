@@ -30,7 +30,7 @@ from pickcli import __version__
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import available_cores, runner
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.planning.planning_context import Planner
 from pickcli.precompute.artifact_cache import default_paths
 from pickcli.precompute.artifact_files import make_roadmap
@@ -109,7 +109,7 @@ def _planner() -> Planner:
     except (ArtifactError, InputError):
         _note("building the roadmap")
         paths.roadmap.parent.mkdir(parents=True, exist_ok=True)
-        make_roadmap(cell, paths.roadmap, means=Means(runner(available_cores())))
+        make_roadmap(cell, paths.roadmap, run_options=RunOptions(runner(available_cores())))
         roadmap = read_roadmap(paths.roadmap, cell)
     try:
         return Planner(cell, roadmap, read_database(paths.trajectories, cell))

@@ -49,8 +49,8 @@ def command(
     refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
-    with building("building the roadmap", output, jobs, as_json, scheduler) as means:
-        built = make_roadmap(cell, output, settings, means, overwrite)
+    with building("building the roadmap", output, jobs, as_json, scheduler) as run_options:
+        built = make_roadmap(cell, output, settings, run_options, overwrite)
     roadmap = read_roadmap(output, cell)
     if as_json:
         emit_json(_summary(output, cell.fingerprint, roadmap, built))

@@ -47,8 +47,8 @@ def command(
     refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
     settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
-    with building("building the trajectories", output, jobs, as_json, scheduler) as means:
-        built = make_trajectories(cell, output, settings, means, overwrite)
+    with building("building the trajectories", output, jobs, as_json, scheduler) as run_options:
+        built = make_trajectories(cell, output, settings, run_options, overwrite)
     n_motions = len(read_database(output, cell))
     if as_json:
         emit_json(_summary(output, cell.fingerprint, n_motions, built))

@@ -17,15 +17,15 @@ from pickcli.errors import InputError
 
 if TYPE_CHECKING:
     from pickcli.jobs.executors import Executor
-    from pickcli.jobs.job_run import BuildObserver, BuildProgress, Means
+    from pickcli.jobs.job_run import BuildObserver, BuildProgress, RunOptions
 
 
 @contextmanager
 def building(
     label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
-) -> Iterator[Means]:
+) -> Iterator[RunOptions]:
     """The means of a build that tells its progress and, where it cannot be finished, how it goes on."""
-    from pickcli.jobs.job_run import Means
+    from pickcli.jobs.job_run import RunOptions
     from pickcli.jobs.journal import journals
 
     who = _who_works(jobs, scheduler)
@@ -38,7 +38,7 @@ def building(
 
     try:
         with stage(label), build_report(label, as_json) as report:
-            yield Means(who, report=told)
+            yield RunOptions(who, report=told)
     except (KeyboardInterrupt, InputError):
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"

@@ -67,8 +67,8 @@ def _places(n: int) -> str:
 def _repaired(path: Path, found: IntegrityReport, cell: Cell, jobs: int | None, as_json: bool) -> Repair:
     from pickcli.precompute.repair import repair
 
-    with building(f"repairing {path.name}", path, jobs, as_json) as means:
-        return repair(path, found, cell, means)
+    with building(f"repairing {path.name}", path, jobs, as_json) as run_options:
+        return repair(path, found, cell, run_options)
 
 
 def _summary(path: Path, found: IntegrityReport, done: Repair | None) -> dict[str, Any]:

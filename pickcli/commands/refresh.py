@@ -41,8 +41,8 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
 
     cell = load_cell(cell_name)
     found = surveyed(path, cell)
-    with building(f"refreshing {path.name}", path, jobs, as_json) as means:
-        done = refresh(path, found, cell, means)
+    with building(f"refreshing {path.name}", path, jobs, as_json) as run_options:
+        done = refresh(path, found, cell, run_options)
     if as_json:
         emit_json(_summary(path, cell.fingerprint, done))
     else:

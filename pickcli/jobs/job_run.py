@@ -60,7 +60,7 @@ BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # an ProgressObserve
 
 
 @dataclass(frozen=True)
-class Means:
+class RunOptions:
     """Options of a run; none of them changes a byte of its result.
 
     Attributes:
@@ -81,14 +81,14 @@ class Build:
 
     Args:
         job: How the tasks are done.
-        means: Options; a serial run without a journal if None.
+        run_options: Options; a serial run without a journal if None.
     """
 
-    def __init__(self, job: Job, means: Means | None = None) -> None:
-        self.job, self.means = job, means or Means()
-        output = self.means.output
+    def __init__(self, job: Job, run_options: RunOptions | None = None) -> None:
+        self.job, self.run_options = job, run_options or RunOptions()
+        output = self.run_options.output
         self.journal = None if output is None else Journal(output, job.inputs)
-        self._records = dict(self.means.kept) | self._from_journal()
+        self._records = dict(self.run_options.kept) | self._from_journal()
         self.progress = BuildProgress(0, 0)
         self._efforts: dict[Key, float] = {}
 
@@ -105,7 +105,7 @@ class Build:
         """
         missing = self._longest_first([key for key in keys if key not in self._records])
         self._begin_round(keys, missing)
-        with closing(self.means.runner.run(self.job, missing)) as finished:
+        with closing(self.run_options.runner.run(self.job, missing)) as finished:
             for key, content in finished:
                 if self.journal is not None:
                     self.journal.append(key, content)
@@ -150,5 +150,5 @@ class Build:
 
     def _tell(self, progress: BuildProgress) -> None:
         self.progress = progress
-        if self.means.report is not None:
-            self.means.report(progress)
+        if self.run_options.report is not None:
+            self.run_options.report(progress)

@@ -11,8 +11,8 @@ from platformdirs import user_cache_path
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import ArtifactError, InputError
-from pickcli.jobs.executors import SerialExecutor, Executor
-from pickcli.jobs.job_run import BuildObserver, Means
+from pickcli.jobs.executors import Executor, SerialExecutor
+from pickcli.jobs.job_run import BuildObserver, RunOptions
 from pickcli.jobs.journal import journals
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.provenance import configurations_digest
@@ -62,9 +62,9 @@ def ensure_artifacts(
         ("trajectories", read_database, make_trajectories, paths.trajectories),
     ):
         if not _is_usable(read, path, cell):
-            means = Means(runner or SerialExecutor(), report=report and report(what))
-            if not _is_repaired(path, cell, means):
-                make(cell, path, means=means)
+            run_options = RunOptions(runner or SerialExecutor(), report=report and report(what))
+            if not _is_repaired(path, cell, run_options):
+                make(cell, path, run_options=run_options)
             for journal in journals(path):  # of older versions: settings here are always the default ones
                 journal.unlink(missing_ok=True)
     return paths
@@ -79,11 +79,11 @@ def _is_usable(read: Callable[[Path, Cell], Any], path: Path, cell: Cell) -> boo
         return False
 
 
-def _is_repaired(path: Path, cell: Cell, means: Means) -> bool:
+def _is_repaired(path: Path, cell: Cell, run_options: RunOptions) -> bool:
     """Repair a file if it was ours and enough of it is left."""
     try:
         found = surveyed(path, cell)
-        return bool(found.damage) and repair(path, found, cell, means).is_same
+        return bool(found.damage) and repair(path, found, cell, run_options).is_same
     except (ArtifactError, InputError):
         return False
 

@@ -10,7 +10,7 @@ from typing import Any
 from pickcli import __version__
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import parts_of
-from pickcli.jobs.job_run import Build, Means
+from pickcli.jobs.job_run import Build, RunOptions
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.provenance import configurations_digest
@@ -26,7 +26,7 @@ def make_roadmap(
     cell: Cell,
     path: Path,
     settings: RoadmapSettings | None = None,
-    means: Means | None = None,
+    run_options: RunOptions | None = None,
     overwrite: bool = True,
 ) -> RoadmapReport:
     """Build a cell's roadmap and write it. Same cell and settings, same bytes.
@@ -35,7 +35,7 @@ def make_roadmap(
     interrupted build goes on from there. ``overwrite``: whether a file that is there by then may be replaced.
     """
     job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
-    build = Build(job, replace(means or Means(), output=path))
+    build = Build(job, replace(run_options or RunOptions(), output=path))
     roadmap, report = build_roadmap(job, build)
     made = _made(job, report.summary())
     write_roadmap(path, roadmap, cell.fingerprint, made, report.gaps, overwrite)
@@ -47,12 +47,12 @@ def make_trajectories(
     cell: Cell,
     path: Path,
     settings: TrajectorySettings | None = None,
-    means: Means | None = None,
+    run_options: RunOptions | None = None,
     overwrite: bool = True,
 ) -> TrajectoryReport:
     """Build a cell's trajectory database and write it, like ``make_roadmap``."""
     job = CoarseMotionJob(cell, settings or TrajectorySettings())
-    build = Build(job, replace(means or Means(), output=path))
+    build = Build(job, replace(run_options or RunOptions(), output=path))
     database, report = build_trajectories(job, build)
     made = _made(job, report.summary())
     write_database(path, database, cell.fingerprint, made, report.missing, overwrite)

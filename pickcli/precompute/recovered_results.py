@@ -11,7 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.coarse_motion_job import record_of, task_key
@@ -37,7 +37,7 @@ def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
     return _motions(found) if found.kind is DATABASE else _edges(found, cell)
 
 
-def make_again(path: Path, found: IntegrityReport, cell: Cell, means: Means) -> tuple[int, int]:
+def make_again(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions) -> tuple[int, int]:
     """Write a file for a cell with the settings that it was made with: how many tasks were kept, and done.
 
     Raises StaleError for settings that this version does not have.
@@ -45,9 +45,9 @@ def make_again(path: Path, found: IntegrityReport, cell: Cell, means: Means) -> 
     settings = _settings(path, found)
     report: TrajectoryReport | RoadmapReport
     if isinstance(settings, TrajectorySettings):
-        report = make_trajectories(cell, path, settings, means)
+        report = make_trajectories(cell, path, settings, run_options)
     else:
-        report = make_roadmap(cell, path, settings, means)
+        report = make_roadmap(cell, path, settings, run_options)
     return report.progress.n_kept, report.progress.n_done_now
 
 

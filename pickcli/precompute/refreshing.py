@@ -21,7 +21,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.coarse_motion_job import made_of, motion_key, record_of
 from pickcli.precompute.provenance import configurations_digest
@@ -53,7 +53,7 @@ class Refresh:
     n_planned: int
 
 
-def refresh(path: Path, found: IntegrityReport, cell: Cell, means: Means | None = None) -> Refresh:
+def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Refresh:
     """Write a file of ours anew for a cell that changed since.
 
     Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
@@ -68,7 +68,7 @@ def refresh(path: Path, found: IntegrityReport, cell: Cell, means: Means | None 
     are_ends_same = found.made.get("configurations") == configurations_digest(cell)
     sieve = None if why or change is None else _Sieve(cell, change, stored, are_ends_same)
     kept = {} if sieve is None else sieve.motions() if found.kind is DATABASE else sieve.edges()
-    n_kept, n_planned = make_again(path, found, cell, replace(means or Means(), kept=kept))
+    n_kept, n_planned = make_again(path, found, cell, replace(run_options or RunOptions(), kept=kept))
     n_proven = 0 if sieve is None else len(sieve.touched)
     return Refresh(() if change is None else change.solids, why, n_stored, n_proven, n_kept, n_planned)
 

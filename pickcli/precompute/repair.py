@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.recovered_results import make_again, stored_records
@@ -29,7 +29,7 @@ class Repair:
     is_same: bool
 
 
-def repair(path: Path, found: IntegrityReport, cell: Cell, means: Means | None = None) -> Repair:
+def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Repair:
     """Write a damaged file anew, as the build that made it would, computing only what is lost.
 
     found: by ``surveyed``, of the same file
@@ -37,8 +37,8 @@ def repair(path: Path, found: IntegrityReport, cell: Cell, means: Means | None =
     other versions.
     """
     _check(path, found, cell)
-    means = replace(means or Means(), kept=stored_records(found, cell))
-    n_kept, n_done = make_again(path, found, cell, means)
+    run_options = replace(run_options or RunOptions(), kept=stored_records(found, cell))
+    n_kept, n_done = make_again(path, found, cell, run_options)
     with stored_file(path, found.kind) as file:
         return Repair(n_kept, n_done, file.seal == found.seal)
 

@@ -14,7 +14,7 @@ from pickcli.commands.building import build_report, building
 from pickcli.commands.progress_bar import progress_line
 from pickcli.errors import InputError
 from pickcli.jobs.dask_executor import DaskExecutor
-from pickcli.jobs.executors import SerialExecutor, ProcessExecutor, available_cores, runner
+from pickcli.jobs.executors import ProcessExecutor, SerialExecutor, available_cores, runner
 from pickcli.jobs.job_run import BuildProgress
 from pickcli.jobs.journal import Journal
 
@@ -65,22 +65,22 @@ def test_a_journal_of_another_build_is_named_and_left(
 ) -> None:
     other = Journal(tmp_path / "out.h5", "e" * 64)
     other.append(("a",), b"")
-    with building("building", tmp_path / "out.h5", 1, False) as means:
-        assert means.runner == SerialExecutor()
+    with building("building", tmp_path / "out.h5", 1, False) as run_options:
+        assert run_options.runner == SerialExecutor()
     assert f"note: {other.path} is left from an interrupted build" in capsys.readouterr().err
     assert other.path.exists()
 
 
 def test_one_job_per_core_by_default(tmp_path: Path) -> None:
-    with building("building", tmp_path / "out.h5", None, False) as means:
-        assert means.runner == runner(available_cores())
-    with building("building", tmp_path / "out.h5", 3, False) as means:
-        assert means.runner == ProcessExecutor(3)
+    with building("building", tmp_path / "out.h5", None, False) as run_options:
+        assert run_options.runner == runner(available_cores())
+    with building("building", tmp_path / "out.h5", 3, False) as run_options:
+        assert run_options.runner == ProcessExecutor(3)
 
 
 def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
-    with building("building", tmp_path / "out.h5", None, False, "tcp://host:8786") as means:
-        assert means.runner == DaskExecutor("tcp://host:8786")
+    with building("building", tmp_path / "out.h5", None, False, "tcp://host:8786") as run_options:
+        assert run_options.runner == DaskExecutor("tcp://host:8786")
     with pytest.raises(click.UsageError, match="--jobs is of this machine"):
         building("building", tmp_path / "out.h5", 2, False, "tcp://host:8786").__enter__()
 
@@ -92,9 +92,9 @@ def test_where_the_output_cannot_be_written_the_journal_is_named(
     journal.write_bytes(b"")
     with (
         pytest.raises(InputError),
-        building("building", tmp_path / "roadmap.h5", 1, as_json=False) as means,
+        building("building", tmp_path / "roadmap.h5", 1, as_json=False) as run_options,
     ):
-        assert means.report is not None
-        means.report(BuildProgress(4, 4, journal=journal))
+        assert run_options.report is not None
+        run_options.report(BuildProgress(4, 4, journal=journal))
         raise InputError("roadmap.h5: cannot be written: No space left on device")
     assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in capsys.readouterr().err

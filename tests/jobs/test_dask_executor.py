@@ -13,7 +13,7 @@ from pickcli.errors import InputError, WorkerLostError
 from pickcli.jobs import job
 from pickcli.jobs.dask_executor import DaskExecutor
 from pickcli.jobs.executors import SerialExecutor
-from pickcli.jobs.job_run import BuildProgress, Means
+from pickcli.jobs.job_run import BuildProgress, RunOptions
 from support.dask_cluster import DaskCluster, dask_cluster
 from support.stored_kind import KINDS
 from support.toy_job import MANY, Toy
@@ -60,7 +60,7 @@ def test_a_worker_is_killed_and_the_file_is_the_same(kind: str, empty: DaskClust
         if progress.done == 3:
             empty.kill("one")
 
-    KINDS[kind].make(tmp_path / "many.h5", Means(DaskExecutor(empty.address, SHORT), report=kill))
+    KINDS[kind].make(tmp_path / "many.h5", RunOptions(DaskExecutor(empty.address, SHORT), report=kill))
     assert (tmp_path / "many.h5").read_bytes() == KINDS[kind].good()
     assert told[-1].done == told[-1].total > 3
     assert not list(tmp_path.glob("*.journal"))

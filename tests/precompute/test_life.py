@@ -24,7 +24,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from pickcli.errors import ApcError, DamagedError
 from pickcli.geometry import Array
 from pickcli.jobs import job
-from pickcli.jobs.job_run import BuildProgress, Means
+from pickcli.jobs.job_run import BuildProgress, RunOptions
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.precompute.experience import ExperienceFiles
@@ -91,7 +91,7 @@ class _Life(RuleBasedStateMachine):
         """Also after a death: then it goes on, and does only what is left."""
         told: list[BuildProgress] = []
         kept = self.journal.read()
-        self.kind.make(self.out, Means(report=told.append))
+        self.kind.make(self.out, RunOptions(report=told.append))
         assert self.out.read_bytes() == self.good
         assert told[-1].n_kept == len(kept) and told[-1].done == told[-1].total
         assert not self.journal.path.exists()
@@ -118,7 +118,7 @@ class _Life(RuleBasedStateMachine):
                 raise KeyboardInterrupt
 
         try:
-            self.kind.make(self.out, Means(report=report))
+            self.kind.make(self.out, RunOptions(report=report))
         except KeyboardInterrupt:
             assert self._state() == before
             assert len(self.journal.read()) >= len(kept) + n_done

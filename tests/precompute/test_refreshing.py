@@ -20,7 +20,7 @@ from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
 from pickcli.jobs.executors import Finished
 from pickcli.jobs.job import Job, Key
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.precompute import artifact_files
 from pickcli.precompute.artifact_files import make_trajectories
 from pickcli.precompute.empty_cell_checkers import checker
@@ -206,7 +206,7 @@ def test_an_interrupted_refresh_leaves_the_old_file_and_goes_on(
 ) -> None:
     path, other = tmp_path / "motions", new_obstacle(cell)
     with pytest.raises(KeyboardInterrupt):
-        refreshed(path, old["motions"], other, Means(_Stopping()))
+        refreshed(path, old["motions"], other, RunOptions(_Stopping()))
     assert path.read_bytes() == old["motions"]
     again = refresh(path, surveyed(path), other)
     at_once = refreshed(tmp_path / "at_once", old["motions"], other)

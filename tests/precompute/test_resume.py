@@ -23,7 +23,7 @@ from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job
 from pickcli.jobs.executors import ProcessExecutor
-from pickcli.jobs.job_run import BuildProgress, Means
+from pickcli.jobs.job_run import BuildProgress, RunOptions
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.roadmap.store import read_roadmap
@@ -54,14 +54,14 @@ def good() -> dict[str, bytes]:
     return {name: kind.good() for name, kind in KINDS.items()}
 
 
-def _built(folder: Path, kind: str, means: Means | None = None) -> bytes:
-    KINDS[kind].make(folder / kind, means)
+def _built(folder: Path, kind: str, run_options: RunOptions | None = None) -> bytes:
+    KINDS[kind].make(folder / kind, run_options)
     return (folder / kind).read_bytes()
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_jobs_make_the_same_bytes_as_one(kind: str, good: dict[str, bytes], tmp_path: Path) -> None:
-    assert _built(tmp_path, kind, Means(ProcessExecutor(2))) == good[kind]
+    assert _built(tmp_path, kind, RunOptions(ProcessExecutor(2))) == good[kind]
     assert [path.name for path in tmp_path.iterdir()] == [kind]
 
 
@@ -78,9 +78,9 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
 
     runner = {} if n_jobs == 1 else {"runner": ProcessExecutor(n_jobs)}
     with pytest.raises(KeyboardInterrupt):
-        _built(tmp_path, kind, Means(**runner, report=interrupt))
+        _built(tmp_path, kind, RunOptions(**runner, report=interrupt))
     assert not (tmp_path / kind).exists()
-    assert _built(tmp_path, kind, Means(**runner, report=told.append)) == good[kind]
+    assert _built(tmp_path, kind, RunOptions(**runner, report=told.append)) == good[kind]
     assert told[0].n_kept == told[0].done == 4
     assert told[-1].done == told[-1].total and told[-1].n_kept == 4
     assert [path.name for path in tmp_path.iterdir()] == [kind]
@@ -118,12 +118,12 @@ def test_only_code_that_makes_results_decides_about_kept_tasks(
     """A changed help text leaves every journal and every worker of a cluster usable."""
     package = tmp_path / "pickcli"
     shutil.copytree(Path(pickcli.__file__).parent, package, ignore=shutil.ignore_patterns("*.so", "src"))
-    monkeypatch.setattr(recipe.pickcli, "__file__", str(package / "__init__.py"))
+    monkeypatch.setattr(job.pickcli, "__file__", str(package / "__init__.py"))
     digest = CODE_DIGEST.__wrapped__
-    before, everything = digest(), recipe.sources_digest()
+    before, everything = digest(), job.sources_digest()
     for name in ("commands/plan_pick.py", "trial/score.py", "drawing/png.py"):
         (package / name).write_text((package / name).read_text() + "# another word\n")
-        assert digest() == before and recipe.sources_digest() != everything
+        assert digest() == before and job.sources_digest() != everything
     for name in ("precompute/repair.py", "jobs/job_run.py", "cell/cell.py", "errors.py"):
         (package / name).write_text((package / name).read_text() + "# another word\n")
         assert digest() != before
@@ -133,12 +133,12 @@ def test_only_code_that_makes_results_decides_about_kept_tasks(
 def test_what_makes_results_imports_nothing_that_is_left_out() -> None:
     root = Path(pickcli.__file__).parent
     upwards = re.compile(
-        rf"^\s*(from|import) pickcli\.({'|'.join(recipe.ROOMS_WITHOUT_RESULTS)})\b", re.MULTILINE
+        rf"^\s*(from|import) pickcli\.({'|'.join(job.ROOMS_WITHOUT_RESULTS)})\b", re.MULTILINE
     )
-    kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in recipe.ROOMS_WITHOUT_RESULTS]
+    kept = [p for p in root.rglob("*.py") if p.relative_to(root).parts[0] not in job.ROOMS_WITHOUT_RESULTS]
     assert len(kept) > 100
     assert [path for path in kept if upwards.search(path.read_text())] == []
-    assert all((root / room).exists() for room in recipe.ROOMS_WITHOUT_RESULTS)
+    assert all((root / room).exists() for room in job.ROOMS_WITHOUT_RESULTS)
 
 
 def test_a_file_size_limit_leaves_the_old_file_and_the_build_goes_on(
@@ -164,10 +164,10 @@ sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
 from support.stored_kind import MOTIONS
 from pickcli.jobs import job
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.jobs.executors import runner
 job.code_digest = lambda: "the same"
-MOTIONS.make(Path(sys.argv[1]), Means(runner(int(sys.argv[2]))))
+MOTIONS.make(Path(sys.argv[1]), RunOptions(runner(int(sys.argv[2]))))
 """
 
 
@@ -182,7 +182,7 @@ def test_a_killed_build_loses_at_most_what_was_in_hand(
         _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)
     assert not out.exists() and len(journal.read()) >= 7
     told: list[BuildProgress] = []
-    MOTIONS.make(out, Means(report=told.append))
+    MOTIONS.make(out, RunOptions(report=told.append))
     assert told[0].n_kept >= 7
     assert out.read_bytes() == good["motions"]
 

@@ -10,7 +10,7 @@ from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.station import Obstacles
 from pickcli.geometry import pose
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.refreshing import Refresh, refresh
 from pickcli.roadmap.store import surveyed
@@ -55,6 +55,6 @@ def built(cell: Cell, folder: Path) -> dict[str, bytes]:
     return {kind: (folder / kind).read_bytes() for kind in ("edges", "motions")}
 
 
-def refreshed(path: Path, content: bytes, cell: Cell, means: Means | None = None) -> Refresh:
+def refreshed(path: Path, content: bytes, cell: Cell, run_options: RunOptions | None = None) -> Refresh:
     path.write_bytes(content)
-    return refresh(path, surveyed(path), cell, means)
+    return refresh(path, surveyed(path), cell, run_options)

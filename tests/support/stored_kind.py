@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.jobs.job_run import Means
+from pickcli.jobs.job_run import RunOptions
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
@@ -31,7 +31,7 @@ def cell() -> Cell:
 class StoredKind:
     """A trajectory database or a roadmap."""
 
-    make: Callable[[Path, Means | None], object]
+    make: Callable[[Path, RunOptions | None], object]
     job: Callable[[], Any]
     content: Callable[[Path], list[Any]]  # all numbers that a user of the file is served
 
@@ -60,12 +60,12 @@ def _edges(path: Path) -> list[Any]:
 
 
 MOTIONS = StoredKind(
-    lambda path, means: make_trajectories(cell(), path, LEAST_EFFORT, means),
+    lambda path, run_options: make_trajectories(cell(), path, LEAST_EFFORT, run_options),
     lambda: CoarseMotionJob(cell(), LEAST_EFFORT),
     _motions,
 )
 EDGES = StoredKind(
-    lambda path, means: make_roadmap(cell(), path, FEW_EDGES, means),
+    lambda path, run_options: make_roadmap(cell(), path, FEW_EDGES, run_options),
     lambda: RoadmapEdgeJob(cell(), FEW_EDGES),
     _edges,
 )
