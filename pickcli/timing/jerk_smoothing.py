@@ -69,19 +69,26 @@ class TimeLaw:
         Returns:
             (M,) times in s; exactly 0 and the duration for the ends of the path.
         """
-        last = len(self.t) - 2
-        i = np.clip(np.searchsorted(self.s, s, side="left") - 1, 0, last)
-        h = self.t[i + 1] - self.t[i]
-        low, high = np.zeros(len(s)), np.ones(len(s))
+        cells = np.clip(np.searchsorted(self.s, s, side="left") - 1, 0, len(self.t) - 2)
+        return np.array([self._time_in(i, at) for i, at in zip(cells.tolist(), s.tolist(), strict=True)])
+
+    def _time_in(self, i: int, s: float) -> float:
+        """When s is reached, in the cell from point i to the next unless it is an end of the path."""
+        if s >= self.s[-1]:
+            return self.duration
+        if s <= self.s[0]:
+            return 0.0
+        start, ds = float(self.s[i]), float(self.ds[i])
+        dds, change = float(self.dds[i]), float(self.dds[i + 1] - self.dds[i])
+        h = float(self.t[i + 1] - self.t[i])
+        low, high = 0.0, 1.0
         for _ in range(32):  # to 1e-12 s
             u = (low + high) / 2
-            here = self.s[i] + h * u * (
-                self.ds[i] + h * u * (self.dds[i] / 2 + (self.dds[i + 1] - self.dds[i]) * u / 6)
-            )
-            low, high = np.where(here < s, u, low), np.where(here < s, high, u)
-        times = self.t[i] + h * high
-        times = np.where(s <= self.s[0], 0.0, times)
-        return np.asarray(np.where(s >= self.s[-1], self.duration, times))
+            if start + h * u * (ds + h * u * (dds / 2 + change * u / 6)) < s:
+                low = u
+            else:
+                high = u
+        return float(self.t[i]) + h * high
 
 
 def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
