@@ -94,20 +94,19 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
 
 
 @pytest.mark.parametrize(
-    ("shape", "at", "share"),
+    ("shape", "at", "is_level"),
     [
-        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.0, 0.0), 0.0),
-        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.15, 0.1), 0.2),
-        (Shape(ShapeKind.BOX, (0.05, 0.15, 0.04)), (0.0, 0.0), 0.2),  # narrower than the middle
-        (Shape(ShapeKind.CYLINDER, (0.1, 0.15)), (0.0, 0.0), 0.2),  # wide enough, but round
+        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.0, 0.0), True),
+        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.15, 0.1), False),
+        (Shape(ShapeKind.BOX, (0.05, 0.15, 0.04)), (0.0, 0.0), False),  # narrower than the middle
+        (Shape(ShapeKind.CYLINDER, (0.1, 0.15)), (0.0, 0.0), False),  # wide enough, but round
     ],
 )
-def test_what_does_not_land_level_is_released_higher_and_only_where_it_must(
-    scene_with: SceneWith, held: AttachedItem, shape: Shape, at: tuple[float, float], share: float
+def test_a_place_where_the_item_does_not_land_level_costs_more(
+    scene_with: SceneWith, held: AttachedItem, shape: Shape, at: tuple[float, float], is_level: bool
 ) -> None:
     """A board that takes up nearly all of the tote, over one item that lies there."""
-    side = 0.5
-    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (side, 0.3, 0.03))))
+    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (0.5, 0.3, 0.03))))
     scene, lies = scene_with(), shape.kind is ShapeKind.CYLINDER
     floor = scene.cell.tote.place.T_carrier_place
     T = floor @ pose([*at, 0.02], rpy=[np.pi / 2 if lies else 0.0, 0.0, 0.0])
@@ -115,10 +114,10 @@ def test_what_does_not_land_level_is_released_higher_and_only_where_it_must(
     best = found(replace(scene, items=(PlacedItem("lying", item, TOTE, T),)), board, STRAIGHT)[0]
     low, _ = box(released_pose(best, board), board)
     top = float(T[2, 3] + shape.reach(T[:3, :3])[2] + scene.noise.bound(item))
-    gap = float(low[2]) - top
-    assert gap == pytest.approx(max(ABOVE_PILE, share * side))
-    is_dearer = best.cost > 2.0 * (top - float(floor[2, 3])) + gap + TIPPING_COST
-    assert is_dearer == (share > 0.0)
+    assert float(low[2]) - top == pytest.approx(ABOVE_PILE)
+    rise = float(best.above[2, 3] - best.release[2, 3])
+    usual = ABOVE_PILE + 2.0 * (top - float(floor[2, 3])) + 0.3 * rise
+    assert best.cost == pytest.approx(usual + (0.0 if is_level else TIPPING_COST))
 
 
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:

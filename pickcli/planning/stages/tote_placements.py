@@ -17,9 +17,7 @@ from pickcli.scene.scene import TOTE, Scene
 WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
 LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
-ABOVE_TIPPING = 0.06  # m, the same where it does not land level: one end may rise towards the tool
-TIPPING_SHARE = 0.2  # of the item's longest side, if that is more
-TIPPING_COST = 0.05  # m of drop that this is worth
+TIPPING_COST = 0.05  # m of drop that landing level is worth: else one end may rise towards the tool
 MIDDLE = 0.3  # of the item's half extents: what is flat, and lies under all of that, carries it level
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
@@ -129,9 +127,7 @@ def _best(
     rim = pile.floor + tote.place.room.size[2]
     height = pile.heights(centres, reach[:2])
     tips = ~pile.lands_level(centres, reach[:2], height)
-    wanted = max(ABOVE_TIPPING, TIPPING_SHARE * float(held.item.shape.extents.max()))
-    most = np.clip(MAX_DROP - (height - pile.floor), ABOVE_PILE, wanted)
-    tip = height + np.where(tips, most, ABOVE_PILE) + reach[2] - T[2, 3]
+    tip = height + ABOVE_PILE + reach[2] - T[2, 3]
     if is_level:
         tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
