@@ -43,7 +43,8 @@ SECTIONS = re.compile(r"(Args|Attributes|Example|Examples|Note|Raises|Returns|Yi
 
 
 def plain(line: str) -> str:
-    """A line in which absolute values, products and trailing underscores are not markup."""
+    """A line in which names in backticks are code; bars, stars and underscores are not markup."""
+    line = re.sub(r"(?<![`:\w])`([^`]+)`(?!`)", r"``\1``", line)
     parts = re.split(r"(``.*?``|:[\w:]+:`.*?`)", line)
     parts[::2] = [re.sub(r"([|*_`])", r"\\\1", part) for part in parts[::2]]
     return "".join(parts)

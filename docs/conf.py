@@ -26,6 +26,7 @@ html_theme = "furo"
 html_title = "apc"
 html_static_path: list[str] = []
 pygments_style = "friendly"
+smartquotes = False  # two dashes begin an option
 # Some classes of different packages still share a name, and signatures name them without their package.
 suppress_warnings = ["ref.python"]
 

@@ -22,7 +22,7 @@ PAGES = [
     ROOT / "CONTRIBUTING.md",
     *sorted(path for path in (ROOT / "docs").rglob("*.md") if "api" not in path.parts),
 ]
-LANGUAGES = {"sh", "python", "text", "json", "yaml", "{toctree}", "{click}", "{eval-rst}"}
+LANGUAGES = {"sh", "python", "text", "json", "yaml", "{toctree}", "{eval-rst}"}
 COMMENT = re.compile(r"<!-- (?:not run: (?P<reason>.{10,})|exit code (?P<code>\d+)) -->")
 TIMEOUT = 1200.0  # s, for one page
 
