@@ -32,7 +32,7 @@ from pickcli.planning.certified_timing import Carried, carried_run, proven_run
 from pickcli.planning.cup_load import carried_load
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.stowing.make_scene import make_scene
@@ -63,7 +63,12 @@ class Recorder:
     last: tuple[Scene, Sequence[MotionSegment], Grasp, Hold, Carried] | None = None
 
     def __call__(
-        self, planner: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
+        self,
+        planner: PlanningContext,
+        scene: Scene,
+        segments: Sequence[MotionSegment],
+        grasp: Grasp,
+        hold: Hold,
     ) -> Carried | Reason:
         carried = carried_run(planner, scene, segments, grasp, hold)
         if isinstance(carried, Carried):
@@ -72,7 +77,7 @@ class Recorder:
 
 
 def scaled_run(
-    planner: Planner, scene: Scene, segments: Sequence[MotionSegment], hold: Hold, scale: float
+    planner: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], hold: Hold, scale: float
 ) -> tuple[float, float] | None:
     """Seconds and load ratio of a carry with all limits scaled, or None where it is not proven."""
     run = proven_run(planner, scene, [segment.scaled(scale) for segment in segments])
@@ -82,7 +87,7 @@ def scaled_run(
     return run.trajectory.duration, load.ratio
 
 
-def compared(planner: Planner, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
+def compared(planner: PlanningContext, recorder: Recorder, item: str, planning_ms: float) -> Carry | None:
     """The last carry timed in all three ways."""
     assert recorder.last is not None
     scene, segments, _, hold, carried = recorder.last
@@ -99,7 +104,7 @@ def compared(planner: Planner, recorder: Recorder, item: str, planning_ms: float
     return Carry(item, ratio, duration, held, timed, planning_ms)
 
 
-def carries(planner: Planner, year: int, seeds: Sequence[int], n_grasps: int) -> Iterator[Carry]:
+def carries(planner: PlanningContext, year: int, seeds: Sequence[int], n_grasps: int) -> Iterator[Carry]:
     """Every target of fresh orders with every grasp that a plan was found for."""
     for seed in seeds:
         order = make_order(OrderKind.PICK, year, seed)
@@ -108,7 +113,9 @@ def carries(planner: Planner, year: int, seeds: Sequence[int], n_grasps: int) ->
             yield from _of_target(planner, scene, target, seed, n_grasps)
 
 
-def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_grasps: int) -> Iterator[Carry]:
+def _of_target(
+    planner: PlanningContext, scene: Scene, target: Target, seed: int, n_grasps: int
+) -> Iterator[Carry]:
     """One target with one grasp after the other."""
     home = Start(planner.cell.configurations["home"].q, planner.cell.robot.tool.default_state)
     tried: list[Grasp] = []
@@ -130,7 +137,7 @@ def _of_target(planner: Planner, scene: Scene, target: Target, seed: int, n_gras
 
 def measure(year: int = 2016, seeds: Sequence[int] = range(12), n_grasps: int = 3) -> dict[str, Any]:
     """All carries, and what those gain whose load binds."""
-    planner = Planner(load_cell("apc2016_delft"))
+    planner = PlanningContext(load_cell("apc2016_delft"))
     found = list(carries(planner, year, seeds, n_grasps))
     most = planner.settings.load_ratio
     bound = [c for c in found if c.load_ratio > most]

@@ -24,7 +24,7 @@ from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
@@ -41,7 +41,7 @@ NO_ORDER = "no order of plans leads to it"
 NO_ORDER_AS_KNOWN = "no order of plans leads to it as well as poses are known"
 
 
-def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: Planner) -> str:
+def why_not_deliverable(copies: Sequence[PlacedItem], scene: Scene, warm: PlanningContext) -> str:
     """Why none of the copies of a target is deliverable, "" if one is."""
     if not any(is_holdable(copy.item, warm.cell.robot.tool) for copy in copies):
         return CANNOT_BE_HELD
@@ -86,7 +86,7 @@ def _cleared_as_it_can_be(scene: Scene, target: PlacedItem, tool: Tool) -> Scene
     return _without(scene, (p for name, p in here.items() if name not in stay))
 
 
-def _leads_to(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
+def _leads_to(target: PlacedItem, scene: Scene, warm: PlanningContext) -> bool:
     """Whether the target can be planned once whatever can be planned before it is gone, one by one.
 
     What can be taken out beside an item can be taken out without it: the order makes no difference.
@@ -123,7 +123,7 @@ def _without(scene: Scene, gone: Iterable[PlacedItem]) -> Scene:
     return scene
 
 
-def _is_plannable(target: PlacedItem, scene: Scene, warm: Planner) -> bool:
+def _is_plannable(target: PlacedItem, scene: Scene, warm: PlanningContext) -> bool:
     home = warm.cell.configurations["home"]
     try:
         plan_pick(warm, scene, PickQuery(target.location, target.id), Start(home.q, home.tool_state))

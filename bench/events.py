@@ -16,7 +16,7 @@ from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.simulation.execute import execute
 from pickcli.simulation.servo import Servo
@@ -32,7 +32,7 @@ ROBOTS: dict[str, tuple[Servo, Pace]] = {
 N_PICKS = 3
 
 
-def measure(warm: Planner | None = None) -> dict[str, Any]:
+def measure(warm: PlanningContext | None = None) -> dict[str, Any]:
     """Largest distance and missed events by robot, over the first picks of a fresh order."""
     warm = warm or planner()
     order, scene = fresh_scene(warm.cell, seed=0)

@@ -40,7 +40,7 @@ from bench.warm import planner
 from pickcli.cell.data_path import data_path
 from pickcli.geometry import Array
 from pickcli.jobs.job import sources_digest
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import read_scene
 from pickcli.trial.make_order import make_order
@@ -114,11 +114,11 @@ def _run(job: Job) -> str:
 
 
 @cache
-def _planner() -> Planner:
+def _planner() -> PlanningContext:
     return planner()
 
 
-def judged(folder: Path, warm: Planner) -> dict[str, Any]:
+def judged(folder: Path, warm: PlanningContext) -> dict[str, Any]:
     """The figures of one trial."""
     played = read_played(folder, balls(warm.cell.items))
     missed = undelivered(played, read_scene(folder / "scene.json", warm.cell), warm)
@@ -150,7 +150,7 @@ def judged(folder: Path, warm: Planner) -> dict[str, Any]:
     }
 
 
-def undelivered(played: Played, scene: Scene, warm: Planner) -> list[dict[str, Any]]:
+def undelivered(played: Played, scene: Scene, warm: PlanningContext) -> list[dict[str, Any]]:
     """Every target that was not delivered, with its reason and why it is not deliverable, "" if it is."""
     found = []
     for line in played.record["items"]:

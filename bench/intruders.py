@@ -32,7 +32,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
@@ -96,7 +96,7 @@ class Meeting:
         return self.standing - self.touched
 
 
-def meet(warm: Planner, kind: Kind, seed: int, is_supervised: bool) -> Meeting | None:
+def meet(warm: PlanningContext, kind: Kind, seed: int, is_supervised: bool) -> Meeting | None:
     """Plan a pick, put something in its way, carry it out; None where nothing could be planned."""
     rng = derived_rng(seed, "intruder", kind)
     try:
@@ -124,7 +124,7 @@ def meet(warm: Planner, kind: Kind, seed: int, is_supervised: bool) -> Meeting |
 
 
 def _some_plan(
-    warm: Planner, scene: Scene, targets: Sequence[tuple[str, str]], seed: int
+    warm: PlanningContext, scene: Scene, targets: Sequence[tuple[str, str]], seed: int
 ) -> Plan | None:  # fmt: skip
     home = warm.cell.configurations["home"]
     for bin_name, item in targets:

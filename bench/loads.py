@@ -24,7 +24,7 @@ from pickcli.errors import NoPlanError, Reason
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
@@ -90,7 +90,7 @@ class Watch:
             self.worst = Worst(cup.ratio, str(now.kind), t - now.t_start, *figures)
 
 
-def picks(warm: Planner, seeds: Sequence[int], reality: Reality) -> Iterator[Held | Reason]:
+def picks(warm: PlanningContext, seeds: Sequence[int], reality: Reality) -> Iterator[Held | Reason]:
     """Every target of fresh orders, held once or with the reason why it was not."""
     for seed in seeds:
         order, scene = fresh_scene(warm.cell, seed)
@@ -98,7 +98,9 @@ def picks(warm: Planner, seeds: Sequence[int], reality: Reality) -> Iterator[Hel
             yield pick(warm, scene, target.bin, target.item, seed, reality)
 
 
-def pick(warm: Planner, scene: Scene, bin_name: str, name: str, seed: int, reality: Reality) -> Held | Reason:
+def pick(
+    warm: PlanningContext, scene: Scene, bin_name: str, name: str, seed: int, reality: Reality
+) -> Held | Reason:
     """Plan, verify and carry out one pick."""
     home = warm.cell.configurations["home"].q
     item = next(p for p in scene.in_location(bin_name) if p.item.name == name)

@@ -25,7 +25,7 @@ from pickcli.geometry import pose
 from pickcli.motion.plan import Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, Scene
 from pickcli.simulation.execute import execute
@@ -152,7 +152,7 @@ def outcome(run: Execution, world: World, target: str) -> str:
     return NOTICED if run.stop is not None or run.has_item is False or run.missed else SILENT
 
 
-def picks(warm: Planner, seed: int) -> Iterator[tuple[str, Plan, Scene, str]]:
+def picks(warm: PlanningContext, seed: int) -> Iterator[tuple[str, Plan, Scene, str]]:
     """(kind, plan, scene, target) of a top-down and a frontal pick and of the heaviest item."""
     order, scene = fresh_scene(warm.cell, seed)
     home = warm.cell.configurations["home"]

@@ -24,7 +24,7 @@ from bench.warm import planner
 from pickcli.errors import InputError, NoPlanError
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
@@ -78,7 +78,7 @@ class Tally:
         }
 
 
-def fresh_scenes(warm: Planner, seeds: Sequence[int]) -> Iterator[tuple[int, Scene]]:
+def fresh_scenes(warm: PlanningContext, seeds: Sequence[int]) -> Iterator[tuple[int, Scene]]:
     """A scene at rest for the fresh order of every seed; those whose items find no rest are left out."""
     for seed in seeds:
         order = make_order(OrderKind.PICK, 2016, seed)
@@ -88,7 +88,7 @@ def fresh_scenes(warm: Planner, seeds: Sequence[int]) -> Iterator[tuple[int, Sce
             print(f"seed {seed}: {error}")
 
 
-def tally(warm: Planner, scene: Scene, seed: int, into: Tally) -> None:
+def tally(warm: PlanningContext, scene: Scene, seed: int, into: Tally) -> None:
     """Plan and verify a pick of every item of a scene that a cup can hold."""
     home = warm.cell.configurations["home"]
     start = Start(home.q, home.tool_state)

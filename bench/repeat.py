@@ -30,7 +30,7 @@ from typing import Any
 
 from bench.warm import fresh_scene, planner
 from pickcli.cell.cell_file import load_cell
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.simulated_cell import SimulatedArena, crew_of
@@ -65,7 +65,7 @@ def play(seed: int, time_limit: float | None, takes_pictures: bool, is_bare: boo
 
     is_bare: whether the planner goes without the cell's precomputed files
     """
-    warm = Planner(load_cell("apc2016_delft")) if is_bare else planner()
+    warm = PlanningContext(load_cell("apc2016_delft")) if is_bare else planner()
     order, scene = fresh_scene(warm.cell, seed)
     arena = SimulatedArena(scene, seed=seed)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import fingerprint
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import ensure_artifacts
 from pickcli.roadmap.store import read_database, read_roadmap
 from pickcli.scene.scene import Scene
@@ -16,7 +16,7 @@ from pickcli.trial.make_order import make_order
 from pickcli.trial.order_file import Order, OrderKind
 
 
-def planner(max_tool_speed: float | None = None) -> Planner:
+def planner(max_tool_speed: float | None = None) -> PlanningContext:
     """A planner with the default cell's own roadmap and trajectory database, built if they are missing.
 
     max_tool_speed: m/s, a limit that the cell states on top; the stored paths are free at any speed
@@ -27,7 +27,7 @@ def planner(max_tool_speed: float | None = None) -> Planner:
     if max_tool_speed is not None:
         cell = replace(cell, max_tool_speed=max_tool_speed)
         cell = replace(cell, fingerprint=fingerprint(cell))
-    return Planner(cell, *stored)
+    return PlanningContext(cell, *stored)
 
 
 def fresh_scene(cell: Cell, seed: int) -> tuple[Order, Scene]:

@@ -79,7 +79,7 @@ def sound() -> Sound:
     """A small order, its scene, and a pick that the verifier accepts."""
     from pickcli.planning.pick import plan_pick
     from pickcli.planning.pick_problem import PickQuery
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.planning.start_state import Start
     from pickcli.stowing.make_scene import make_scene
     from pickcli.verification.verify import certify
@@ -89,7 +89,9 @@ def sound() -> Sound:
     bins["bin_C"] = [ITEM, "crayola_24_ct"]
     scene = make_scene(bins, cell, 3)
     begin = Start(cell.configurations["home"].q, cell.robot.tool.default_state)
-    plan = certify(plan_pick(Planner(cell, None, None), scene, PickQuery("bin_C", ITEM), begin, 0), scene)
+    plan = certify(
+        plan_pick(PlanningContext(cell, None, None), scene, PickQuery("bin_C", ITEM), begin, 0), scene
+    )
     order = {"bin_contents": bins, "tote_contents": [], "work_order": [{"bin": "bin_C", "item": ITEM}]}
     return Sound(cell, scene, plan, order)
 
@@ -232,9 +234,9 @@ def _plain(model: FileModel) -> Any:
 
 def _use(cell: Cell) -> None:
     """What every command does with a cell first."""
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
 
-    planner = Planner(cell, None, None)
+    planner = PlanningContext(cell, None, None)
     del planner
 
 

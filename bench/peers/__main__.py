@@ -31,7 +31,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import available_cores, runner
 from pickcli.jobs.job_run import RunOptions
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.precompute.artifact_cache import default_paths
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.roadmap.store import read_database, read_roadmap
@@ -97,7 +97,7 @@ def main() -> None:
     print(f"wrote {given.write} and {given.json}")
 
 
-def _planner() -> Planner:
+def _planner() -> PlanningContext:
     """Warm, with the cell's roadmap, built where it is missing or stale, and its database if there is one.
 
     No query here lies between two named configurations, so the database never has an answer.
@@ -112,12 +112,12 @@ def _planner() -> Planner:
         make_roadmap(cell, paths.roadmap, run_options=RunOptions(runner(available_cores())))
         roadmap = read_roadmap(paths.roadmap, cell)
     try:
-        return Planner(cell, roadmap, read_database(paths.trajectories, cell))
+        return PlanningContext(cell, roadmap, read_database(paths.trajectories, cell))
     except (ArtifactError, InputError):
-        return Planner(cell, roadmap)
+        return PlanningContext(cell, roadmap)
 
 
-def _asked(planner: Planner, count: int) -> tuple[list[Scene], list[Query]]:
+def _asked(planner: PlanningContext, count: int) -> tuple[list[Scene], list[Query]]:
     in_scenes: list[Scene] = []
     asked: list[Query] = []
     for number, scene in enumerate(scenes(planner.cell, count)):
@@ -128,7 +128,7 @@ def _asked(planner: Planner, count: int) -> tuple[list[Scene], list[Query]]:
 
 
 def _measured(
-    planner: Planner, in_scenes: list[Scene], asked: list[Query], limit: float
+    planner: PlanningContext, in_scenes: list[Scene], asked: list[Query], limit: float
 ) -> tuple[list[Row], float]:
     """Every query to every planner, in turns, each time another one first."""
     content = exchange(planner.cell, in_scenes, asked, limit)

@@ -8,11 +8,11 @@ from typing import Any
 from bench.peers.queries import Query
 from pickcli.errors import Reason
 from pickcli.path_planning.sampling_planner import plan
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
 
 
-def answer(planner: Planner, query: Query, seed: int) -> dict[str, Any]:
+def answer(planner: PlanningContext, query: Query, seed: int) -> dict[str, Any]:
     """One answer like a peer's (see ``worker``), and who found it.
 
     The whole answer does not begin with the first path: it is asked for anew.

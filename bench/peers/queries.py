@@ -28,7 +28,7 @@ from pickcli.errors import Failures, InputError
 from pickcli.geometry import Array
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import RESERVE, Planner
+from pickcli.planning.planning_context import RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.placement import plan_placement
 from pickcli.scene.scene import TOTE, Scene
@@ -70,7 +70,7 @@ def _scene(cell: Cell, order: Order, seed: int) -> Scene:
             seed += 1
 
 
-def queries(planner: Planner, scene: Scene, number: int) -> list[Query]:
+def queries(planner: PlanningContext, scene: Scene, number: int) -> list[Query]:
     """The queries of the scene of that number."""
     rng = derived_rng("peers", number)
     targets = [scene.items[i] for i in rng.permutation(len(scene.items))]
@@ -79,7 +79,7 @@ def queries(planner: Planner, scene: Scene, number: int) -> list[Query]:
 
 
 def _of_pick(
-    planner: Planner, scene: Scene, number: int, target: str, rng: np.random.Generator
+    planner: PlanningContext, scene: Scene, number: int, target: str, rng: np.random.Generator
 ) -> list[Query]:
     """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
     placed = scene.find(target)
@@ -110,7 +110,7 @@ def _of_pick(
     return [q for q in made if q.checker.is_valid(q.q_start) and q.checker.is_valid(q.q_goal)]
 
 
-def _start(planner: Planner, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
+def _start(planner: PlanningContext, scene: Scene, tool_state: ToolState, rng: np.random.Generator) -> Array:
     """One of the named configurations that a pick starts from, meant for that state of the cup, and free."""
     tests = planner.checker_for(scene, Mode(tool_state, reserve=RESERVE))
     named = [c.q for c in planner.cell.configurations.values() if c.tool_state == tool_state]
@@ -118,7 +118,7 @@ def _start(planner: Planner, scene: Scene, tool_state: ToolState, rng: np.random
     return free[int(rng.integers(len(free)))]
 
 
-def _nearest(planner: Planner, q: Array, goals: list[Array]) -> int:
+def _nearest(planner: PlanningContext, q: Array, goals: list[Array]) -> int:
     """Index of the goal that would take least time if nothing were in the way."""
     return int(np.argmin([estimated_duration(planner.space, np.stack([q, goal])) for goal in goals]))
 

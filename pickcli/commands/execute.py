@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.scene import Scene
     from pickcli.simulation.camera import Film
     from pickcli.simulation.execution import Execution
@@ -164,7 +164,7 @@ def _is_away(plan: Plan, q: Array) -> bool:
 
 
 def _bridge(
-    planner: Planner, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
+    planner: PlanningContext, believed: Scene, plan: Plan, q: Array, tool_state: ToolState, seed: int
 ) -> Plan:  # fmt: skip
     """A certified move from where the robot stands to the plan's first point."""
     from pickcli.planning.move import plan_move

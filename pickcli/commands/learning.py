@@ -16,7 +16,7 @@ from pickcli.errors import ApcError, NoPlanError
 from pickcli.progress import Progress
 
 if TYPE_CHECKING:
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.precompute.experience import ExperienceFiles
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -32,7 +32,7 @@ def learn_option(function: F) -> F:
 
 @contextmanager
 def learning(
-    planner: Planner, roadmap: Path | None, trajectories: Path | None, is_on: bool
+    planner: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
 ) -> Iterator[LearningSession]:
     """Let a planner use what was learned, and keep in the end what it learns, also where it finds no plan.
 
@@ -67,14 +67,14 @@ class LearningSession:
         planner: The planner to be used, with what was learned before.
     """
 
-    def __init__(self, planner: Planner, learner: ExperienceFiles | None = None) -> None:
+    def __init__(self, planner: PlanningContext, learner: ExperienceFiles | None = None) -> None:
         """Begin to learn, or not to learn at all without a learner."""
         self.planner, self._learner = planner, learner
         self._edges = self._unproven = 0
         self._failed: ApcError | None = None
 
     @classmethod
-    def of(cls, planner: Planner, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
+    def of(cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
         """A session that keeps what it learns beside these files. Raises InputError where it cannot."""
         from pickcli.precompute.artifact_cache import default_paths
         from pickcli.precompute.experience import ExperienceFiles

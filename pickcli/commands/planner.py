@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -55,14 +55,14 @@ def verify_option(function: F) -> F:
 
 def load_planner(
     cell: Cell, roadmap: Path | None, trajectories: Path | None, build_missing: bool = False
-) -> Planner:
+) -> PlanningContext:
     """A planner with the named artifacts, or those in the cache where they are built.
 
     build_missing: build those in the cache that are needed and not there; else plan without, and say so
     Raises InputError for a named file that is missing, StaleError or DamagedError for one that must not
     be used.
     """
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.precompute.artifact_cache import default_paths
     from pickcli.roadmap.store import read_database, read_roadmap
 
@@ -81,7 +81,7 @@ def load_planner(
             "is planned from nothing (apc run-trial builds both)",
             err=True,
         )
-    return Planner(cell, stored, database)
+    return PlanningContext(cell, stored, database)
 
 
 def _build_missing(cell: Cell) -> None:

@@ -16,7 +16,7 @@ from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.cup_load import carried_load, path_load
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.promises import broken_promise, mended
 from pickcli.planning.stages.grasp_motion import SLOWER_THAN_ALLOWED
 from pickcli.scene.scene import Scene
@@ -38,7 +38,9 @@ class Carried:
     load: Load
 
 
-def proven_run(context: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> TimedRun | Reason:
+def proven_run(
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
+) -> TimedRun | Reason:
     """One run whose timed motion is proven free.
 
     Args:
@@ -60,7 +62,7 @@ def proven_run(context: Planner, scene: Scene, segments: Sequence[MotionSegment]
 
 
 def carried_run(
-    context: Planner, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
 ) -> Carried | Reason:
     """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
@@ -101,7 +103,9 @@ def carried_run(
         are_blends_proven = True
 
 
-def _checkers(context: Planner, scene: Scene, segments: Sequence[MotionSegment]) -> list[SceneChecker]:
+def _checkers(
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
+) -> list[SceneChecker]:
     return [context.checker_for(scene, segment.mode) for segment in segments]
 
 
@@ -130,7 +134,7 @@ def prove(
 
 
 def _timed(
-    context: Planner,
+    context: PlanningContext,
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None = None,
@@ -147,7 +151,7 @@ def _timed(
 
 
 def _timed_once(
-    context: Planner,
+    context: PlanningContext,
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None,

@@ -10,13 +10,15 @@ from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.timing.concatenation import delayed
 
 Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 
-def schedule(context: Planner, segments: Sequence[Segment], trajectory: Trajectory) -> Schedule | Reason:
+def schedule(
+    context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory
+) -> Schedule | Reason:
     """Segments, trajectory and events with their times.
 
     Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),

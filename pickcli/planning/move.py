@@ -9,7 +9,7 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
@@ -18,7 +18,7 @@ from pickcli.seeds import derived_seed
 
 
 def plan_move(
-    context: Planner, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
+    context: PlanningContext, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
 ) -> Plan:
     """Plan a move from rest at ``start`` to rest at q_goal (n,), the cup's pivot kept as it is.
 

@@ -7,7 +7,7 @@ import time
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.motion.plan import Plan
 from pickcli.planning.pick_problem import PickProblem, PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
@@ -16,7 +16,7 @@ from pickcli.planning.stitching import stitch_pick
 from pickcli.scene.scene import Scene
 
 
-def plan_pick(context: Planner, scene: Scene, query: PickQuery, start: Start, seed: int = 0) -> Plan:
+def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: Start, seed: int = 0) -> Plan:
     """Plan one pick, uncertified (``verification.verify`` adds the certificate).
 
     Args:

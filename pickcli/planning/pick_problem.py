@@ -14,7 +14,7 @@ from pickcli.errors import UnknownNameError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import Extraction
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_seed
@@ -52,7 +52,7 @@ class PickProblem:
         seed: Of all random choices.
     """
 
-    context: Planner
+    context: PlanningContext
     scene: Scene
     place: Place
     target: PlacedItem
@@ -60,7 +60,7 @@ class PickProblem:
     seed: int = 0
 
     @classmethod
-    def of(cls, context: Planner, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
+    def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
         """The problem that a query poses.
 
         Raises:

@@ -22,8 +22,8 @@ RESERVE = 0.003  # m that coarse motions are planned with on top of the clearanc
 
 
 @dataclass(frozen=True, eq=False)
-class Planner:
-    """A warm context. It is never changed: ``dataclasses.replace`` gives one with other files.
+class PlanningContext:
+    """What online queries need, warm and never changed: ``dataclasses.replace`` gives one with other files.
 
     Attributes:
         cell: What is planned for.

@@ -22,7 +22,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.jog import plan_jog
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery_rules import Rules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
@@ -44,7 +44,7 @@ MOST_WAYS_HOME = 3  # ways out of the pod from which a way home is searched: one
 
 
 def plan_recovery(
-    context: Planner,
+    context: PlanningContext,
     scene: Scene,
     start: Start,
     seed: int = 0,

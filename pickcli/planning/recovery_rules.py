@@ -13,7 +13,7 @@ from pickcli.collision.stage_contacts import while_coming_free
 from pickcli.errors import Reason
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 
@@ -34,7 +34,7 @@ class Rules:
     reserve: m on top of the cell's clearance. scale: of all limits
     """
 
-    context: Planner
+    context: PlanningContext
     scene: Scene
     start: Start
     level: RecoveryLevel
@@ -79,7 +79,7 @@ class Rules:
         return Reason("closes again", "way out", f"{contact} by {worst * 1e3:.1f} mm", contact.item)
 
 
-def rules_at(context: Planner, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
+def rules_at(context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
     """What the level allows where the robot stands."""
     rules = Rules(context, scene, start, level)
     if level is RecoveryLevel.AS_PLANNED:

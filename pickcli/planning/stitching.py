@@ -19,7 +19,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.certified_timing import carried_run, proven_run
 from pickcli.planning.events import schedule
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.promises import thrown
 from pickcli.planning.stages.transfer import PickMotion
 from pickcli.scene.scene import Scene
@@ -73,7 +73,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | R
 
 
 def stitch_run(
-    context: Planner, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
 ) -> Plan | Reason:
     """Time and prove one run of the empty tool, without events."""
     segments = _moving(context, segments)
@@ -86,7 +86,7 @@ def stitch_run(
     return Plan(label, context.cell.fingerprint, scene_hash(scene), seed, timed, trajectory, ())
 
 
-def _moving(context: Planner, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
+def _moving(context: PlanningContext, segments: Iterable[MotionSegment]) -> list[MotionSegment]:
     """The segments that move at all, at the cell's speed."""
     return [segment.scaled(context.cell.speed_scale) for segment in segments if segment.has_length]
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from pickcli.planning.planning_context import Planner
+    from pickcli.planning.planning_context import PlanningContext
     from pickcli.simulation.contacts import Collision
 
 HOME = "home"
@@ -145,7 +145,7 @@ class SimulatedArena:
         return overview(self._world.engine, self.now())
 
 
-def crew_of(planner: Planner, arena: SimulatedArena) -> Crew:
+def crew_of(planner: PlanningContext, arena: SimulatedArena) -> Crew:
     """The real crew: our planner, the independent verifier, the simulated arena."""
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:

@@ -9,15 +9,15 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.geometry import pose
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 
 SceneWith = Callable[..., Scene]
 
 
 @pytest.fixture(scope="session")
-def planner(cell: Cell) -> Planner:
-    return Planner(cell)
+def planner(cell: Cell) -> PlanningContext:
+    return PlanningContext(cell)
 
 
 @pytest.fixture(scope="session")

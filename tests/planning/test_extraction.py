@@ -11,7 +11,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.extraction import Extraction
 from pickcli.planning.stages.lift_sampling import climbed
 from pickcli.planning.stages.planned_extraction import MOST_PUSHES, planned_corridors
@@ -20,7 +20,7 @@ from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 BIN = "bin_E"
 
 
-def ways_out(planner: Planner, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
+def ways_out(planner: PlanningContext, *placed: tuple[str, Array], seed: int = 0) -> Extraction:
     """Of the first of the items (name, pose in the bin's frame)."""
     cell = planner.cell
     T_bin = cell.T_world_place(cell.pod.bins[BIN])
@@ -46,7 +46,7 @@ def planned(ways: Extraction, seed: int = 0) -> list[Array]:
 
 
 @pytest.fixture(scope="module")
-def behind(planner: Planner) -> Extraction:
+def behind(planner: PlanningContext) -> Extraction:
     """A bottle that stands too tall to be lifted over the can that lies across in front of it."""
     cell = planner.cell
     bottle = standing(cell, "up_glucose_bottle", 0.33, 0.0)
@@ -73,7 +73,7 @@ def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: Extra
         assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
 
 
-def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: Planner) -> None:
+def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: PlanningContext) -> None:
     bottle = standing(planner.cell, "up_glucose_bottle", 0.33, 0.0)
     can = lying_across(planner.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
     first, again, other = (ways_out(planner, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
@@ -88,7 +88,7 @@ def test_the_same_seed_gives_the_same_ways(behind: Extraction) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
 
 
-def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: Planner) -> None:
+def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: PlanningContext) -> None:
     cell = planner.cell
     target = standing(cell, "crayola_24_ct", 0.3, 0.0)
     cover = standing(cell, "peva_shower_curtain_liner", 0.25, 0.0)
@@ -99,7 +99,7 @@ def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: Planner) -> N
 
 
 @pytest.fixture(scope="module")
-def mailer(planner: Planner) -> Extraction:
+def mailer(planner: PlanningContext) -> Extraction:
     """A mailer wider than the mouth of its bin, between walls that are 11 mm away."""
     cell = planner.cell
     cell_bin = cell.pod.bins["bin_I"]

@@ -12,7 +12,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from planning.conftest import SceneWith
 
@@ -28,7 +28,9 @@ def drawn() -> list[str]:
     return [line.split()[0] for line in block.splitlines()]
 
 
-def test_a_pick_goes_the_way_that_is_drawn(cell: Cell, planner: Planner, scene_with: SceneWith) -> None:
+def test_a_pick_goes_the_way_that_is_drawn(
+    cell: Cell, planner: PlanningContext, scene_with: SceneWith
+) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
     home = cell.configurations["home"]
     passed: dict[str, None] = {}

@@ -11,7 +11,7 @@ from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.grasp_selection import feasible_grasps, tips
@@ -36,11 +36,11 @@ def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn:
     return name, pose([x, y, z], R=R)
 
 
-def problem_of(planner: Planner, scene: Scene, name: str) -> PickProblem:
+def problem_of(planner: PlanningContext, scene: Scene, name: str) -> PickProblem:
     return PickProblem(planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN))
 
 
-def grasps_of(planner: Planner, scene: Scene, name: str) -> tuple[GraspMotion, ...]:
+def grasps_of(planner: PlanningContext, scene: Scene, name: str) -> tuple[GraspMotion, ...]:
     return feasible_grasps(problem_of(planner, scene, name), ())[0]
 
 
@@ -48,7 +48,7 @@ def met(problem: PickProblem, face: str) -> frozenset[str]:
     return problem.contacts.met(outward_of(face, problem.target.T_world_item[:3, :3]))
 
 
-def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: Planner) -> None:
+def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: PlanningContext) -> None:
     liner = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0)
     book = on_floor(cell, "laugh_out_loud_joke_book", 0.25, 0.0, up=0.0355)
     scene = scene_of(cell, liner, book)
@@ -58,7 +58,9 @@ def test_a_thin_item_is_pressed_on_through_what_it_lies_on(cell: Cell, planner: 
     assert grasps_of(planner, scene, "laugh_out_loud_joke_book")
 
 
-def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(cell: Cell, planner: Planner) -> None:
+def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(
+    cell: Cell, planner: PlanningContext
+) -> None:
     cards = on_floor(cell, "staples_index_cards", 0.25, 0.0)
     bar = on_floor(cell, "dove_beauty_bar", 0.25, 0.0715)  # beside it, 2 mm away, and higher
     problem = problem_of(planner, scene_of(cell, cards, bar), "staples_index_cards")
@@ -66,7 +68,7 @@ def test_what_stands_higher_than_the_face_is_never_met_by_the_cup(cell: Cell, pl
     assert "dove_beauty_bar" not in met(problem, "+z")
 
 
-def test_a_lance_that_rises_passes_what_a_level_one_meets(cell: Cell, planner: Planner) -> None:
+def test_a_lance_that_rises_passes_what_a_level_one_meets(cell: Cell, planner: PlanningContext) -> None:
     """An item on its edge beside the wall, a lower one in front where a level lance would lie."""
     standing = on_floor(cell, "crayola_24_ct", 0.25, -0.09, roll=np.pi / 2)
     low = on_floor(cell, "expo_dry_erase_board_eraser", 0.10, -0.045, yaw=np.pi / 2)
@@ -78,7 +80,9 @@ def test_a_lance_that_rises_passes_what_a_level_one_meets(cell: Cell, planner: P
         assert rise > np.sin(np.radians(5.0))
 
 
-def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, planner: Planner) -> None:
+def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(
+    cell: Cell, planner: PlanningContext
+) -> None:
     standing = on_floor(cell, "crayola_24_ct", 0.15, -0.1, roll=np.pi / 2)
     wall = on_floor(cell, "jane_eyre_dvd", 0.12, -0.005, roll=np.pi / 2)  # 75 mm beside the free face
     found = grasps_of(planner, scene_of(cell, standing, wall), "crayola_24_ct")
@@ -89,7 +93,9 @@ def test_where_the_usual_approach_is_blocked_a_shorter_one_is_taken(cell: Cell, 
 
 
 @pytest.mark.parametrize("name", ["laugh_out_loud_joke_book", "i_am_a_bunny_book"])
-def test_under_a_large_item_nothing_is_held_and_it_is_named(cell: Cell, planner: Planner, name: str) -> None:
+def test_under_a_large_item_nothing_is_held_and_it_is_named(
+    cell: Cell, planner: PlanningContext, name: str
+) -> None:
     flat = on_floor(cell, name, 0.25, 0.0)
     up = float(cell.item(name).shape.extents[2]) + 0.001
     cover = on_floor(cell, "peva_shower_curtain_liner", 0.25, 0.0, up=up, yaw=np.pi / 2)
@@ -99,7 +105,7 @@ def test_under_a_large_item_nothing_is_held_and_it_is_named(cell: Cell, planner:
     assert "peva_shower_curtain_liner" in {reason.in_the_way for reason in reasons}
 
 
-def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: Planner) -> None:
+def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: PlanningContext) -> None:
     name = next(n for (n, _), item in cell.items.items() if not item.suction and cell.item(n) is item)
     problem = problem_of(planner, scene_of(cell, on_floor(cell, name, 0.2, 0.0)), name)
     found, reasons = feasible_grasps(problem, ())
@@ -109,7 +115,7 @@ def test_what_the_cup_cannot_hold_costs_no_search(cell: Cell, planner: Planner) 
 
 
 def test_a_light_item_is_pressed_where_it_is_carried(
-    cell: Cell, planner: Planner, monkeypatch: pytest.MonkeyPatch
+    cell: Cell, planner: PlanningContext, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A mailer across a bar, from which both of its ends stick out."""
     bar = on_floor(cell, "dove_beauty_bar", 0.2, 0.0, yaw=np.pi / 2)
@@ -126,7 +132,7 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     assert grasps_of(planner, scene, "scotch_bubble_mailer")  # better so than not at all
 
 
-def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: Planner) -> None:
+def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: PlanningContext) -> None:
     ball = on_floor(cell, "rawlings_baseball", 0.25, 0.0)
     scene = scene_of(cell, ball)
     grasps = [f.grasp for f in grasps_of(planner, scene, ball[0]) if f.grasp.kind == "top-down"]

@@ -16,7 +16,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.bin_placements import LEAST_SLENDERNESS, bin_spots
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
@@ -37,7 +37,7 @@ def scene(scene_with: SceneWith) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def moved(planner: Planner, cell: Cell, scene: Scene) -> Plan:
+def moved(planner: PlanningContext, cell: Cell, scene: Scene) -> Plan:
     home = cell.configurations["home"]
     return plan_pick(planner, scene, PickQuery(FROM, ITEM, into=INTO), Start(home.q, home.tool_state), seed=2)
 
@@ -49,7 +49,7 @@ def with_segment(plan: Plan, k: int, **changes: object) -> Plan:
 
 
 def test_what_would_not_stay_where_it_is_let_go_is_refused(
-    planner: Planner, scene: Scene, moved: Plan
+    planner: PlanningContext, scene: Scene, moved: Plan
 ) -> None:
     """Over the floor it is set down; half over a box of 17 mm, as far over the floor, it would tumble."""
     T = pose_in_tool(moved, scene)
@@ -70,7 +70,7 @@ def release(plan: Plan) -> int:
     return max(k for k, segment in enumerate(plan.segments) if segment.held is not None)
 
 
-def set_down(planner: Planner, plan: Plan) -> Array:
+def set_down(planner: PlanningContext, plan: Plan) -> Array:
     """Pose (4, 4) in the world of the item when it is let go."""
     contact, last = (
         next(s for s in plan.segments if s.kind is SegmentKind.CONTACT),
@@ -95,7 +95,9 @@ def test_it_goes_in_straight_and_comes_out_empty_certified(moved: Plan, scene: S
     assert "valve off" in {f"{e.device} {e.action}" for e in moved.events}
 
 
-def test_it_is_let_go_just_over_the_floor_inside_the_bin(planner: Planner, moved: Plan, scene: Scene) -> None:
+def test_it_is_let_go_just_over_the_floor_inside_the_bin(
+    planner: PlanningContext, moved: Plan, scene: Scene
+) -> None:
     cell_bin, placed = scene.cell.pod.bins[INTO], scene.find(ITEM)
     T = inverse(scene.T_world_place(cell_bin)) @ set_down(planner, moved) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
@@ -122,7 +124,7 @@ def test_nothing_may_be_touched_before_the_last_stretch(moved: Plan, scene: Scen
     assert [r.what for r in reasons] == ["touching not allowed"] * len(reasons) != []
 
 
-def test_every_place_is_clear_of_what_lies_there(planner: Planner, scene_with: SceneWith) -> None:
+def test_every_place_is_clear_of_what_lies_there(planner: PlanningContext, scene_with: SceneWith) -> None:
     scene = scene_with(
         (ITEM, FROM, 0.2, 0.0),
         ("dove_beauty_bar", INTO, 0.2, 0.05),
@@ -139,7 +141,7 @@ def test_every_place_is_clear_of_what_lies_there(planner: Planner, scene_with: S
             assert gap.max() > scene.cell.clearance
 
 
-def test_a_full_bin_and_a_thin_thing_say_why(planner: Planner, scene_with: SceneWith) -> None:
+def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_with: SceneWith) -> None:
     full = scene_with(
         (ITEM, FROM, 0.2, 0.0),
         *(("dove_beauty_bar", INTO, x, y) for x in (0.1, 0.22, 0.34) for y in (-0.08, 0.0, 0.08)),
@@ -159,7 +161,7 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: Planner, scene_with: Scene
 
 @pytest.mark.parametrize("name", ["rawlings_baseball", "dasani_water_bottle"])
 def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
-    planner: Planner, scene_with: SceneWith, name: str
+    planner: PlanningContext, scene_with: SceneWith, name: str
 ) -> None:
     """Physics is the judge: on the slopes of the floors balls roll, and bottles that lie across them."""
     scene = scene_with((name, FROM, 0.2, 0.0))
@@ -176,7 +178,7 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
             assert np.linalg.norm(rested[0].T_world_item[:3, 3] - spot.T_world_item[:3, 3]) < 0.01
 
 
-def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) -> None:
+def test_an_item_that_leans_is_set_down_level(planner: PlanningContext, scene: Scene) -> None:
     leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
     spots = bin_spots(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
     assert not isinstance(spots, Reason)
@@ -186,7 +188,7 @@ def test_an_item_that_leans_is_set_down_level(planner: Planner, scene: Scene) ->
         assert abs(R[1, 2]) < 1e-9  # no roll; its pitch is that of the floor
 
 
-def test_a_place_that_is_not_in_the_cell_is_named(planner: Planner, cell: Cell, scene: Scene) -> None:
+def test_a_place_that_is_not_in_the_cell_is_named(planner: PlanningContext, cell: Cell, scene: Scene) -> None:
     home = Start(cell.configurations["home"].q, cell.configurations["home"].tool_state)
     with pytest.raises(UnknownNameError, match="unknown place 'bin_X'"):
         plan_pick(planner, scene, PickQuery(FROM, ITEM, into="bin_X"), home)

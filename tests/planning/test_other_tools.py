@@ -11,7 +11,7 @@ from pickcli.cell.tool import FIXED, MOVING
 from pickcli.errors import NoPlanError
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.simulation.execute import execute
@@ -34,7 +34,7 @@ def test_a_pick_is_certified_and_carried_out(
     scene = replace(scene_with((item, "bin_E", 0.25, 0.0)), cell=cell)
     home = cell.configurations["home"]
     start = Start(home.q, home.tool_state)
-    plan = certify(plan_pick(Planner(cell), scene, PickQuery("bin_E", item), start, seed=3), scene)
+    plan = certify(plan_pick(PlanningContext(cell), scene, PickQuery("bin_E", item), start, seed=3), scene)
     assert sum(event.device == "cup_pivot" for event in plan.events) == n_turns
     assert {segment.tool_state for segment in plan.segments} <= set(cell.robot.tool.shapes)
     assert kind != ONE_STATE or MOVING not in {segment.tool_state for segment in plan.segments}
@@ -50,4 +50,4 @@ def test_a_grasp_that_no_state_serves_is_refused_for_that(cell_copy: CellCopy, s
     scene = replace(scene_with((CRAYONS, "bin_E", 0.25, 0.0)), cell=cell)
     start = Start(cell.configurations["home"].q, FIXED)
     with pytest.raises(NoPlanError, match="no state of the tool for this grasp"):
-        plan_pick(Planner(cell), scene, PickQuery("bin_E", CRAYONS), start)
+        plan_pick(PlanningContext(cell), scene, PickQuery("bin_E", CRAYONS), start)

@@ -13,7 +13,7 @@ from pickcli.geometry import inverse, pose
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.execute import execute
@@ -46,7 +46,7 @@ def home(cell: Cell) -> Start:
     return Start(named.q, named.tool_state)
 
 
-def test_the_simulated_robot_takes_it_out(planner: Planner, in_tote: InTote, home: Start) -> None:
+def test_the_simulated_robot_takes_it_out(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
     scene = in_tote((CRAYONS, 0.1, 0.0, 0.0), (BAR, -0.15, 0.0, 0.0))
     plan = certify(plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home), scene)
     world = World(scene, home.q)
@@ -57,7 +57,7 @@ def test_the_simulated_robot_takes_it_out(planner: Planner, in_tote: InTote, hom
 
 
 def test_it_is_stowed_in_a_bin_with_its_upper_side_to_the_front(
-    planner: Planner, in_tote: InTote, home: Start
+    planner: PlanningContext, in_tote: InTote, home: Start
 ) -> None:
     scene = in_tote((BAR, 0.1, 0.0, 0.0))
     plan = certify(plan_pick(planner, scene, PickQuery(TOTE, BAR, into="bin_E"), home), scene)
@@ -73,7 +73,7 @@ def test_it_is_stowed_in_a_bin_with_its_upper_side_to_the_front(
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.2, 0.1)])
 def test_it_comes_out_upwards_and_is_certified(
-    planner: Planner, in_tote: InTote, home: Start, x: float, y: float
+    planner: PlanningContext, in_tote: InTote, home: Start, x: float, y: float
 ) -> None:
     scene = in_tote((CRAYONS, x, y, 0.0), (BAR, -0.15, 0.0, 0.0))
     plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
@@ -87,7 +87,9 @@ def test_it_comes_out_upwards_and_is_certified(
     assert np.linalg.norm((b - a)[:2]) < 0.01
 
 
-def test_beside_a_wall_it_moves_away_from_it_before_it_rises(planner: Planner, in_tote: InTote) -> None:
+def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
+    planner: PlanningContext, in_tote: InTote
+) -> None:
     item = planner.cell.item(CRAYONS)
     x = float(planner.cell.places[TOTE].room.size[0] - item.shape.extents[0]) / 2 - 0.002
     scene = in_tote((CRAYONS, x, 0.0, 0.0))
@@ -99,7 +101,7 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(planner: Planner, i
         assert moved[0] < -0.005 and moved[2] > 0.05
 
 
-def test_what_lies_on_it_is_named(planner: Planner, in_tote: InTote, home: Start) -> None:
+def test_what_lies_on_it_is_named(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
     scene = in_tote(
         (BOOK, 0.0, 0.0, 0.0), (CRAYONS, 0.0, 0.0, float(planner.cell.item(BOOK).shape.extents[2]))
     )
@@ -108,7 +110,9 @@ def test_what_lies_on_it_is_named(planner: Planner, in_tote: InTote, home: Start
     assert caught.value.in_the_way == (CRAYONS,)
 
 
-def test_its_own_place_in_the_tote_is_free_for_it(planner: Planner, in_tote: InTote, home: Start) -> None:
+def test_its_own_place_in_the_tote_is_free_for_it(
+    planner: PlanningContext, in_tote: InTote, home: Start
+) -> None:
     """Alone in the tote it can be let go where it lay: no pile is counted but of what stays there."""
     scene = in_tote((CRAYONS, 0.0, 0.0, 0.0))
     plan = plan_pick(planner, scene, PickQuery(TOTE, CRAYONS), home)
@@ -119,6 +123,6 @@ def test_its_own_place_in_the_tote_is_free_for_it(planner: Planner, in_tote: InT
     assert bottom < planner.cell.T_world_place(planner.cell.places[TOTE])[2, 3] + 0.06
 
 
-def test_a_place_that_is_not_there_is_refused(planner: Planner, in_tote: InTote, home: Start) -> None:
+def test_a_place_that_is_not_there_is_refused(planner: PlanningContext, in_tote: InTote, home: Start) -> None:
     with pytest.raises(UnknownNameError, match="bin_Z"):
         plan_pick(planner, in_tote((CRAYONS, 0.0, 0.0, 0.0)), PickQuery("bin_Z", CRAYONS), home)

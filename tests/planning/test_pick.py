@@ -17,7 +17,7 @@ from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.verification.held_pose import pose_in_tool
@@ -40,7 +40,7 @@ def home(cell: Cell) -> Start:
 
 @pytest.mark.parametrize("bin_name", ["bin_A", "bin_E", "bin_L"])
 def test_a_free_item_is_picked_and_certified(
-    planner: Planner, scene_with: SceneWith, home: Start, bin_name: str
+    planner: PlanningContext, scene_with: SceneWith, home: Start, bin_name: str
 ) -> None:
     scene = scene_with(("crayola_24_ct", bin_name, 0.25, 0.0))
     plan = plan_pick(planner, scene, PickQuery(bin_name, "crayola_24_ct"), home, seed=3)
@@ -52,7 +52,7 @@ def test_a_free_item_is_picked_and_certified(
 
 
 def test_same_query_same_motion_and_with_another_seed_another(
-    planner: Planner, scene_with: SceneWith, home: Start
+    planner: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("dove_beauty_bar", "bin_H", 0.2, 0.03))
     first = plan_pick(planner, scene, PickQuery("bin_H", "dove_beauty_bar"), home, seed=1)
@@ -64,7 +64,9 @@ def test_same_query_same_motion_and_with_another_seed_another(
     assert verify(other, scene).reasons == ()
 
 
-def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_an_excluded_grasp_is_not_used_again(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
     scene = scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0))
     first = plan_pick(planner, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
     assert first.grasp is not None
@@ -76,7 +78,7 @@ def test_an_excluded_grasp_is_not_used_again(planner: Planner, scene_with: Scene
 
 
 def test_heavy_items_go_slower_than_the_cup_allows(
-    planner: Planner, scene_with: SceneWith, home: Start
+    planner: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(("dasani_water_bottle", "bin_K", 0.2, 0.0))
     plan = plan_pick(planner, scene, PickQuery("bin_K", "dasani_water_bottle"), home)
@@ -88,13 +90,13 @@ def test_heavy_items_go_slower_than_the_cup_allows(
 
 
 def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
-    cell: Cell, planner: Planner, scene_with: SceneWith, home: Start
+    cell: Cell, planner: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     """The same carry with a fraction of the limits, measured by the verifier's own load."""
     share, (box,) = 0.25, (scene := scene_with(("kleenex_tissue_box", "bin_B", 0.2, 0.0))).items
     airtight = dict.fromkeys(box.item.seals, 1.0)
     scene = scene.moved(replace(box, item=replace(box.item, seals=airtight)))
-    careful = Planner(cell, settings=replace(planner.settings, load_ratio=share))
+    careful = PlanningContext(cell, settings=replace(planner.settings, load_ratio=share))
     fast = plan_pick(planner, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
     plan = plan_pick(careful, scene, PickQuery("bin_B", "kleenex_tissue_box"), home)
     assert fast.grasp is not None and plan.grasp is not None
@@ -111,7 +113,9 @@ def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
     assert plan.trajectory.duration < 1.2 * fast.trajectory.duration
 
 
-def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_a_walled_in_item_names_its_neighbour(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
     scene = scene_with(
         ("crayola_24_ct", "bin_E", 0.33, 0.0), ("kleenex_paper_towels", "bin_E", 0.12, 0.0)
     )  # fmt: skip
@@ -126,7 +130,7 @@ def test_a_walled_in_item_names_its_neighbour(planner: Planner, scene_with: Scen
 
 
 def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
-    planner: Planner, scene_with: SceneWith, home: Start
+    planner: PlanningContext, scene_with: SceneWith, home: Start
 ) -> None:
     scene = scene_with(
         ("peva_shower_curtain_liner", "bin_K", 0.25, 0.0), ("i_am_a_bunny_book", "bin_K", 0.25, 0.0),
@@ -148,13 +152,13 @@ def test_what_lies_on_the_target_blocks_and_the_top_is_named_first(
     assert verify(plan_pick(planner, alone, PickQuery("bin_K", liner.id), home), alone).is_accepted
 
 
-def test_what_cannot_be_sucked_says_why(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_what_cannot_be_sucked_says_why(planner: PlanningContext, scene_with: SceneWith, home: Start) -> None:
     scene = scene_with(("fitness_gear_3lb_dumbbell", "bin_B", 0.2, 0.0))
     with pytest.raises(NoPlanError, match="pinching"):
         plan_pick(planner, scene, PickQuery("bin_B", "fitness_gear_3lb_dumbbell"), home)
 
 
-def test_unknown_names_are_named(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_unknown_names_are_named(planner: PlanningContext, scene_with: SceneWith, home: Start) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
     with pytest.raises(UnknownNameError, match="bin_Z"):
         plan_pick(planner, scene, PickQuery("bin_Z", "crayola_24_ct"), home)
@@ -163,7 +167,7 @@ def test_unknown_names_are_named(planner: Planner, scene_with: SceneWith, home: 
 
 
 def test_a_move_arrives_and_a_blocked_goal_is_explained(
-    planner: Planner, scene_with: SceneWith, home: Start, cell: Cell
+    planner: PlanningContext, scene_with: SceneWith, home: Start, cell: Cell
 ) -> None:
     scene = scene_with()
     goal = cell.configurations["bin_K"].q

@@ -14,7 +14,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickProblem, PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.scene.scene_file import scene_hash
@@ -47,14 +47,16 @@ def told_to_touch(plan: Plan, scene: Scene, name: str) -> Plan:
     return replace(plan, segments=segments, scene_hash=scene_hash(scene))
 
 
-def test_the_planner_refuses_to_lift_under_something(planner: Planner, under: Scene, home: Start) -> None:
+def test_the_planner_refuses_to_lift_under_something(
+    planner: PlanningContext, under: Scene, home: Start
+) -> None:
     with pytest.raises(NoPlanError, match="rests on the target") as caught:
         plan_pick(planner, under, PickQuery(BIN, CASE), home)
     assert caught.value.in_the_way == (BOOK,)
 
 
 def test_the_second_opinion_refuses_it_by_the_depth_alone(
-    planner: Planner, under: Scene, home: Start
+    planner: PlanningContext, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
     plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
@@ -64,7 +66,7 @@ def test_the_second_opinion_refuses_it_by_the_depth_alone(
 
 
 def test_the_second_opinion_refuses_to_take_away_what_others_need(
-    planner: Planner, under: Scene, home: Start
+    planner: PlanningContext, under: Scene, home: Start
 ) -> None:
     alone = under.without(BOOK)
     plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
@@ -73,7 +75,7 @@ def test_the_second_opinion_refuses_to_take_away_what_others_need(
 
 
 def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
-    planner: Planner, under: Scene, cell: Cell
+    planner: PlanningContext, under: Scene, cell: Cell
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
     problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE))
@@ -85,7 +87,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
 
 
 def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
-    planner: Planner, cell: Cell, home: Start
+    planner: PlanningContext, cell: Cell, home: Start
 ) -> None:
     thin = lying_on(cell, BIN, BOOK, None, PoseNoise())
     plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
@@ -100,7 +102,7 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
 
 
 def test_poses_that_contradict_each_other_are_not_planned_with(
-    planner: Planner, cell: Cell, home: Start
+    planner: PlanningContext, cell: Cell, home: Start
 ) -> None:
     scene = lying_on(cell, BIN, CASE, None, PoseNoise(0.001, 0.0))
     (case,) = scene.items
@@ -110,7 +112,7 @@ def test_poses_that_contradict_each_other_are_not_planned_with(
 
 
 def test_beside_a_neighbour_it_is_lifted_without_being_pushed_into_it(
-    planner: Planner, cell: Cell, home: Start
+    planner: PlanningContext, cell: Cell, home: Start
 ) -> None:
     """Two neighbours that overlap the target as far as poses may be off: it comes out, certified."""
     noise = PoseNoise(0.002, float(np.radians(1.0)))

@@ -16,7 +16,7 @@ from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
 from pickcli.planning.certified_timing import proven_run
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
 from pickcli.scene.scene import PoseNoise, Scene
 from support.tool_states import STRAIGHT
@@ -28,7 +28,7 @@ def scene(cell: Cell) -> Scene:
 
 
 def corner(
-    planner: Planner, scene: Scene, blend: float, kind: SegmentKind, speed: float
+    planner: PlanningContext, scene: Scene, blend: float, kind: SegmentKind, speed: float
 ) -> list[MotionSegment]:
     """Out of a bin and up before it: two lines with a corner between them."""
     mode = Mode(STRAIGHT)
@@ -45,7 +45,7 @@ def corner(
 
 
 def test_lines_that_are_rounded_too_much_are_mended(
-    planner: Planner, cell: Cell, scene: Scene, monkeypatch: pytest.MonkeyPatch
+    planner: PlanningContext, cell: Cell, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     fastest = cell.robot.tool.contact_speed
@@ -57,7 +57,9 @@ def test_lines_that_are_rounded_too_much_are_mended(
     assert isinstance(unmended, Reason) and unmended.what == "not straight"
 
 
-def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planner, scene: Scene) -> None:
+def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
+    planner: PlanningContext, scene: Scene
+) -> None:
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     run = certified_timing._timed_once(planner, segments, None, None)
     assert not isinstance(run, Reason)
@@ -69,7 +71,9 @@ def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(planner: Planne
         assert new.waypoints is old.waypoints
 
 
-def test_a_contact_that_is_too_fast_is_slowed_down(planner: Planner, cell: Cell, scene: Scene) -> None:
+def test_a_contact_that_is_too_fast_is_slowed_down(
+    planner: PlanningContext, cell: Cell, scene: Scene
+) -> None:
     segments = corner(planner, scene, 1e-4, SegmentKind.CONTACT, 0.2)
     fastest = cell.robot.tool.contact_speed
     run = proven_run(planner, scene, segments)
@@ -81,7 +85,7 @@ def test_a_contact_that_is_too_fast_is_slowed_down(planner: Planner, cell: Cell,
     assert 0.5 * fastest < speeds.max() <= fastest
 
 
-def test_coarse_motions_promise_no_line(planner: Planner, scene: Scene) -> None:
+def test_coarse_motions_promise_no_line(planner: PlanningContext, scene: Scene) -> None:
     segments = [
         replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, scene, 0.05, SegmentKind.LIFT, 0.3)
     ]

@@ -18,7 +18,7 @@ from pickcli.motion.plan import RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery_plan import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.planning.stages import grasp_selection
@@ -35,13 +35,17 @@ def home(cell: Cell) -> Start:
     return Start(named.q, named.tool_state)
 
 
-def stopped_at_contact(planner: Planner, scene: Scene, home: Start, bin_name: str, item: str) -> Start:
+def stopped_at_contact(
+    planner: PlanningContext, scene: Scene, home: Start, bin_name: str, item: str
+) -> Start:
     plan = plan_pick(planner, scene, PickQuery(bin_name, item), home)
     contact = next(s for s in plan.segments if s.kind is SegmentKind.CONTACT)
     return Start(plan.trajectory.sample(contact.t_end)[0], contact.tool_state)
 
 
-def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith, home: Start) -> None:
+def test_the_way_out_of_a_bin_leads_home(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
     out = plan_recovery(planner, scene, stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct"))
     np.testing.assert_allclose(out.trajectory.positions[-1], home.q)
@@ -51,7 +55,11 @@ def test_the_way_out_of_a_bin_leads_home(planner: Planner, scene_with: SceneWith
 
 @pytest.mark.parametrize("moved", [0.0, 0.004])
 def test_beside_a_tall_item_the_cup_goes_back_first(
-    planner: Planner, scene_with: SceneWith, home: Start, monkeypatch: pytest.MonkeyPatch, moved: float
+    planner: PlanningContext,
+    scene_with: SceneWith,
+    home: Start,
+    monkeypatch: pytest.MonkeyPatch,
+    moved: float,
 ) -> None:
     """Upwards it would scrape along; moved: m that the item has come towards the cup since."""
 
@@ -74,7 +82,9 @@ def test_beside_a_tall_item_the_cup_goes_back_first(
 
 
 @pytest.fixture(scope="module")
-def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scene, StoppedMotion, Start]:
+def squeezed(
+    planner: PlanningContext, scene_with: SceneWith, home: Start
+) -> tuple[Scene, StoppedMotion, Start]:
     """Stopped at contact, with a soap bar seen 1 mm from the lance, where 3 mm are wanted."""
     free = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
     plan = plan_pick(planner, free, PickQuery("bin_B", "crayola_24_ct"), home)
@@ -89,7 +99,7 @@ def squeezed(planner: Planner, scene_with: SceneWith, home: Start) -> tuple[Scen
 
 
 def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
-    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, stopped, start = squeezed
     with pytest.raises(NoPlanError, match="dove_beauty_bar"):
@@ -104,7 +114,7 @@ def test_what_is_nearer_than_the_clearance_stops_only_the_strictest_level(
 
 @pytest.mark.parametrize("level", [RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING])
 def test_the_strict_levels_lead_home(
-    planner: Planner, scene_with: SceneWith, home: Start, level: RecoveryLevel
+    planner: PlanningContext, scene_with: SceneWith, home: Start, level: RecoveryLevel
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
     stuck = stopped_at_contact(planner, scene, home, "bin_B", "crayola_24_ct")
@@ -120,7 +130,9 @@ def test_a_motion_that_stopped_where_it_began_has_not_moved(
     assert [replace(stopped, path_time=t).has_moved for t in (0.0, 5e-4, 0.01)] == [False] * 3
 
 
-def test_backwards_is_the_way_it_came(planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]) -> None:
+def test_backwards_is_the_way_it_came(
+    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
+) -> None:
     scene, stopped, start = squeezed
     back = plan_recovery(planner, scene, start, level=RecoveryLevel.BACKWARDS, stopped=stopped)
     np.testing.assert_allclose(back.trajectory.positions[0], start.q, atol=1e-9)
@@ -133,7 +145,7 @@ def test_backwards_is_the_way_it_came(planner: Planner, squeezed: tuple[Scene, S
 
 
 def test_a_jog_is_short_and_takes_what_is_nearest_apart(
-    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, _, start = squeezed
     jog = plan_recovery(planner, scene, start, level=RecoveryLevel.JOG)
@@ -147,7 +159,7 @@ def test_a_jog_is_short_and_takes_what_is_nearest_apart(
 @pytest.mark.parametrize("bringing", list(Bringing))
 @pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
 def test_what_may_be_in_the_cup_is_brought_on_or_back(
-    planner: Planner, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
+    planner: PlanningContext, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
     plan = plan_pick(planner, scene, PickQuery("bin_B", "crayola_24_ct"), home)
@@ -167,7 +179,7 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
 
 
 def test_where_nothing_is_carried_there_is_nothing_to_bring(
-    planner: Planner, squeezed: tuple[Scene, StoppedMotion, Start]
+    planner: PlanningContext, squeezed: tuple[Scene, StoppedMotion, Start]
 ) -> None:
     scene, stopped, _ = squeezed
     with pytest.raises(NoPlanError, match="not carried"):

@@ -12,7 +12,7 @@ from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.tool import ToolState
 from pickcli.motion.plan import Plan
 from pickcli.planning.move import plan_move
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PoseNoise, Scene
@@ -28,14 +28,14 @@ def limited(cell: Cell, speed: float) -> Cell:
     return replace(slow, fingerprint=fingerprint(slow))
 
 
-def moved(planner: Planner, tool_state: ToolState = STRAIGHT) -> tuple[Plan, Scene]:
+def moved(planner: PlanningContext, tool_state: ToolState = STRAIGHT) -> tuple[Plan, Scene]:
     cell = planner.cell
     scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
     start = Start(cell.configurations["home"].q, tool_state)
     return plan_move(planner, scene, start, cell.configurations["midway"].q), scene
 
 
-def fastest(planner: Planner, plan: Plan, tool_state: ToolState) -> float:
+def fastest(planner: PlanningContext, plan: Plan, tool_state: ToolState) -> float:
     """By the Jacobian at every half millisecond, unlike planner and verifier."""
     t = np.arange(0.0, plan.trajectory.duration, 5e-4)
     states = zip(plan.trajectory.sample(t), plan.trajectory.sample(t, 1), strict=True)
@@ -44,7 +44,7 @@ def fastest(planner: Planner, plan: Plan, tool_state: ToolState) -> float:
 
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, tool_state: ToolState) -> None:
-    planner = Planner(limited(cell, LIMIT))
+    planner = PlanningContext(limited(cell, LIMIT))
     plan, scene = moved(planner, tool_state)
     speeds = [fastest(planner, plan, place) for place in (STRAIGHT, DOWN)]
     assert 0.9 * LIMIT < max(speeds) <= LIMIT
@@ -53,12 +53,14 @@ def test_no_motion_is_faster_and_the_limit_is_used(cell: Cell, tool_state: ToolS
 
 
 def test_the_lower_the_limit_the_longer_the_motion(cell: Cell) -> None:
-    durations = [moved(Planner(limited(cell, speed)))[0].trajectory.duration for speed in (0.1, 0.3, 0.9)]
+    durations = [
+        moved(PlanningContext(limited(cell, speed)))[0].trajectory.duration for speed in (0.1, 0.3, 0.9)
+    ]
     assert durations[0] > 2.0 * durations[1] > 2.0 * durations[2]
 
 
 def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
-    planner = Planner(limited(cell, LIMIT))
+    planner = PlanningContext(limited(cell, LIMIT))
     plan, scene = moved(planner)
     stopped = StoppedMotion(plan, 0.8 * plan.trajectory.duration)
     back = back_to_start(stopped, scene, planner.arm.limits, 0)
@@ -68,7 +70,7 @@ def test_the_way_back_after_a_stop_keeps_the_limit_too(cell: Cell) -> None:
     assert verdict.is_accepted, verdict.reasons
 
 
-def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: Planner) -> None:
+def test_the_verifier_refuses_what_is_faster(cell: Cell, planner: PlanningContext) -> None:
     free, _ = moved(planner)
     most = max(fastest(planner, free, place) for place in (STRAIGHT, DOWN))
     for limit, is_accepted in ((1.01 * most, True), (0.99 * most, False)):

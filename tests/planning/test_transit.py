@@ -11,7 +11,7 @@ from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.planning.move import plan_move
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -26,14 +26,16 @@ def carton(name: str) -> Item:
 
 
 @pytest.fixture(scope="module")
-def blocked(cell: Cell, planner: Planner) -> Scene:
+def blocked(cell: Cell, planner: PlanningContext) -> Scene:
     """An item around the tip of the tool in each of two configurations."""
     tips = [planner.arm.tip(cell.configurations[name].q, STRAIGHT) for name in GOALS]
     items = (PlacedItem(f"at_{g}", carton("carton"), g, T) for g, T in zip(GOALS, tips, strict=True))
     return Scene(cell, cell.T_world_pod, tuple(items), PoseNoise())
 
 
-def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
+def test_what_stands_at_any_of_the_goals_is_named(
+    cell: Cell, planner: PlanningContext, blocked: Scene
+) -> None:
     checker = planner.checker_for(blocked, Mode(STRAIGHT))
     goals = np.stack([cell.configurations[name].q for name in GOALS])
     found = plan_coarse(planner, checker, cell.configurations["home"].q, goals, [0.0, 0.0], 1, "transit")
@@ -42,7 +44,9 @@ def test_what_stands_at_any_of_the_goals_is_named(cell: Cell, planner: Planner, 
     assert {reason.where for reason in found} == {"transit, goal 0", "transit, goal 1"}
 
 
-def test_what_stands_where_a_move_begins_is_named(cell: Cell, planner: Planner, blocked: Scene) -> None:
+def test_what_stands_where_a_move_begins_is_named(
+    cell: Cell, planner: PlanningContext, blocked: Scene
+) -> None:
     start = Start(cell.configurations["bin_A"].q, STRAIGHT)
     with pytest.raises(NoPlanError) as caught:
         plan_move(planner, blocked, start, cell.configurations["home"].q)

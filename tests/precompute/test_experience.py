@@ -21,7 +21,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import Coarse, plan_coarse
 from pickcli.precompute import experience
 from pickcli.precompute.empty_cell_checkers import empty_scene
@@ -118,7 +118,7 @@ def test_another_cell_does_not_learn_from_it(
 @pytest.mark.slow
 def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
-    planner = Planner(cell, recorder=recorder)
+    planner = PlanningContext(cell, recorder=recorder)
     assert _planned(planner, "home", "bin_E").source == "straight edge"
     assert _planned(planner, "bin_L", "drop_00").source == "planner"
     (key,) = learner.missed([*recorder.recorded, *recorder.recorded], None)
@@ -127,7 +127,7 @@ def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner:
     assert learner.learn_motion(key.reversed()).motions == 0
     learned = learner.motions()
     assert learned is not None and learner.missed(recorder.recorded, None, learned) == []
-    again = Planner(cell, learned=learned, recorder=ExperienceRecorder())
+    again = PlanningContext(cell, learned=learned, recorder=ExperienceRecorder())
     assert _planned(again, key.start, key.goal).source == "database"
     assert _planned(again, key.goal, key.start).source == "database"
     assert again.recorder is not None and again.recorder.recorded == ()
@@ -135,14 +135,14 @@ def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner:
 
 def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
-    planner = Planner(cell, recorder=recorder)
+    planner = PlanningContext(cell, recorder=recorder)
     for start, goal in product(BINS, DROPS):
         _planned(planner, start, goal)
     assert recorder.recorded
     kept = learner.learn_edges(recorder.recorded)
     assert kept.edges >= 1
     empty = Roadmap.empty(cell.robot.joint_names)
-    again = Planner(cell, with_polylines(empty, learner.edges()))
+    again = PlanningContext(cell, with_polylines(empty, learner.edges()))
     first = learner.edges()[0]
     found = plan_coarse(again, _checker(again), first[0], first[-1][None], [0.0], 1, "again")
     assert isinstance(found, Coarse) and found.source == "roadmap"
@@ -219,12 +219,12 @@ def test_a_kill_loses_at_most_what_is_in_hand(learner: ExperienceFiles) -> None:
         kept = len(there)
 
 
-def _planned(planner: Planner, start: str, goal: str) -> Coarse:
+def _planned(planner: PlanningContext, start: str, goal: str) -> Coarse:
     q_start, q_goal = (planner.cell.configurations[name].q for name in (start, goal))
     found = plan_coarse(planner, _checker(planner), q_start, q_goal[None], [0.0], 1, f"{start} to {goal}")
     assert isinstance(found, Coarse)
     return found
 
 
-def _checker(planner: Planner) -> SceneChecker:
+def _checker(planner: PlanningContext) -> SceneChecker:
     return planner.checker_for(empty_scene(planner.cell), Mode(STRAIGHT))

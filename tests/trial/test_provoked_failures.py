@@ -13,7 +13,7 @@ from pickcli.cell.device import DeviceKind
 from pickcli.cell.shapes import box
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import RecoveryLevel
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
@@ -30,8 +30,8 @@ REALITY = replace(DEFAULT, pod_shift=False)
 
 
 @pytest.fixture(scope="module")
-def planner(cell: Cell) -> Planner:
-    return Planner(cell)
+def planner(cell: Cell) -> PlanningContext:
+    return PlanningContext(cell)
 
 
 def scene_of(cell: Cell) -> Scene:
@@ -94,7 +94,7 @@ def with_box(arena: SimulatedArena, lower: tuple[float, float, float]) -> Simula
     return arena
 
 
-def play(planner: Planner, arena: SimulatedArena) -> TrialResult:
+def play(planner: PlanningContext, arena: SimulatedArena) -> TrialResult:
     settings = TrialSettings(seed=1, reality=REALITY, time_limit=TIME)
     return run_trial(ORDER, crew_of(planner, arena), settings)
 
@@ -145,7 +145,9 @@ FAULTS: dict[str, tuple[Callable[[Scene], SimulatedArena], frozenset[Outcome]]] 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", list(FAULTS))
-def test_a_provoked_failure_is_reported_and_ends_no_trial(cell: Cell, planner: Planner, fault: str) -> None:
+def test_a_provoked_failure_is_reported_and_ends_no_trial(
+    cell: Cell, planner: PlanningContext, fault: str
+) -> None:
     build, expected = FAULTS[fault]
     result = play(planner, build(scene_of(cell)))
     check_plausible(result)
@@ -157,7 +159,9 @@ def test_a_provoked_failure_is_reported_and_ends_no_trial(cell: Cell, planner: P
 
 
 @pytest.mark.slow
-def test_what_was_not_let_go_over_the_tote_is_brought_back_there(cell: Cell, planner: Planner) -> None:
+def test_what_was_not_let_go_over_the_tote_is_brought_back_there(
+    cell: Cell, planner: PlanningContext
+) -> None:
     result = play(planner, clinging(MisleadingArena(scene_of(cell))))
     check_plausible(result)
     (attempt,) = result.attempts
@@ -168,7 +172,9 @@ def test_what_was_not_let_go_over_the_tote_is_brought_back_there(cell: Cell, pla
 
 
 @pytest.mark.slow
-def test_what_stands_in_the_way_stops_the_arm_and_never_the_trial(cell: Cell, planner: Planner) -> None:
+def test_what_stands_in_the_way_stops_the_arm_and_never_the_trial(
+    cell: Cell, planner: PlanningContext
+) -> None:
     """A box before the bin's mouth: every way in meets it; the arm comes out each time."""
     (item,) = scene_of(cell).items
     y, z = (float(v) for v in item.T_world_item[1:3, 3])

@@ -16,7 +16,7 @@ from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 
@@ -27,7 +27,12 @@ LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is 
 
 
 def bin_spots(
-    context: Planner, scene: Scene, placed: PlacedItem, R_bin_item: Array, cell_bin: Place, n_most: int = 8
+    context: PlanningContext,
+    scene: Scene,
+    placed: PlacedItem,
+    R_bin_item: Array,
+    cell_bin: Place,
+    n_most: int = 8,
 ) -> tuple[PlacedItem, ...] | Reason:
     """The item where it could be let go in a bin, the best place first; or why there is none.
 

@@ -24,7 +24,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.tool_clearance import ToolLines
 from pickcli.scene.scene import Scene
 
@@ -131,7 +131,7 @@ class _Lines:
         carrying: With the target when it touches nothing any more.
     """
 
-    context: Planner
+    context: PlanningContext
     scene: Scene
     contact: Array
     where: str

@@ -19,7 +19,7 @@ from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.path_cost import estimated_duration
-from pickcli.planning.planning_context import Planner
+from pickcli.planning.planning_context import PlanningContext
 from pickcli.roadmap.connection import QueryOptions
 from pickcli.roadmap.query import query
 from pickcli.roadmap.query_experience import QueryExperience
@@ -44,7 +44,7 @@ class Coarse:
 
 
 def plan_coarse(
-    context: Planner,
+    context: PlanningContext,
     checker: SceneChecker,
     q_start: Array,
     goals: Array,
@@ -87,7 +87,7 @@ def _straight(
 
 
 def _searched(
-    context: Planner, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
+    context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
 ) -> Coarse | Failures:
     """What roadmap and planner find."""
     stored = _stored(context, checker, q_start, goals)
@@ -108,7 +108,7 @@ def _searched(
     return Coarse(route.path.waypoints, route.goal, duration, str(route.source))
 
 
-def _stored(context: Planner, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
+def _stored(context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
     """A stored motion between two named configurations, if it is proven in the scene as it is."""
     for database in filter(None, (context.database, context.learned)):
         for g, goal in enumerate(goals):
