@@ -12,7 +12,7 @@ from pickcli.motion.plan import Grasp
 from pickcli.scene.scene import PoseNoise
 
 PRESS = 0.001  # m that the bellows are pressed at least
-MOST_OF_STROKE = 0.75  # of what the bellows give, that pressing takes up
+MOST_OF_STROKE, LEAST_OF_STROKE = 0.75, 0.4  # of what the bellows give, that pressing takes up
 
 
 def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
@@ -26,8 +26,11 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
     # The side of a tilted cup that is farther away must meet it as well.
-    least = noise.position + noise.angle * aside + PRESS + _lag(grasp, tool)
-    return min(least, MOST_OF_STROKE * tool.cup_stroke)
+    off = noise.position + noise.angle * aside + _lag(grasp, tool)
+    # As far off the other way the bellows must not be pressed in beyond their stroke. The cup draws on what
+    # it then may not quite meet.
+    most = max(tool.cup_stroke - off, LEAST_OF_STROKE * tool.cup_stroke)
+    return min(off + PRESS, MOST_OF_STROKE * tool.cup_stroke, most)
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
