@@ -15,11 +15,15 @@ LINT = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["tool"]["r
 
 EXEMPT = {name for name, rules in LINT["per-file-ignores"].items() if "D" in rules}
 
+# Its functions are native: their stubs are generated from the docstrings of the bindings.
+NATIVE = {"kernel"}
+
 # The modules beside the packages, and all packages but those that pyproject.toml still exempts from the rules
 # on docstrings.
 MODULES = sorted(path.stem for path in PACKAGE.glob("[a-z]*.py"))
 PACKAGES = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
-DOCUMENTED = [*MODULES, *(name for name in PACKAGES if f"pickcli/{name}/*" not in EXEMPT)]
+PYTHON = [name for name in PACKAGES if name not in NATIVE]
+DOCUMENTED = [*MODULES, *(name for name in PYTHON if f"pickcli/{name}/*" not in EXEMPT)]
 
 
 def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.FunctionDef]]:

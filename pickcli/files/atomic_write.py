@@ -48,7 +48,17 @@ def write_bytes(path: Path, content: bytes, replace: bool = True) -> None:
 
 
 def write_text(path: Path, text: str, replace: bool = True) -> None:
-    """``write_bytes`` of UTF-8 text."""
+    """Write a text file as ``write_bytes`` does, encoded in UTF-8.
+
+    Args:
+        path: Where to write. What a symbolic link points to is written, the link stays.
+        text: The whole content.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The folder is missing or cannot be written, the path is no regular file, or there is a
+            file that must not be replaced.
+    """
     write_bytes(path, text.encode("utf-8"), replace)
 
 

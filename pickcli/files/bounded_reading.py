@@ -23,13 +23,16 @@ _KINDS = {
 def read_bytes(
     path: Path, max_bytes: int, what_to_do: str = "", wanted: FileKind | None = None
 ) -> bytes:  # fmt: skip
-    """The bytes of a regular file of at most ``max_bytes``.
+    """Read a regular file of at most ``max_bytes``.
 
     Args:
         path: The file, or a link to it.
         max_bytes: The most that such a file has. What is larger is not read any farther.
         what_to_do: Advice at the end of the message where the file is not there; "" for that of its kind.
         wanted: What it should be; None for any file.
+
+    Returns:
+        The whole content.
 
     Raises:
         InputError: There is no such file, it is a device, pipe, socket or folder, of another kind, too large
@@ -55,7 +58,20 @@ def read_bytes(
 def read_text(
     path: Path, max_bytes: int, what_to_do: str = "", wanted: FileKind | None = None
 ) -> str:  # fmt: skip
-    """``read_bytes`` as UTF-8 text. Raises InputError also for bytes that are none."""
+    """Read a regular UTF-8 text file of at most ``max_bytes``.
+
+    Args:
+        path: The file, or a link to it.
+        max_bytes: The most that such a file has. What is larger is not read any farther.
+        what_to_do: Advice at the end of the message where the file is not there; "" for that of its kind.
+        wanted: What it should be; None for any file.
+
+    Returns:
+        The whole content.
+
+    Raises:
+        InputError: As ``read_bytes`` raises it, or the bytes are not UTF-8.
+    """
     content = read_bytes(path, max_bytes, what_to_do, wanted)
     try:
         return content.decode("utf-8")
@@ -64,9 +80,17 @@ def read_text(
 
 
 def refuse_special_file(path: Path, what_to_do: str = "name a file") -> None:
-    """Raise InputError for a device, pipe, socket or folder: only regular files are read and replaced.
+    """Refuse a device, pipe, socket or folder: only regular files are read and replaced.
 
-    Nothing is raised for a path where nothing is. OSError where that cannot be found out.
+    A path where nothing is passes.
+
+    Args:
+        path: What is looked at; links are followed.
+        what_to_do: Advice at the end of the message.
+
+    Raises:
+        InputError: The path is no regular file.
+        OSError: That cannot be found out.
     """
     try:
         mode = path.stat().st_mode

@@ -23,8 +23,9 @@ PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  
 class FileKind:
     """One kind of file.
 
-    name: with its article, as it stands in messages
-    origin: where one comes from
+    Attributes:
+        name: With its article, as it stands in messages.
+        origin: Where such a file comes from.
     """
 
     name: str
@@ -60,9 +61,15 @@ _BY_MARK = (  # where no format is stated
 
 
 def kind_of(content: bytes) -> FileKind | None:
-    """The kind that a file, or its beginning, says to be. None where it says nothing.
+    """Tell the kind that a file says to be.
 
     A roadmap or database says so with its first bytes and again with its last.
+
+    Args:
+        content: The file, or its beginning.
+
+    Returns:
+        The kind; None where the content says nothing.
     """
     if content.startswith(HDF5_MAGIC) or content.endswith(STORE_END):
         return STORE
@@ -74,9 +81,15 @@ def kind_of(content: bytes) -> FileKind | None:
 
 
 def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
-    """Raise InputError for a file that says to be of another kind, or is binary where no kind of ours is.
+    """Refuse a file that says to be of another kind than wanted, or that is binary and of no known kind.
 
-    content: the file, or its beginning
+    Args:
+        path: The file, for the message.
+        content: Its content, or the beginning of it.
+        wanted: The kind that it should be.
+
+    Raises:
+        InputError: It is of another kind.
     """
     found = kind_of(content)
     if found is not None:

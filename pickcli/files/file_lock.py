@@ -11,13 +11,16 @@ from pickcli.errors import InputError
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Whoever wants to change a file waits until nobody else does.
+    """Hold a file for changing it: whoever else wants to change it waits until the context ends.
 
     The lock is on an empty file beside it (``.NAME.lock``), for the file itself is replaced when it is
     written; the system gives it back when a process ends, however it ends.
 
     Args:
         path: The file that is to be changed; it need not exist.
+
+    Yields:
+        Nothing, as soon as the lock is held.
 
     Raises:
         InputError: The file beside it cannot be made.

@@ -15,11 +15,14 @@ _PYTHON = {"None": "null", "True": "true", "False": "false"}
 
 
 def parse_json(text: str, where: str) -> Any:
-    """The values of a JSON text, without the traps: double keys, NaN, endless nesting and digits.
+    """Read the values of a JSON text, without the traps: double keys, NaN, endless nesting and digits.
 
     Args:
         text: The text.
         where: Name of the file, for messages.
+
+    Returns:
+        The values, as the standard library's ``json`` gives them.
 
     Raises:
         InputError: With line and column where the syntax is wrong.
@@ -42,7 +45,15 @@ def parse_json(text: str, where: str) -> Any:
 
 
 def refuse_bad_syntax(text: str, where: str) -> None:
-    """Raise InputError, with place and advice, for a text that is not JSON; values are not looked at."""
+    """Refuse a text that is not JSON; values are not looked at.
+
+    Args:
+        text: The text.
+        where: Name of the file, for messages.
+
+    Raises:
+        InputError: With line, column and advice where the syntax is wrong.
+    """
     _loads(text, where, parse_int=str, parse_float=str)
 
 

@@ -37,7 +37,18 @@ class FileModel(BaseModel):
 
 
 def validate(source: Source, model: type[Model]) -> Model:
-    """The file's content as ``model``. Raises InputError with all mistakes, each with its place."""
+    """Check the content of a file against a model.
+
+    Args:
+        source: The values of the file, with their places.
+        model: What the file should hold.
+
+    Returns:
+        The content as an instance of ``model``.
+
+    Raises:
+        InputError: With all mistakes, each with its place.
+    """
     try:
         # By way of JSON: there a list may become a tuple while everything else stays strict.
         return model.model_validate_json(json.dumps(source.data))
@@ -60,13 +71,28 @@ def _causes(details: Sequence[Any]) -> list[Any]:
 
 
 def note(source: Source, model: type[BaseModel], detail: Any) -> None:
-    """Add one of pydantic's errors to the source's problems."""
+    """Add one of pydantic's errors to the problems of a source.
+
+    Args:
+        source: The values that were checked; gets the problem.
+        model: The model that they were checked against.
+        detail: The error, an entry of ``ValidationError.errors()``.
+    """
     key: Key = tuple(part for part in detail["loc"] if part != "[key]")
     source.add(key, explain(model, key, detail))
 
 
 def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
-    """One of pydantic's errors as "expected, got; what to do"."""
+    """Tell one of pydantic's errors as "expected, got; what to do".
+
+    Args:
+        model: The model that the file was checked against.
+        key: Where the value stands in the file.
+        detail: The error, an entry of ``ValidationError.errors()``.
+
+    Returns:
+        The message, without the place.
+    """
     kind, given = detail["type"], detail["input"]
     if kind == "missing":
         return f"expected {_meaning(model, key)}, got nothing; add it"

@@ -17,7 +17,15 @@ MAX_DEPTH = 64
 
 @dataclass(eq=False)
 class Element:
-    """One element: tag, attributes, children, and where it starts."""
+    """One element of an XML file.
+
+    Attributes:
+        path: The file.
+        line: Line where the element starts, counted from 1.
+        tag: Its tag.
+        attributes: Its attributes by name.
+        children: The elements directly in it, in their order.
+    """
 
     path: Path
     line: int
@@ -26,37 +34,92 @@ class Element:
     children: list[Element] = field(default_factory=list)
 
     def error(self, text: str) -> InputError:
-        """An error that names this element's place and, if it has one, its name."""
+        """Make an error that names this element's place and, if it has one, its name.
+
+        Args:
+            text: What is wrong and what to do about it.
+
+        Returns:
+            The error, to be raised.
+        """
         name = f" {self.attributes['name']!r}" if "name" in self.attributes else ""
         return InputError(f"{self.path}:{self.line}: <{self.tag}>{name}: {text}")
 
     def all(self, tag: str) -> list[Element]:
-        """The children with that tag."""
+        """Find the children with a tag.
+
+        Args:
+            tag: The tag.
+
+        Returns:
+            The children, in their order; empty if there are none.
+        """
         return [child for child in self.children if child.tag == tag]
 
     def optional(self, tag: str) -> Element | None:
-        """The only child with that tag, or None. Raises InputError if there are several."""
+        """Find the only child with a tag.
+
+        Args:
+            tag: The tag.
+
+        Returns:
+            The child, or None if there is none.
+
+        Raises:
+            InputError: There are several.
+        """
         found = self.all(tag)
         if len(found) > 1:
             raise found[1].error(f"stands twice in <{self.tag}>; keep one")
         return found[0] if found else None
 
     def one(self, tag: str) -> Element:
-        """The only child with that tag. Raises InputError if there is none."""
+        """Find the only child with a tag, which must be there.
+
+        Args:
+            tag: The tag.
+
+        Returns:
+            The child.
+
+        Raises:
+            InputError: There is none, or there are several.
+        """
         found = self.optional(tag)
         if found is None:
             raise self.error(f"has no <{tag}>; add it")
         return found
 
     def text(self, attribute: str) -> str:
-        """An attribute. Raises InputError if it is missing or empty."""
+        """Read an attribute.
+
+        Args:
+            attribute: Its name.
+
+        Returns:
+            Its text, without white space around it.
+
+        Raises:
+            InputError: It is missing or empty.
+        """
         value = self.attributes.get(attribute, "").strip()
         if not value:
             raise self.error(f"attribute {attribute!r} is missing; add it")
         return value
 
     def numbers(self, attribute: str, n: int) -> tuple[float, ...]:
-        """An attribute of ``n`` finite numbers. Raises InputError."""
+        """Read an attribute of several finite numbers.
+
+        Args:
+            attribute: Its name.
+            n: How many numbers it must have.
+
+        Returns:
+            The n numbers, in the unit of the file.
+
+        Raises:
+            InputError: It is missing, or not ``n`` finite numbers.
+        """
         text = self.text(attribute)
         try:
             values = tuple(float(part) for part in text.split())
@@ -67,12 +130,32 @@ class Element:
         return values
 
     def number(self, attribute: str) -> float:
-        """An attribute that is one finite number. Raises InputError."""
+        """Read an attribute that is one finite number.
+
+        Args:
+            attribute: Its name.
+
+        Returns:
+            The number, in the unit of the file.
+
+        Raises:
+            InputError: It is missing, or not one finite number.
+        """
         return self.numbers(attribute, 1)[0]
 
 
 def read_xml(path: Path) -> Element:
-    """The root element of an XML file. Raises InputError."""
+    """Read an XML file.
+
+    Args:
+        path: The file, a URDF.
+
+    Returns:
+        Its root element.
+
+    Raises:
+        InputError: It cannot be read, is not XML, has a DOCTYPE or is nested too deeply.
+    """
     text = read_text(path, MAX_BYTES, wanted=URDF)
     parser = expat.ParserCreate()
     top = Element(path, 1, "", {})

@@ -47,7 +47,13 @@ _TRAPS = (
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake in a file: where (1-based line and column) and what is wrong with it."""
+    """One mistake in a file.
+
+    Attributes:
+        line: Counted from 1.
+        column: Counted from 1.
+        text: What is wrong and what to do about it.
+    """
 
     line: int
     column: int
@@ -56,7 +62,16 @@ class Problem:
 
 @dataclass
 class Source:
-    """A file's values and where each of them stands."""
+    """A file's values and where each of them stands.
+
+    Attributes:
+        path: The file.
+        data: Its values: mappings, lists, texts, numbers, switches and None.
+        key_marks: Line and column, from 1, of the key of each entry of a mapping.
+        value_marks: Line and column, from 1, of each value.
+        problems: Mistakes noted so far.
+        n_untold: Number of mistakes that were found but are not told one by one.
+    """
 
     path: Path
     data: Any = None
@@ -71,7 +86,12 @@ class Source:
         return len(self.problems) > MOST_TOLD
 
     def add(self, key: Key, text: str) -> None:
-        """Note a mistake at ``key``, or at the nearest parent that stands in the file."""
+        """Note a mistake.
+
+        Args:
+            key: Where the value stands; the nearest parent that stands in the file is told.
+            text: What is wrong and what to do about it.
+        """
         at = key
         while at and at not in self.key_marks and at not in self.value_marks:
             at = at[:-1]
@@ -79,7 +99,11 @@ class Source:
         self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text))
 
     def check(self) -> None:
-        """Raise one InputError with all mistakes noted so far, in the order of the file."""
+        """Refuse the file if any mistake was noted.
+
+        Raises:
+            InputError: With all mistakes noted so far, in the order of the file.
+        """
         if self.problems:
             ordered = sorted(set(self.problems), key=lambda p: (p.line, p.column, p.text))
             lines = [f"{self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
@@ -88,17 +112,27 @@ class Source:
 
 
 def name_of(key: Key) -> str:
-    """``("rows", 0, "lip_top")`` as ``rows[0].lip_top``."""
+    """Write a key as it stands in messages: ``("rows", 0, "lip_top")`` as ``rows[0].lip_top``.
+
+    Args:
+        key: Where a value stands.
+
+    Returns:
+        The text.
+    """
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key)
     return text.removeprefix(".")
 
 
 def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
-    """Values and marks of a YAML file, or of a JSON file, which is YAML too.
+    """Read values and marks of a YAML file, or of a JSON file, which is YAML too.
 
     Args:
         path: The file; what is named `.json` must be JSON and nothing else.
         wanted: The kind that the file should be of; None for any.
+
+    Returns:
+        The values with their places.
 
     Raises:
         InputError: With every mistake found and its place.
@@ -107,7 +141,18 @@ def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
 
 
 def parse_yaml(text: str, path: Path) -> Source:
-    """``read_yaml`` of a text that is, or would be, the content of that file."""
+    """Read a YAML or JSON text as ``read_yaml`` reads a file.
+
+    Args:
+        text: The text.
+        path: The file whose content it is or would be; `.json` asks for JSON.
+
+    Returns:
+        The values with their places.
+
+    Raises:
+        InputError: With every mistake found and its place.
+    """
     source = Source(path)
     text = text.removeprefix(BYTE_ORDER_MARK)
     if path.suffix.lower() == ".json":
