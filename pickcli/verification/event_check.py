@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """
     reasons = [*_resolved(plan, scene)]
     if not reasons:
-        reasons = [*_order(plan, scene), *_tool_state(plan, scene)]
+        reasons = [*_apart(plan), *_order(plan, scene), *_tool_state(plan, scene)]
     return tuple(reasons)
 
 
@@ -60,8 +61,23 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
             yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
+        elif device.kind is DeviceKind.PIVOT and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE:
+            detail = (
+                f"it moves until {event.t_anchor:.3f} s, the motion ends at {plan.trajectory.duration:.3f} s"
+            )
+            yield Reason("moves after the motion", where, detail)
         else:
             yield from _anchored(plan, scene, event, where)
+
+
+def _apart(plan: Plan) -> Iterator[Reason]:
+    """No device gets two commands at one moment: nobody knows which of them comes last."""
+    events = sorted(plan.events, key=lambda event: (event.device, event.t_trigger or 0.0))
+    for one, other in pairwise(events):
+        assert one.t_trigger is not None and other.t_trigger is not None
+        if one.device == other.device and other.t_trigger - one.t_trigger <= TIME_TOLERANCE:
+            where = f"{one.device} {one.action} and {other.action}"
+            yield Reason("commands at the same time", where, f"both at {one.t_trigger:.3f} s")
 
 
 def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Reason]:

@@ -89,3 +89,38 @@ def test_the_cup_turns_while_a_segment_says_so_and_at_no_other_time(
 ) -> None:
     """To a microsecond."""
     assert ("wrong pivot" in whats(check_io(*turning(early, late)))) is is_refused
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-10, 0.9e-6])
+@pytest.mark.parametrize("actions", [("down", "straight"), ("straight", "down"), ("down", "down")])
+def test_two_commands_to_one_device_at_one_moment_are_refused(apart: float, actions: tuple[str, str]) -> None:
+    """Whoever carries the plan out could take either of them for the last."""
+    builder = Builder(Q)
+    builder.wait(SegmentKind.TRANSIT, 2.0, tool_state=MOVING)
+    scene, (first, second) = make_scene(), actions
+    events = event_at("cup_pivot", first, 0.5), event_at("cup_pivot", second, 0.5 + apart)
+    plan = Plan("move", "", "", 0, tuple(builder.segments), builder.trajectory(), events)
+    assert "commands at the same time" in whats(check_io(bound(plan, scene), scene))
+    shifted = replace(plan, events=(events[0], event_at("cup_pivot", second, 1.0)))
+    assert "commands at the same time" not in whats(check_io(bound(shifted, scene), scene))
+
+
+@pytest.mark.parametrize(
+    ("early", "is_refused"), [(0.0, False), (0.9e-6, False), (1.2e-6, True), (0.3, True)]
+)
+def test_the_cup_has_turned_when_the_motion_ends(early: float, is_refused: bool) -> None:
+    """What it would do afterwards nobody has looked at."""
+    builder, lead = Builder(Q), cell().devices["cup_pivot"].lead
+    builder.wait(SegmentKind.TRANSIT, 1.0)
+    builder.wait(SegmentKind.TRANSIT, lead - early + 1e-9, tool_state=MOVING)
+    scene = make_scene()
+    plan = Plan(
+        "move",
+        "",
+        "",
+        0,
+        tuple(builder.segments),
+        builder.trajectory(),
+        (event_at("cup_pivot", "down", 1.0),),
+    )
+    assert ("moves after the motion" in whats(check_io(bound(plan, scene), scene))) is is_refused
