@@ -122,10 +122,13 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
 def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
     """What is in the way of the shortest corridor, and where it is worst."""
     places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
-    places |= {f"{s:.0%} of the retreat": (1 - s) * c.lift + s * c.retreat[-1] for s in (0.2, 0.4, 0.6, 0.8)}
+    places |= {
+        f"{100 * s:.0f} % along the retreat": (1 - s) * c.lift + s * c.retreat[-1]
+        for s in (0.2, 0.4, 0.6, 0.8)
+    }
     contacts = {where: carrying.clearance(d) for where, d in places.items()}
     where, worst = min(contacts.items(), key=lambda kv: kv[1].distance)
-    detail = f"{worst}, {1e3 * (carrying.margin - worst.distance):.0f} mm too close {where}"
+    detail = f"{worst.with_distance(carrying.margin)}, {where}"
     return Reason("no way out", "lift", detail, worst.item)
 
 

@@ -39,8 +39,7 @@ class Tote:
     """The tote: an open box. Its frame sits at the centre of the inner floor, axes of the world.
 
     Attributes:
-        T_world_tote: (4, 4) pose of its frame.
-        inner: m, clear inside x, y and height of the rim over the inner floor.
+        place: Its inside, where items are put.
         bodies: Boxes in the world frame.
     """
 

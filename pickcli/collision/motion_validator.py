@@ -87,6 +87,21 @@ class Contact:
         kind = "" if self.kind == "robot" else f"{self.kind} "
         return f"{self.a} against {kind}{self.b}"
 
+    def with_distance(self, margin: float, place: str = "") -> str:
+        """What is against what and how near, beside how near it may be.
+
+        Args:
+            margin: m that are kept.
+            place: Where on a motion that is, with a leading space.
+
+        Returns:
+            Text for a reason.
+        """
+        millimetres = 1e3 * abs(self.distance)
+        if self.distance > 0:
+            return f"{self}, {millimetres:.1f} mm apart{place} ({1e3 * margin:.0f} mm are needed)"
+        return f"{self}, {millimetres:.0f} mm deep{place}"
+
 
 @dataclass(frozen=True, eq=False)
 class Entered:
@@ -216,11 +231,7 @@ class KernelValidator:
         return Contact(float(distance), self.parts[frame], self.world.names[solid], self.world.kinds[solid])
 
     def _reason(self, contact: Contact, is_valid: bool, place: str) -> Reason:
-        millimetres = 1e3 * abs(contact.distance)
         if is_valid:
-            return Reason("no collision", "", f"{contact}, {millimetres:.0f} mm apart{place}")
-        if contact.distance > 0:
-            needed = f"{1e3 * self.margin:.0f} mm are needed"
-            detail = f"{contact}, {millimetres:.1f} mm apart{place} ({needed})"
-            return Reason("too close", "", detail, contact.item)
-        return Reason("collision", "", f"{contact}, {millimetres:.0f} mm deep{place}", contact.item)
+            return Reason("no collision", "", f"{contact}, {1e3 * contact.distance:.0f} mm apart{place}")
+        what = "too close" if contact.distance > 0 else "collision"
+        return Reason(what, "", contact.with_distance(self.margin, place), contact.item)

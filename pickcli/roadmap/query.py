@@ -95,7 +95,7 @@ def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
             break
     if best is None:
         detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
-        raise NoPlanError(label, [Reason("no path", label, detail)])
+        raise NoPlanError(label, [Reason("no path", "", detail)])
     return best
 
 

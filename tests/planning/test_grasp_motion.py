@@ -138,3 +138,10 @@ def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: PlanningConte
     grasps = [f.grasp for f in grasps_of(planner, scene, ball[0]) if f.grasp.kind == "top-down"]
     problem = problem_of(planner, scene, ball[0])
     assert grasps and not any(tips(problem, grasp) for grasp in grasps)
+
+
+def test_a_cell_need_not_name_a_configuration_for_a_bin(cell: Cell) -> None:
+    """Then inverse kinematics begins at random alone."""
+    bare = replace(cell, configurations={"home": cell.configurations["home"]})
+    scene = scene_of(bare, on_floor(bare, "crayola_24_ct", 0.2, 0.0))
+    assert grasps_of(PlanningContext(bare), scene, "crayola_24_ct")

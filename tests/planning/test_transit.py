@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,14 @@ def test_what_stands_where_a_move_begins_is_named(
         plan_move(planner, blocked, start, cell.configurations["home"].q)
     assert caught.value.in_the_way == ("at_bin_A",)
     assert [reason.where for reason in caught.value.reasons] == ["move, start"]
+
+
+def test_no_path_is_told_with_one_place(planner: PlanningContext, cell: Cell) -> None:
+    hasty = replace(planner, settings=replace(planner.settings, rrt_iterations=1))
+    scene = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    start, goal = (cell.configurations[name].q for name in ("bin_A", "drop_12_down"))
+    checker = hasty.checker_for(scene, Mode(STRAIGHT))
+    assert not checker.is_valid_edge(start, goal)
+    found = plan_coarse(hasty, checker, start, goal[None], [0.0], 1, "transit")
+    assert isinstance(found, Failures)
+    assert [(reason.what, reason.where) for reason in found] == [("no path", "transit")]

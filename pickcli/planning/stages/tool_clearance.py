@@ -196,6 +196,6 @@ def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
 
 def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Reason:
     contact = tool.clearance(tool.displacements(T[None])[0])
-    detail = f"{contact}, {1e3 * (tool.margin - contact.distance):.0f} mm too close"
+    detail = contact.with_distance(tool.margin)
     in_the_way = contact.item if contact.item != problem.target.id else ""
     return Reason("no room for the tool", where, detail, in_the_way)
