@@ -9,19 +9,11 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.stages.tote_placements import (
-    ABOVE_PILE,
-    LEAST_WALL,
-    MAX_DROP,
-    TIPPING_COST,
-    TotePlacement,
-    spots,
-)
+from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, TotePlacement, spots
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from support.tool_states import DOWN, STRAIGHT
 
@@ -91,33 +83,6 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
     assert other[0].cost == pytest.approx(empty[0].cost)
     moved = np.abs(released_pose(other[0], held)[:2, 3] - first[:2])
     assert moved.max() > 0.05
-
-
-@pytest.mark.parametrize(
-    ("shape", "at", "is_level"),
-    [
-        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.0, 0.0), True),
-        (Shape(ShapeKind.BOX, (0.2, 0.15, 0.04)), (0.15, 0.1), False),
-        (Shape(ShapeKind.BOX, (0.05, 0.15, 0.04)), (0.0, 0.0), False),  # narrower than the middle
-        (Shape(ShapeKind.CYLINDER, (0.1, 0.15)), (0.0, 0.0), False),  # wide enough, but round
-    ],
-)
-def test_a_place_where_the_item_does_not_land_level_costs_more(
-    scene_with: SceneWith, held: AttachedItem, shape: Shape, at: tuple[float, float], is_level: bool
-) -> None:
-    """A board that takes up nearly all of the tote, over one item that lies there."""
-    board = replace(held, item=replace(held.item, shape=Shape(ShapeKind.BOX, (0.5, 0.3, 0.03))))
-    scene, lies = scene_with(), shape.kind is ShapeKind.CYLINDER
-    floor = scene.cell.tote.place.T_carrier_place
-    T = floor @ pose([*at, 0.02], rpy=[np.pi / 2 if lies else 0.0, 0.0, 0.0])
-    item = replace(held.item, shape=shape)
-    best = found(replace(scene, items=(PlacedItem("lying", item, TOTE, T),)), board, STRAIGHT)[0]
-    low, _ = box(released_pose(best, board), board)
-    top = float(T[2, 3] + shape.reach(T[:3, :3])[2] + scene.noise.bound(item))
-    assert float(low[2]) - top == pytest.approx(ABOVE_PILE)
-    rise = float(best.above[2, 3] - best.release[2, 3])
-    usual = ABOVE_PILE + 2.0 * (top - float(floor[2, 3])) + 0.3 * rise
-    assert best.cost == pytest.approx(usual + (0.0 if is_level else TIPPING_COST))
 
 
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pickcli.cartesian.line import shifted
 from pickcli.cell.tool import IN_LINE, ToolState
@@ -17,8 +16,6 @@ from pickcli.scene.scene import TOTE, Scene
 WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
 LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
-TIPPING_COST = 0.05  # m of drop that landing level is worth: else one end may rise towards the tool
-MIDDLE = 0.3  # of the item's half extents: what is flat, and lies under all of that, carries it level
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
 LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
@@ -45,7 +42,6 @@ class _Pile:
     centres: Array  # (K, 2)
     half: Array  # (K, 2)
     tops: Array  # (K,)
-    is_flat: NDArray[np.bool_]  # (K,)
     floor: float
 
     @classmethod
@@ -54,9 +50,9 @@ class _Pile:
         reach = [i.item.shape.reach(i.T_world_item[:3, :3]) + scene.noise.bound(i.item) for i in placed]
         at = np.array([i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
         half = np.array(reach).reshape(-1, 3)
-        is_flat = np.array([not i.can_roll for i in placed], dtype=bool)
-        floor = float(scene.cell.tote.place.T_carrier_place[2, 3])
-        return cls(at[:, :2], half[:, :2], at[:, 2] + half[:, 2], is_flat, floor)
+        return cls(
+            at[:, :2], half[:, :2], at[:, 2] + half[:, 2], float(scene.cell.tote.place.T_carrier_place[2, 3])
+        )
 
     def heights(self, centres: Array, half: Array) -> Array:
         """(M,) height in the world of the highest item under each footprint, else the floor.
@@ -66,21 +62,6 @@ class _Pile:
         apart = np.abs(self.centres - centres[:, None])
         under = (apart < self.half + half).all(axis=2)
         return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
-
-    def lands_level(self, centres: Array, half: Array, heights: Array) -> NDArray[np.bool_]:
-        """Whether what an item meets first carries it in the middle.
-
-        Args:
-            centres: (M, 2) m, of the item's footprint.
-            half: (2,) m, half extents of that.
-            heights: (M,) m, of what lies highest under each, as of ``heights``.
-
-        Returns:
-            (M,) True over the floor, and over what is flat and lies under all of the item's middle.
-        """
-        reaches = (np.abs(self.centres - centres[:, None]) + MIDDLE * half <= self.half).all(axis=2)
-        bears = reaches & self.is_flat & (self.tops >= heights[:, None])
-        return np.asarray((heights <= self.floor) | bears.any(axis=1))
 
 
 def spots(
@@ -126,13 +107,12 @@ def _best(
     centres = tote.place.T_carrier_place[:2, 3] + room * _places(room)
     rim = pile.floor + tote.place.room.size[2]
     height = pile.heights(centres, reach[:2])
-    tips = ~pile.lands_level(centres, reach[:2], height)
     tip = height + ABOVE_PILE + reach[2] - T[2, 3]
     if is_level:
         tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
     rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)
-    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price + TIPPING_COST * tips
+    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
     order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
     found = []
     for i in order[:PER_ORIENTATION]:
