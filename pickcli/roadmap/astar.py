@@ -30,10 +30,16 @@ class Graph(Protocol):
 
 @dataclass(frozen=True)
 class Route:
-    """A way through the graph."""
+    """A way through the graph.
+
+    Attributes:
+        nodes: Indices of the nodes, from the start to the goal.
+        edges: Indices of the edges; edges[i] joins nodes[i] and nodes[i + 1].
+        cost: Sum of the lengths of the edges.
+    """
 
     nodes: tuple[int, ...]
-    edges: tuple[int, ...]  # edges[i] joins nodes[i] and nodes[i + 1]
+    edges: tuple[int, ...]
     cost: float
 
 
@@ -43,11 +49,20 @@ def shortest_route(
     goals: Sequence[int],
     edge_is_valid: Callable[[int], bool],
 ) -> tuple[Route | None, tuple[int, ...]]:
-    """The shortest route from start to any of the goals along valid edges, and the edges dropped.
+    """Find the shortest route from start to any of the goals along valid edges.
 
     Lazy (after Dellin and Srinivasa 2016): only the edges of a route that would win are asked about, each
     at most once; one that fails is dropped for this query and the search goes on. So the answer is the
     shortest route of the graph as it would be without all invalid edges.
+
+    Args:
+        graph: What is searched.
+        start: Index of the node to start from.
+        goals: Indices of the nodes to reach, one of which is enough.
+        edge_is_valid: Tells of an edge, by its index, whether it is free now.
+
+    Returns:
+        The route, None if there is none, and the indices of the edges dropped.
     """
     valid: set[int] = set()
     dropped: list[int] = []

@@ -17,21 +17,42 @@ from pickcli.seeds import derived_seed
 
 @dataclass(frozen=True)
 class QueryOptions:
-    """How hard a coarse query tries. Everything is counted, nothing is timed."""
+    """How hard a coarse query tries. Everything is counted, nothing is timed.
+
+    Attributes:
+        planner: The planner that is asked where the roadmap does not help.
+        max_iterations: Of the planner, each time that it is asked.
+        n_nearest: Nodes that a start or goal is linked to, at most.
+        n_goals: Goals that are linked to the roadmap, nearest first.
+        n_planned_goals: Goals for which the planner searches a link, if no goal has a straight one.
+        n_shortcuts: Shortcuts tried on a path that was found.
+        enough: Times the straight line's duration: nothing quicker is searched for.
+        n_rivals: Ways of the planner that compete with the roadmap's, each with a seed of its own.
+    """
 
     planner: PlannerName = PlannerName.RRT_CONNECT
-    max_iterations: int = 3000  # of the planner, each time that it is asked
-    n_nearest: int = 6  # nodes that a start or goal is linked to, at most
-    n_goals: int = 24  # goals that are linked to the roadmap, nearest first
-    n_planned_goals: int = 2  # goals for which the planner searches a link, if no goal has a straight one
+    max_iterations: int = 3000
+    n_nearest: int = 6
+    n_goals: int = 24
+    n_planned_goals: int = 2
     n_shortcuts: int = 80
-    enough: float = 1.05  # times the straight line's duration: nothing quicker is searched for
-    n_rivals: int = 4  # ways of the planner that compete with the roadmap's, each with a seed of its own
+    enough: float = 1.05
+    n_rivals: int = 4
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningProblem:
-    """One coarse query: from q_start (n,) to any of the goals (G, n), all of them free, cheapest first."""
+    """One coarse query: from a start to any of several goals.
+
+    Attributes:
+        roadmap: The stored roadmap.
+        checker: Proves configurations and edges in the scene as it is.
+        space: The joints, their limits and speeds.
+        q_start: (n,) configuration, free.
+        goals: (G, n) configurations, all of them free, cheapest first.
+        seed: Seed from which those of the planner are derived.
+        options: How hard to try.
+    """
 
     roadmap: Roadmap
     checker: MotionValidator
@@ -42,7 +63,16 @@ class PlanningProblem:
     options: QueryOptions
 
     def plan(self, q: Array, goals: Array, task: str) -> Array | None:
-        """The planner's path (K, n) from q to one of the goals, or None. ``task`` names its seed."""
+        """Ask the planner for a path to one of some goals.
+
+        Args:
+            q: (n,) configuration to start from.
+            goals: (G, n) configurations, one of which is enough.
+            task: Names the seed: the same task has the same seed.
+
+        Returns:
+            Proven waypoints (K, n), or None if the planner gave up.
+        """
         path = plan(
             self.checker,
             self.space,
@@ -57,16 +87,28 @@ class PlanningProblem:
 
 @dataclass(frozen=True, eq=False)
 class Connection:
-    """A proven polyline (K, n) from a configuration to a node of the roadmap."""
+    """A proven polyline from a configuration to a node of the roadmap.
+
+    Attributes:
+        node: Index of the node.
+        waypoints: (K, n), K >= 1, from the configuration to the node.
+    """
 
     node: int
     waypoints: Array
 
 
 def straight_connections(problem: PlanningProblem, q: Array) -> list[Connection]:
-    """Links by a straight proven edge to those of the nearest nodes that have one.
+    """Link a configuration by straight proven edges to those of the nearest nodes that have one.
 
     A configuration that is a node is linked to it by a polyline of one point, and to nothing else.
+
+    Args:
+        problem: The query.
+        q: (n,) configuration to link.
+
+    Returns:
+        The links, nearest node first; empty if there is none.
     """
     links = []
     for node in problem.roadmap.nearest(q, problem.options.n_nearest):
@@ -79,7 +121,16 @@ def straight_connections(problem: PlanningProblem, q: Array) -> list[Connection]
 
 
 def planned_connection(problem: PlanningProblem, q: Array, task: str) -> list[Connection]:
-    """At most one link, found by the planner, to whichever of the nearest nodes it reaches first."""
+    """Link a configuration, by the planner, to whichever of the nearest nodes it reaches first.
+
+    Args:
+        problem: The query.
+        q: (n,) configuration to link.
+        task: Names the planner's seed.
+
+    Returns:
+        At most one link.
+    """
     nodes = problem.roadmap.nearest(q, problem.options.n_nearest)
     waypoints = problem.plan(q, problem.roadmap.configurations[nodes], task) if nodes else None
     if waypoints is None:

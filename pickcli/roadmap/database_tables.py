@@ -47,7 +47,20 @@ DATABASE = FileFormat(
 def database_content(
     database: TrajectoryDatabase, fingerprint: str, made: Mapping[str, Any], missing: Sequence[Missing]
 ) -> FileContent:
-    """What the file of a database with its timed points holds. Raises ValueError without them."""
+    """Lay out a database with its timed points as its file holds it.
+
+    Args:
+        database: The motions.
+        fingerprint: Fingerprint of the cell that they are for.
+        made: How the database was built, as JSON values.
+        missing: Motions that the build could not have.
+
+    Returns:
+        What is to be written.
+
+    Raises:
+        ValueError: The database was loaded without its timed points.
+    """
     if database.points is None:
         raise ValueError("a database without its timed points cannot be written")
     motions = list(database)
@@ -70,7 +83,18 @@ def database_content(
 
 
 def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
-    """All motions of a file, with their timed points only if asked. Raises ValueError."""
+    """Read all motions of a file.
+
+    Args:
+        file: The open file.
+        points: Whether to read the timed points as well.
+
+    Returns:
+        The database; its ``points`` are None unless asked for.
+
+    Raises:
+        ValueError: The content makes no sense.
+    """
     table = file.tables["motions"]
     waypoints, offsets = file.pieces("waypoints")
     keys = tuple(MotionKey(a, b, PayloadClass(load)) for a, b, load in zip(
@@ -91,7 +115,15 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
 
 
 def row_of(file: StoredFile, key: MotionKey) -> int | None:
-    """The row of the motion of that key, or None."""
+    """Find the row of a motion, in the direction in which it is stored.
+
+    Args:
+        file: The open file.
+        key: Ends and payload class of the motion.
+
+    Returns:
+        Index of the row, or None if there is no such motion.
+    """
     table = file.tables["motions"]
     wanted = [(table[name] == str(getattr(key, name)).encode()) for name in NAMES]
     rows = np.flatnonzero(np.logical_and.reduce(wanted))
@@ -99,7 +131,20 @@ def row_of(file: StoredFile, key: MotionKey) -> int | None:
 
 
 def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: Array) -> CoarseMotion:
-    """One motion from its row of the table and its pieces. Raises ValueError for an unknown name."""
+    """Make one motion from its row of the table and its pieces.
+
+    Args:
+        joint_names: Names of the n joints.
+        row: Record of the table of motions.
+        waypoints: (K, n) of its path.
+        points: (P, 1 + 3 n) time in s, positions, velocities and accelerations side by side.
+
+    Returns:
+        The motion.
+
+    Raises:
+        ValueError: A name is unknown, or the points do not have that many columns.
+    """
     start, goal, payload, tool_state = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
     return CoarseMotion(
         MotionKey(start, goal, PayloadClass(payload)),
@@ -114,12 +159,26 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
 
 
 def missing_of(file: StoredFile) -> tuple[Missing, ...]:
-    """What the build could not have."""
+    """Read what the build of a database could not have.
+
+    Args:
+        file: The open file.
+
+    Returns:
+        The motions, each with the reason.
+    """
     return tuple(_missing(names, reason) for names, reason in reason_rows(NAMES, file.tables["missing"]))
 
 
 def missing_row(row: Any) -> Missing:
-    """The same for one row of its table."""
+    """Read one row of the table of missing motions.
+
+    Args:
+        row: Record of the table.
+
+    Returns:
+        The motion that could not be had, and the reason.
+    """
     return _missing(*reason_row(NAMES, row))
 
 

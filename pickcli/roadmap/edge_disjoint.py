@@ -22,8 +22,10 @@ _ROUNDING = 1e-12
 class EdgeDisjoint:
     """At most two routes between two nodes.
 
-    routes: none, the only one, or the two that share no edge and are shortest in sum; the shorter first
-    side: with fewer than two, the nodes on the start's side of a cut that at most one edge crosses; else none
+    Attributes:
+        routes: None, the only one, or the two that share no edge and are shortest in sum; the shorter first.
+        side: With fewer than two, the nodes on the start's side of a cut that at most one edge crosses; else
+            none.
     """
 
     routes: tuple[Route, ...]
@@ -31,11 +33,19 @@ class EdgeDisjoint:
 
 
 def edge_disjoint(roadmap: Roadmap, start: int, goal: int) -> EdgeDisjoint:
-    """The two routes from start to another node, goal, that share no edge and are shortest in sum.
+    """Find the two routes between two nodes that share no edge and are shortest in sum.
 
     A flow of two units of least cost, by two shortest ways through what the flow leaves free (Suurballe 1974;
     Bhandari 1999). By Menger's theorem there are no two exactly where a cut of at most one edge parts the
     nodes; the nodes that a further way could still reach are one side of such a cut.
+
+    Args:
+        roadmap: The graph.
+        start: Index of a node.
+        goal: Index of another node.
+
+    Returns:
+        The routes or, where there are fewer than two, the cut as well.
     """
     flow: Flow = {}
     for found in range(2):
@@ -47,7 +57,15 @@ def edge_disjoint(roadmap: Roadmap, start: int, goal: int) -> EdgeDisjoint:
 
 
 def crossing(roadmap: Roadmap, side: frozenset[int]) -> tuple[int, ...]:
-    """Edges that lead from one side of a cut to the other."""
+    """Find the edges that lead from one side of a cut to the other.
+
+    Args:
+        roadmap: The graph.
+        side: Nodes on one side of the cut.
+
+    Returns:
+        Indices of the edges, in their order.
+    """
     return tuple(m for m, (a, b) in enumerate(roadmap.edges.tolist()) if (a in side) != (b in side))
 
 

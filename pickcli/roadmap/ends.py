@@ -13,9 +13,20 @@ from pickcli.path_planning.state_space import JointSpace
 def free_goals(
     checker: MotionValidator, space: JointSpace, q_start: Array, goals: Array, label: str
 ) -> list[int]:
-    """Indices of the goals (G, n) that are within limits and free.
+    """Tell which goals are within the joint limits and free.
 
-    Raises NoPlanError with every reason if the start (n,) or all goals are not usable.
+    Args:
+        checker: Proves configurations free in the scene.
+        space: The joints and their limits.
+        q_start: (n,) start.
+        goals: (G, n) goals.
+        label: What is planned, for the message.
+
+    Returns:
+        Indices of the usable goals, at least one.
+
+    Raises:
+        NoPlanError: The start or all goals are not usable; with every reason.
     """
     reason = _why_not(checker, space, q_start, "start")
     if reason is not None:

@@ -23,22 +23,42 @@ class Roadmap:
 
     The polylines lie one after the other in ``waypoints``; edge m owns rows offsets[m]:offsets[m + 1],
     its ends included, from node edges[m, 0] to node edges[m, 1].
+
+    Attributes:
+        joint_names: Names of the n joints.
+        configurations: (N, n) of the nodes.
+        names: (N,), "" for a node without a name.
+        tool_states: (N,) the state that each node is meant for.
+        edges: (M, 2) indices of the nodes that each edge joins.
+        lengths: (M,) Euclidean length of the polyline (mixed m and rad), the cost.
+        waypoints: (W, n) of all polylines.
+        offsets: (M + 1,) rows at which the polylines begin, and W.
+        proven_for: The state of the tool in which every edge was proven when it was made.
+        marks: (M,) for which pods each edge was proven.
     """
 
     joint_names: tuple[str, ...]
-    configurations: Array  # (N, n)
-    names: tuple[str, ...]  # (N,), "" for a node without a name
-    tool_states: tuple[ToolState, ...]  # (N,), the state that the node is meant for
-    edges: IntArray  # (M, 2)
-    lengths: Array  # (M,), Euclidean length of the polyline (mixed m and rad), the cost
-    waypoints: Array  # (W, n)
-    offsets: IntArray  # (M + 1,)
-    proven_for: ToolState = MOVING  # the state in which every edge was proven when it was made
-    marks: tuple[PodValidity, ...] = ()  # (M,), for which pods each edge was proven
+    configurations: Array
+    names: tuple[str, ...]
+    tool_states: tuple[ToolState, ...]
+    edges: IntArray
+    lengths: Array
+    waypoints: Array
+    offsets: IntArray
+    proven_for: ToolState = MOVING
+    marks: tuple[PodValidity, ...] = ()
 
     @classmethod
     def empty(cls, joint_names: tuple[str, ...], proven_for: ToolState = MOVING) -> Roadmap:
-        """A roadmap without nodes."""
+        """Make a roadmap without nodes.
+
+        Args:
+            joint_names: Names of the n joints.
+            proven_for: The state of the tool in which its edges will be proven.
+
+        Returns:
+            The roadmap.
+        """
         n = len(joint_names)
         return cls(
             joint_names, np.zeros((0, n)), (), (), np.zeros((0, 2), np.int64), np.zeros(0),
@@ -65,21 +85,51 @@ class Roadmap:
         return tuple(tuple(entries) for entries in lists)
 
     def edge_path(self, edge: int, start: int | None = None) -> Array:
-        """Polyline (K, n) of an edge, as stored or, with ``start`` (one of its ends), leaving that node."""
+        """Read the polyline of an edge.
+
+        Args:
+            edge: Index of the edge.
+            start: The end of the edge that the polyline is to leave from; None for the direction stored.
+
+        Returns:
+            (K, n) configurations, both ends included.
+        """
         path = self.waypoints[self.offsets[edge] : self.offsets[edge + 1]]
         return path[::-1] if start is not None and start == self.edges[edge, 1] else path
 
     def index(self, name: str) -> int | None:
-        """The node of that name, or None."""
+        """Find a node by its name.
+
+        Args:
+            name: Name of a configuration.
+
+        Returns:
+            Index of the node, or None if no node has that name.
+        """
         return self.names.index(name) if name and name in self.names else None
 
     def nearest(self, q: Array, k: int) -> list[int]:
-        """The k nodes nearest to q (n,) by Euclidean distance, nearest first; ties by index."""
+        """Find the nodes nearest to a configuration by Euclidean distance.
+
+        Args:
+            q: (n,) configuration.
+            k: How many nodes, at most.
+
+        Returns:
+            Indices, nearest first; ties by index.
+        """
         distances = np.linalg.norm(self.configurations - q, axis=1)
         return [int(i) for i in np.argsort(distances, kind="stable")[:k]]
 
     def with_nodes(self, Q: Array) -> Roadmap:
-        """A roadmap with more nodes (K, n), without names."""
+        """Add nodes without names.
+
+        Args:
+            Q: (K, n) configurations.
+
+        Returns:
+            The larger roadmap; the new nodes have the last indices.
+        """
         return replace(
             self,
             configurations=np.vstack([self.configurations, Q]),
@@ -88,7 +138,16 @@ class Roadmap:
         )
 
     def with_node(self, q: Array, name: str = "", tool_state: ToolState = MOVING) -> tuple[Roadmap, int]:
-        """A roadmap with one more node, and the node's index."""
+        """Add one node.
+
+        Args:
+            q: (n,) configuration.
+            name: Its name, "" for none.
+            tool_state: The state of the tool that it is meant for.
+
+        Returns:
+            The larger roadmap, and the index of the node.
+        """
         enlarged = replace(
             self,
             configurations=np.vstack([self.configurations, np.asarray(q, dtype=float)[None]]),
@@ -98,15 +157,35 @@ class Roadmap:
         return enlarged, self.n_nodes
 
     def with_edge(self, a: int, b: int, waypoints: Array, mark: PodValidity = NOMINAL_POD) -> Roadmap:
-        """A roadmap with one more edge along a proven polyline (K, n) from node a to node b.
+        """Add one edge.
 
-        Raises ValueError if the polyline does not join the two nodes.
+        Args:
+            a: Index of the node that the polyline leaves.
+            b: Index of the node that it reaches.
+            waypoints: (K, n) proven polyline.
+            mark: For which pods it was proven.
+
+        Returns:
+            The larger roadmap; the new edge has the last index.
+
+        Raises:
+            ValueError: The polyline does not join the two nodes.
         """
         enlarged = self.with_edges([(a, b, waypoints)])
         return replace(enlarged, marks=(*self.marks, mark))
 
     def with_edges(self, new: Sequence[tuple[int, int, Array]]) -> Roadmap:
-        """A roadmap with at least one more edge (node a, node b, polyline), as ``with_edge`` adds one."""
+        """Add at least one edge, proven for the pod in its place.
+
+        Args:
+            new: Each (node a, node b, proven polyline (K, n) from a to b).
+
+        Returns:
+            The larger roadmap; the new edges have the last indices, in their order.
+
+        Raises:
+            ValueError: A polyline does not join its two nodes.
+        """
         for a, b, waypoints in new:
             if not np.array_equal(waypoints[[0, -1]], self.configurations[[a, b]]):
                 raise ValueError(f"the polyline does not lead from node {a} to node {b}")
@@ -123,7 +202,11 @@ class Roadmap:
         )
 
     def components(self) -> IntArray:
-        """(N,): for each node the smallest index of the nodes that it is connected with."""
+        """Find the connected components.
+
+        Returns:
+            (N,) for each node the smallest index of the nodes that it is connected with.
+        """
         label = np.arange(self.n_nodes, dtype=np.int64)
         for a, b in self.edges.tolist():
             low, high = sorted((int(label[a]), int(label[b])))

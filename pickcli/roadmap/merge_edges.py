@@ -14,9 +14,16 @@ SAME_PLACE = 0.05
 
 
 def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
-    """The roadmap with proven polylines (K, n) as edges, those that double one of its edges left out.
+    """Add proven polylines as edges, those left out that double another edge.
 
     Their ends become nodes without a name, or are the nodes of exactly those configurations.
+
+    Args:
+        roadmap: The roadmap.
+        polylines: Each (K, n).
+
+    Returns:
+        The larger roadmap.
     """
     stored = [roadmap.edge_path(edge) for edge in range(roadmap.n_edges)]
     fresh = without_doubles(stored, polylines)
@@ -33,7 +40,15 @@ def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
 
 
 def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list[Array]:
-    """Those of the polylines (K, n) that lead, either way, where none of ``stored`` or before them leads."""
+    """Leave out polylines that join, either way, ends that another one joins already.
+
+    Args:
+        stored: Polylines that are there, each (K, n).
+        polylines: Polylines that may be added, each (K, n).
+
+    Returns:
+        Those of ``polylines`` that lead where none of ``stored``, and none before them, leads.
+    """
     every = [*stored, *polylines]
     ends = np.array([polyline[[0, -1]] for polyline in every])  # (M, 2, n)
     counts = np.arange(len(every)) < len(stored)

@@ -13,17 +13,45 @@ MARK = ("stand", "why_nominal")  # fields of a table, both TEXT
 
 
 def mark_columns(marks: Sequence[PodValidity]) -> Columns:
-    """The columns of one validity per row."""
+    """Lay out one validity per row as columns of a table.
+
+    Args:
+        marks: For which pods each row holds.
+
+    Returns:
+        The columns by name.
+    """
     return {name: [getattr(mark, name) for mark in marks] for name in MARK}
 
 
 def marks_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
-    """The validity of each row of a table. Raises ValueError for an unknown stand."""
+    """Read the validity of each row of a table.
+
+    Args:
+        file: The open file.
+        table: Name of the table.
+
+    Returns:
+        For which pods each row holds.
+
+    Raises:
+        ValueError: A stand of the pod is unknown.
+    """
     stands, reasons = (file.texts(table, name) for name in MARK)
     return tuple(PodValidity(PodStand(stand), why) for stand, why in zip(stands, reasons, strict=True))
 
 
 def row_mark(row: Any) -> PodValidity:
-    """The validity of one row of a table. Raises ValueError for an unknown stand."""
+    """Read the validity of one row of a table.
+
+    Args:
+        row: Record of the table.
+
+    Returns:
+        For which pods the row holds.
+
+    Raises:
+        ValueError: The stand of the pod is unknown.
+    """
     stand, why_nominal = (bytes(row[name]).decode() for name in MARK)
     return PodValidity(PodStand(stand), why_nominal)

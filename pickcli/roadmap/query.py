@@ -34,15 +34,21 @@ class RouteSource(StrEnum):
 class CoarseRoute:
     """A proven coarse motion.
 
-    new: polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it; of a
-        straight edge none, as it is found as soon as it is looked for
+    Attributes:
+        path: The motion, from the start to one of the goals.
+        goal: Index into the goals of the query.
+        source: Who found it.
+        nodes: Roadmap nodes on the way before shortening, by name or #index.
+        dropped: Stored edges that are not free in this scene, by the names of their ends.
+        new: Polylines (K, n) that the roadmap could be given: links of start and goal, or the way beside it;
+            of a straight edge none, as it is found as soon as it is looked for.
     """
 
     path: JointPath
-    goal: int  # index into the goals of the query
+    goal: int
     source: RouteSource
-    nodes: tuple[str, ...]  # roadmap nodes on the way before shortening, by name or #index
-    dropped: tuple[tuple[str, str], ...]  # stored edges that are not free in this scene
+    nodes: tuple[str, ...]
+    dropped: tuple[tuple[str, str], ...]
     new: tuple[Array, ...]
 
 
@@ -57,14 +63,28 @@ def query(
     options: QueryOptions | None = None,
     label: str = "coarse motion",
 ) -> CoarseRoute:
-    """The coarse motion from q_start (n,) to whichever goal of (G, n) it is quickest to reach.
+    """Plan the coarse motion from a start to whichever goal is quickest to reach.
 
     The straight edge to the cheapest goal that has one wins at once. Otherwise start and goals are linked
     to the roadmap and A* searches it, every stored edge being proven again in the scene as it is. Where
     that takes longer than the straight line almost would, the planner competes, a few times. All are
     shortened; every edge is proven by ``checker``. Same arguments, same bytes.
 
-    Raises NoPlanError with the reasons: which end is not free and why, or that the planner gave up.
+    Args:
+        roadmap: The stored roadmap.
+        checker: Proves configurations and edges in the scene as it is.
+        space: The joints, their limits and speeds.
+        q_start: (n,) start.
+        goals: (G, n) goals, or one (n,).
+        seed: Seed of the planner.
+        options: How hard to try; None for the default.
+        label: What is planned, for messages.
+
+    Returns:
+        The motion.
+
+    Raises:
+        NoPlanError: An end is not free, or the planner gave up; with the reasons.
     """
     q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
     free = free_goals(checker, space, q_start, goals, label)

@@ -38,7 +38,11 @@ class ExperienceRecorder:
         self._n_taken = 0
 
     def record(self, experience: QueryExperience) -> None:
-        """Add what one query found."""
+        """Add what one query found.
+
+        Args:
+            experience: The query and its polylines.
+        """
         self._recorded.append(experience)
 
     @property
@@ -47,7 +51,11 @@ class ExperienceRecorder:
         return tuple(self._recorded)
 
     def take(self) -> tuple[QueryExperience, ...]:
-        """What was recorded since the last call, for who stores it meanwhile."""
+        """Take what was recorded since the last call, for who stores it meanwhile.
+
+        Returns:
+            The experience, in the order of the queries.
+        """
         taken = tuple(self._recorded[self._n_taken :])
         self._n_taken = len(self._recorded)
         return taken

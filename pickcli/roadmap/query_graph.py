@@ -15,10 +15,14 @@ from pickcli.roadmap.graph import Roadmap
 
 @dataclass(frozen=True, eq=False)
 class QueryGraph:
-    """What A* searches. Nothing of the roadmap is copied: its nodes and edges come first, with their numbers.
+    """What A* searches: a roadmap and configurations linked to it.
 
-    configurations: (N + K, n) of the roadmap's nodes, then of the linked ones
-    links: (node, link) each: edges from new nodes to the roadmap's
+    Nothing of the roadmap is copied: its nodes and edges come first, with their numbers.
+
+    Attributes:
+        roadmap: The stored roadmap, N nodes and M edges.
+        configurations: (N + K, n) of the roadmap's nodes, then of the linked ones.
+        links: (node, link) each: L edges from new nodes to the roadmap's.
     """
 
     roadmap: Roadmap
@@ -26,7 +30,14 @@ class QueryGraph:
     links: tuple[tuple[int, Connection], ...]
 
     def is_link(self, edge: int) -> bool:
-        """Whether an edge is a link; the others are the roadmap's own."""
+        """Tell whether an edge is a link; the others are the roadmap's own.
+
+        Args:
+            edge: Index of the edge.
+
+        Returns:
+            True for a link.
+        """
         return edge >= self.roadmap.n_edges
 
     @cached_property
@@ -46,14 +57,30 @@ class QueryGraph:
         return tuple(lists)
 
     def edge_path(self, edge: int, start: int | None = None) -> Array:
-        """Polyline (K, n) of an edge, as ``Roadmap.edge_path`` gives it."""
+        """Read the polyline of an edge or link.
+
+        Args:
+            edge: Index of the edge.
+            start: The end of the edge that the polyline is to leave from; None for the direction stored.
+
+        Returns:
+            (K, n) configurations, both ends included.
+        """
         if not self.is_link(edge):
             return self.roadmap.edge_path(edge, start)
         _, link = self.links[edge - self.roadmap.n_edges]
         return link.waypoints[::-1] if start == link.node else link.waypoints
 
     def joined(self, nodes: Sequence[int], edges: Sequence[int]) -> Array:
-        """Polyline (K, n) through nodes along edges (one fewer), without doubled configurations."""
+        """Join the polylines along a route, without doubled configurations.
+
+        Args:
+            nodes: Indices of the nodes on the way.
+            edges: Indices of the edges between them, one fewer.
+
+        Returns:
+            (K, n) polyline from the first node to the last.
+        """
         ways = [self.edge_path(edge, start) for edge, start in zip(edges, nodes, strict=False)]
         return np.concatenate([self.configurations[nodes[0]][None], *(way[1:] for way in ways)])
 
@@ -61,9 +88,16 @@ class QueryGraph:
 def linked(
     roadmap: Roadmap, ends: Sequence[tuple[Array, Sequence[Connection]]]
 ) -> tuple[QueryGraph, list[int]]:
-    """The roadmap with configurations (n,) linked to it, and their nodes.
+    """Link configurations to a roadmap.
 
     A configuration that is a node already (see ``straight_connections``) stays that node.
+
+    Args:
+        roadmap: The roadmap.
+        ends: Configurations (n,), each with at least one link.
+
+    Returns:
+        The graph, and the node of each configuration.
     """
     nodes: list[int] = []
     new: list[Array] = []

@@ -23,9 +23,14 @@ from pickcli.storage.integrity_scan import IntegrityReport
 
 
 def check_intact(found: IntegrityReport, cell: Cell | None) -> None:
-    """Raise ValueError, or another of ``SYMPTOMS``, where something makes no sense.
+    """Check that what is intact of a file makes sense.
 
-    cell: if the file is of this cell, states of the tool must be the cell's
+    Args:
+        found: What a scan of the file found.
+        cell: If the file is of this cell, states of the tool must be the cell's; None for any.
+
+    Raises:
+        ValueError: Something makes no sense; it may also be another of ``SYMPTOMS``.
     """
     _ = found.made
     if cell is not None and cell.fingerprint != found.fingerprint:
@@ -45,20 +50,43 @@ def check_intact(found: IntegrityReport, cell: Cell | None) -> None:
 
 
 def intact_motions(found: IntegrityReport) -> list[CoarseMotion]:
-    """The motions of a database."""
+    """Read the intact motions of a database.
+
+    Args:
+        found: What a scan of the file found.
+
+    Returns:
+        The motions, with their timed points.
+    """
     names, rows = found.joint_names, found.intact["motions"]
     return [motion_of(names, entry.row, entry.pieces["waypoints"], entry.pieces["points"]) for entry in rows]
 
 
 def intact_missing(found: IntegrityReport) -> list[Missing]:
-    """The motions that the build of a database could not have."""
+    """Read the intact entries of a database for motions that its build could not have.
+
+    Args:
+        found: What a scan of the file found.
+
+    Returns:
+        The motions, each with the reason.
+    """
     return [missing_row(entry.row) for entry in found.intact["missing"]]
 
 
 def intact_roadmap(found: IntegrityReport) -> Roadmap:
-    """The nodes and edges of a roadmap.
+    """Read the intact nodes and edges of a roadmap.
 
     An edge names its nodes by their rows, which says nothing where some are lost: then each has its own two.
+
+    Args:
+        found: What a scan of the file found.
+
+    Returns:
+        The roadmap.
+
+    Raises:
+        ValueError: The content makes no sense.
     """
     nodes, edges = found.intact["nodes"], found.intact["edges"]
     none = np.zeros((0, len(found.joint_names)))

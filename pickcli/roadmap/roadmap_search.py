@@ -12,16 +12,30 @@ from pickcli.roadmap.query_graph import QueryGraph, linked
 
 @dataclass(frozen=True, eq=False)
 class RoadmapRoute:
-    """A proven way through the roadmap, not yet shortened."""
+    """A proven way through the roadmap, not yet shortened.
 
-    waypoints: Array  # (K, n)
-    nodes: tuple[int, ...]  # nodes of the roadmap on the way
-    links: tuple[Array, ...]  # polylines of the new edges on the way: of the start and of the goal reached
-    dropped: tuple[int, ...]  # stored edges that are not free now
+    Attributes:
+        waypoints: (K, n) from the start to the goal reached.
+        nodes: Indices of the roadmap's nodes on the way.
+        links: Polylines (K, n) of the new edges on the way: of the start and of the goal reached.
+        dropped: Indices of stored edges that are not free now.
+    """
+
+    waypoints: Array
+    nodes: tuple[int, ...]
+    links: tuple[Array, ...]
+    dropped: tuple[int, ...]
 
 
 def search_roadmap(problem: PlanningProblem) -> RoadmapRoute | None:
-    """The shortest way by stored edges, each proven again; None where the roadmap leads to no goal."""
+    """Find the shortest way by stored edges, each proven again.
+
+    Args:
+        problem: The query.
+
+    Returns:
+        The way; None where the roadmap leads to no goal.
+    """
     first = straight_connections(problem, problem.q_start) or planned_connection(
         problem, problem.q_start, "start link"
     )

@@ -38,9 +38,10 @@ ROADMAP = FileFormat(
 class RoadmapGaps:
     """What a build could not have.
 
-    refused: named configurations (one name each) that are not free, and why
-    missing: pairs of names without an edge, and why
-    alone: important pairs without a second route that shares no edge with the first, and why
+    Attributes:
+        refused: Named configurations (one name each) that are not free, and why.
+        missing: Pairs of names without an edge, and why.
+        alone: Important pairs without a second route that shares no edge with the first, and why.
     """
 
     refused: tuple[tuple[Names, Reason], ...] = ()
@@ -51,7 +52,17 @@ class RoadmapGaps:
 def roadmap_content(
     roadmap: Roadmap, fingerprint: str, made: Mapping[str, Any], gaps: RoadmapGaps
 ) -> FileContent:
-    """What the file of a roadmap holds."""
+    """Lay out a roadmap as its file holds it.
+
+    Args:
+        roadmap: The roadmap.
+        fingerprint: Fingerprint of the cell that it is for.
+        made: How it was built, as JSON values.
+        gaps: What the build could not have.
+
+    Returns:
+        What is to be written.
+    """
     tables: dict[str, Columns] = {
         "nodes": {"name": roadmap.names, "pivot": roadmap.tool_states},
         "edges": {
@@ -73,7 +84,17 @@ def roadmap_content(
 
 
 def roadmap_of(file: StoredFile) -> Roadmap:
-    """The roadmap of a file. Raises ValueError."""
+    """Read the roadmap of a file.
+
+    Args:
+        file: The open file.
+
+    Returns:
+        The roadmap.
+
+    Raises:
+        ValueError: The content makes no sense.
+    """
     nodes, edges = file.tables["nodes"], file.tables["edges"]
     configurations, first = file.pieces("configurations")
     waypoints, offsets = file.pieces("waypoints")
@@ -88,7 +109,17 @@ def roadmap_of(file: StoredFile) -> Roadmap:
 
 
 def one_state(texts: Iterable[str]) -> ToolState:
-    """The state that all edges are proven for. Raises ValueError if there are several."""
+    """Find the state of the tool that all edges are proven for.
+
+    Args:
+        texts: Name of the state of each edge.
+
+    Returns:
+        The state, ``MOVING`` if there is no edge.
+
+    Raises:
+        ValueError: There are several, or one is unknown.
+    """
     states = {ToolState(text) for text in texts} or {MOVING}
     if len(states) != 1:
         raise ValueError("edges are proven for different tool states")
@@ -96,7 +127,14 @@ def one_state(texts: Iterable[str]) -> ToolState:
 
 
 def gaps_of(file: StoredFile) -> RoadmapGaps:
-    """What the build could not have."""
+    """Read what the build of a roadmap could not have.
+
+    Args:
+        file: The open file.
+
+    Returns:
+        Configurations and pairs, each with the reason.
+    """
     tables = file.tables
     return RoadmapGaps(
         reason_rows(("name",), tables["refused"]),

@@ -24,9 +24,16 @@ _RATIOS = (1.0, 1.01, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, np.inf)
 
 
 def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]) -> dict[str, Any]:
-    """Totals, the ten motions farthest from their bounds, and how many are how far, as JSON values.
+    """Sum up a database: totals, the ten motions farthest from their bounds, and how many are how far.
 
     Motions without a bound (0) count in no ratio.
+
+    Args:
+        database: The motions.
+        missing: Motions that the build could not have.
+
+    Returns:
+        The figures as JSON values by name.
     """
     motions = [motion for motion in database if motion.lower_bound > 0.0]
     ratios = np.array([motion.duration / motion.lower_bound for motion in motions])
@@ -53,7 +60,15 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
 
 
 def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
-    """Totals, the ten longest edges, and how many edges the nodes have, as JSON values."""
+    """Sum up a roadmap: totals, the ten longest edges, and how many edges the nodes have.
+
+    Args:
+        roadmap: The roadmap.
+        gaps: What the build could not have.
+
+    Returns:
+        The figures as JSON values; lengths mix m and rad.
+    """
     degrees = np.bincount(roadmap.edges.ravel(), minlength=roadmap.n_nodes).tolist()
     worst = np.argsort(-roadmap.lengths, kind="stable")[:N_WORST]
     ends = [[roadmap.names[i] or f"#{i}" for i in edge] for edge in roadmap.edges.tolist()]
@@ -77,7 +92,15 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
 
 
 def histogram(values: Array, edges: Sequence[float]) -> dict[str, int]:
-    """How many values lie in each half-open interval between consecutive edges."""
+    """Count how many values lie in each half-open interval between consecutive edges.
+
+    Args:
+        values: (K,) values.
+        edges: Bounds of the intervals, increasing; the last may be infinite.
+
+    Returns:
+        Counts by the text of the interval, in the order of the edges.
+    """
     return {
         f"{low:g} to {high:g}" if np.isfinite(high) else f"{low:g} and more": int(
             np.sum((values >= low) & (values < high))

@@ -39,19 +39,37 @@ def write_roadmap(
     gaps: RoadmapGaps | None = None,
     replace: bool = True,
 ) -> None:
-    """Write a roadmap that is valid for the cell of that fingerprint; ``made`` says how it was built.
+    """Write a roadmap. The same roadmap gives the same bytes.
 
-    The same roadmap gives the same bytes. ``replace``: whether a file that is there may be replaced.
-    Raises InputError if the place cannot be written.
+    Args:
+        path: Where to write.
+        roadmap: The roadmap.
+        fingerprint: Fingerprint of the cell that it is valid for.
+        made: How it was built, as JSON values.
+        gaps: What the build could not have.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The place cannot be written.
     """
     content = roadmap_content(roadmap, fingerprint, made, gaps or RoadmapGaps())
     write_content(path, ROADMAP, content, replace)
 
 
 def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
-    """Read a roadmap; with ``cell``, only if it was made for it.
+    """Read a roadmap.
 
-    Raises InputError (missing, another kind of file), DamagedError, StaleError.
+    Args:
+        path: The file.
+        cell: The cell that it must have been made for; None for any.
+
+    Returns:
+        The roadmap.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
+        StaleError: It was made for another cell or by another version of the format.
     """
     with stored_file(path, ROADMAP, _fingerprint(cell)) as file:
         roadmap = roadmap_of(file)
@@ -60,7 +78,19 @@ def read_roadmap(path: Path, cell: Cell | None = None) -> Roadmap:
 
 
 def read_gaps(path: Path) -> RoadmapGaps:
-    """What the build of a roadmap could not have. Raises like ``read_roadmap``."""
+    """Read what the build of a roadmap could not have.
+
+    Args:
+        path: The file of the roadmap.
+
+    Returns:
+        Configurations and pairs, each with the reason.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
+        StaleError: It was made by another version of the format.
+    """
     with stored_file(path, ROADMAP) as file:
         return gaps_of(file)
 
@@ -73,14 +103,38 @@ def write_database(
     missing: Sequence[Missing] = (),
     replace: bool = True,
 ) -> None:
-    """Write a trajectory database with its timed points; like ``write_roadmap``."""
+    """Write a trajectory database with its timed points. The same database gives the same bytes.
+
+    Args:
+        path: Where to write.
+        database: The motions, with their timed points.
+        fingerprint: Fingerprint of the cell that they are valid for.
+        made: How the database was built, as JSON values.
+        missing: Motions that the build could not have.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The place cannot be written.
+        ValueError: The database was loaded without its timed points.
+    """
     write_content(path, DATABASE, database_content(database, fingerprint, made, missing), replace)
 
 
 def read_database(path: Path, cell: Cell | None = None, points: bool = False) -> TrajectoryDatabase:
-    """Read a trajectory database, with its timed points only if asked: queries need the paths alone.
+    """Read a trajectory database.
 
-    Raises InputError (missing, another kind of file), DamagedError, StaleError.
+    Args:
+        path: The file.
+        cell: The cell that it must have been made for; None for any.
+        points: Whether to read the timed points as well; queries need the paths alone.
+
+    Returns:
+        The database.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
+        StaleError: It was made for another cell or by another version of the format.
     """
     with stored_file(path, DATABASE, _fingerprint(cell)) as file:
         database = database_of(file, points)
@@ -89,16 +143,41 @@ def read_database(path: Path, cell: Cell | None = None, points: bool = False) ->
 
 
 def read_missing(path: Path) -> tuple[Missing, ...]:
-    """What the build of a database could not have. Raises like ``read_database``."""
+    """Read what the build of a database could not have.
+
+    Args:
+        path: The file of the database.
+
+    Returns:
+        The motions, each with the reason.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
+        StaleError: It was made by another version of the format.
+    """
     with stored_file(path, DATABASE) as file:
         return missing_of(file)
 
 
 def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseMotion | None:
-    """One motion with its timed points, turned round if need be, or None; the others are not read.
+    """Read one motion with its timed points; the others are not read.
 
     For those who need single motions out of many: queries read the whole database, without its points.
-    Raises like ``read_database``; damage elsewhere in the data does not matter.
+    Damage elsewhere in the data does not matter.
+
+    Args:
+        path: The file of the database.
+        key: Ends and payload class of the motion.
+        cell: The cell that the file must have been made for; None for any.
+
+    Returns:
+        The motion, turned round if need be, or None if it is not stored.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: What was read of it is not what was written.
+        StaleError: It was made for another cell or by another version of the format.
     """
     with stored_file(path, DATABASE, _fingerprint(cell)) as file:
         for wanted in (key, key.reversed()):
@@ -112,9 +191,17 @@ def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseM
 def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
     """Look at every byte of a roadmap or database: what is damaged, and what is intact and makes sense.
 
-    cell: whose states of the tool it may speak of, if it was made for this cell
-    Raises like ``scan_integrity``; DamagedError, too, if what is intact makes no sense: then no row can be
-    trusted.
+    Args:
+        path: The file.
+        cell: Whose states of the tool the file may speak of, if it was made for this cell.
+
+    Returns:
+        What is damaged and what is intact.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        StaleError: It was made by another version of the format.
+        DamagedError: Nothing can be recovered, or what is intact makes no sense: then no row can be trusted.
     """
     found = scan_integrity(path, FORMATS)
     try:
@@ -128,9 +215,17 @@ def surveyed(path: Path, cell: Cell | None = None) -> IntegrityReport:
 
 
 def describe(path: Path) -> dict[str, Any]:
-    """What a file says of itself: format, version, fingerprint, how it was made, and how much it holds.
+    """Read what a file says of itself: format, version, fingerprint, how it was made, and how much it holds.
 
-    Raises InputError for a file that is neither roadmap nor database, DamagedError.
+    Args:
+        path: A roadmap or trajectory database.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
     """
     kind = kind_of(path)
     with stored_file(path, kind) as file:
@@ -149,13 +244,35 @@ def describe(path: Path) -> dict[str, Any]:
 
 
 def how_made(path: Path) -> dict[str, Any]:
-    """What a file says of how it was made: JSON values. Raises like ``describe``."""
+    """Read what a file says of how it was made.
+
+    Args:
+        path: A roadmap or trajectory database.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: Its content is not what was written.
+    """
     with stored_file(path, kind_of(path)) as file:
         return file.made
 
 
 def kind_of(path: Path) -> FileFormat:
-    """Which of our formats a file has. Raises InputError for another, DamagedError."""
+    """Tell which of our formats a file has.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The format of a roadmap or of a trajectory database.
+
+    Raises:
+        InputError: The file is missing or of another kind.
+        DamagedError: It cannot be read.
+    """
     with opened(path) as file:
         name = read_attributes(file).get("format")
     for kind in FORMATS:

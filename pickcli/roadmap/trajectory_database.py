@@ -29,14 +29,24 @@ class PayloadClass(StrEnum):
 
 @dataclass(frozen=True)
 class MotionKey:
-    """Names of the two ends, and the payload class."""
+    """What a motion is stored under.
+
+    Attributes:
+        start: Name of the configuration where it begins.
+        goal: Name of the configuration where it ends.
+        payload: Class of what is held.
+    """
 
     start: str
     goal: str
     payload: PayloadClass
 
     def reversed(self) -> MotionKey:
-        """The way back."""
+        """Turn the key round.
+
+        Returns:
+            The key of the way back.
+        """
         return MotionKey(self.goal, self.start, self.payload)
 
 
@@ -44,24 +54,32 @@ class MotionKey:
 class CoarseMotion:
     """One stored motion: proven, when it was made, in an empty cell with the cell's clearance.
 
-    tool_state: State of the tool that it is valid for (MOVING covers the others)
-    trajectory: None where the timed points were not loaded
-    lower_bound: s that no motion between the two ends can undercut
-    clearance: m that the motion is proven to keep from everything
-    mark: for which pods it is proven
+    Attributes:
+        key: Its ends and payload class.
+        tool_state: State of the tool that it is valid for (MOVING covers the others).
+        path: The polyline.
+        duration: s, at full speed.
+        trajectory: None where the timed points were not loaded.
+        lower_bound: s that no motion between the two ends can undercut.
+        clearance: m that the motion is proven to keep from everything.
+        mark: For which pods it is proven.
     """
 
     key: MotionKey
     tool_state: ToolState
     path: JointPath
-    duration: float  # s, at full speed
+    duration: float
     trajectory: Trajectory | None = None
     lower_bound: float = 0.0
     clearance: float = 0.0
     mark: PodValidity = NOMINAL_POD
 
     def reversed(self) -> CoarseMotion:
-        """The way back: free where the way there is, and within limits as these are symmetric."""
+        """Turn the motion round: free where the way there is, and within limits as these are symmetric.
+
+        Returns:
+            The way back.
+        """
         timed = self.trajectory
         back = None if timed is None else _reversed(timed)
         return replace(self, key=self.key.reversed(), path=self.path.reversed(), trajectory=back)
@@ -79,35 +97,67 @@ def _reversed(timed: Trajectory) -> Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class TimedPoints:
-    """All trajectories one after the other; motion k owns rows offsets[k]:offsets[k + 1]."""
+    """All trajectories one after the other; motion k owns rows offsets[k]:offsets[k + 1].
 
-    times: Array  # (P,) s
-    positions: Array  # (P, n)
-    velocities: Array  # (P, n)
-    accelerations: Array  # (P, n)
-    offsets: IntArray  # (K + 1,)
+    Attributes:
+        times: (P,) s, each motion from 0.
+        positions: (P, n) rad or m.
+        velocities: (P, n) rad/s or m/s.
+        accelerations: (P, n) rad/s^2 or m/s^2.
+        offsets: (K + 1,) rows at which the motions begin, and P.
+    """
+
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    offsets: IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryDatabase:
-    """Coarse motions by (start, goal, payload class), flat arrays and offsets. Each is stored once and
-    answers in both directions.
+    """Coarse motions by (start, goal, payload class), as flat arrays and offsets.
+
+    Each is stored once and answers in both directions.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        keys: (K,) ends and payload class of each motion.
+        tool_states: (K,) states of the tool that each is valid for.
+        durations: (K,) s, at full speed.
+        waypoints: (W, n) of all paths.
+        offsets: (K + 1,) rows of ``waypoints`` at which the paths begin, and W.
+        lower_bounds: (K,) s that no motion between the same ends can undercut.
+        clearances: (K,) m that each motion is proven to keep from everything.
+        marks: (K,) for which pods each is proven.
+        points: The timed points, None where they were not loaded.
     """
 
     joint_names: tuple[str, ...]
-    keys: tuple[MotionKey, ...]  # (K,)
-    tool_states: tuple[ToolState, ...]  # (K,)
-    durations: Array  # (K,) s
-    waypoints: Array  # (W, n)
-    offsets: IntArray  # (K + 1,) into waypoints
-    lower_bounds: Array  # (K,) s
-    clearances: Array  # (K,) m
-    marks: tuple[PodValidity, ...]  # (K,)
+    keys: tuple[MotionKey, ...]
+    tool_states: tuple[ToolState, ...]
+    durations: Array
+    waypoints: Array
+    offsets: IntArray
+    lower_bounds: Array
+    clearances: Array
+    marks: tuple[PodValidity, ...]
     points: TimedPoints | None = None
 
     @classmethod
     def of(cls, joint_names: tuple[str, ...], motions: list[CoarseMotion]) -> TrajectoryDatabase:
-        """A database of timed motions."""
+        """Make a database of timed motions.
+
+        Args:
+            joint_names: Names of the n joints.
+            motions: The motions, each with its trajectory.
+
+        Returns:
+            The database, in the order of the motions.
+
+        Raises:
+            ValueError: A motion has no trajectory.
+        """
         timed = [motion.trajectory for motion in motions if motion.trajectory is not None]
         if len(timed) != len(motions):
             raise ValueError("every stored motion must be timed")
@@ -139,9 +189,17 @@ class TrajectoryDatabase:
         return (self._motion(k) for k in range(len(self)))
 
     def lookup(self, start: str, goal: str, payload: PayloadClass) -> CoarseMotion | None:
-        """The motion between two named configurations, turned round if need be, or None.
+        """Find the motion between two named configurations.
 
         The caller proves it again in the scene as it is.
+
+        Args:
+            start: Name of the configuration where it begins.
+            goal: Name of the configuration where it ends.
+            payload: Class of what is held.
+
+        Returns:
+            The motion, turned round if need be, or None if it is not stored.
         """
         key = MotionKey(start, goal, payload)
         if key in self._index:
@@ -151,7 +209,16 @@ class TrajectoryDatabase:
         return None
 
     def between(self, q_start: Array, q_goal: Array, payload: PayloadClass) -> CoarseMotion | None:
-        """Like ``lookup``, for two configurations (n,) that are exactly those of stored ends."""
+        """Find the motion between two configurations that are exactly those of stored ends.
+
+        Args:
+            q_start: (n,) where it begins.
+            q_goal: (n,) where it ends.
+            payload: Class of what is held.
+
+        Returns:
+            The motion, turned round if need be, or None if it is not stored.
+        """
         start, goal = (self._names.get(np.asarray(q, dtype=float).tobytes()) for q in (q_start, q_goal))
         return None if start is None or goal is None else self.lookup(start, goal, payload)
 

@@ -18,7 +18,15 @@ from pickcli.roadmap.trajectory_database import IntArray, TrajectoryDatabase
 
 
 def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
-    """Shapes, indices, polylines that join their nodes, lengths; with ``cell``, its joints."""
+    """Check a roadmap: shapes, indices, polylines that join their nodes, lengths.
+
+    Args:
+        roadmap: What a file held.
+        cell: The cell whose joints, limits and states of the tool it must have; None for any.
+
+    Raises:
+        ValueError: Something makes no sense.
+    """
     n_nodes = roadmap.n_nodes
     _joints(roadmap.joint_names, cell, roadmap.configurations, roadmap.waypoints)
     _same_count("nodes", n_nodes, len(roadmap.names), len(roadmap.tool_states))
@@ -39,7 +47,15 @@ def roadmap(roadmap: Roadmap, cell: Cell | None) -> None:
 
 
 def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
-    """Shapes, offsets, unique keys, one configuration per name; with ``cell``, the joints."""
+    """Check a database: shapes, offsets, unique keys, durations and their bounds, timed points.
+
+    Args:
+        database: What a file held.
+        cell: The cell whose joints, limits and states of the tool it must have; None for any.
+
+    Raises:
+        ValueError: Something makes no sense.
+    """
     count = len(database)
     _joints(database.joint_names, cell, database.waypoints)
     tool_states(set(database.tool_states), cell)
@@ -71,7 +87,15 @@ def database(database: TrajectoryDatabase, cell: Cell | None) -> None:
 
 
 def tool_states(states: Set[ToolState], cell: Cell | None) -> None:
-    """Raise ValueError for a state that the tool of ``cell`` does not have."""
+    """Check that the tool of a cell has some states.
+
+    Args:
+        states: The states that a file speaks of.
+        cell: The cell; None allows any state.
+
+    Raises:
+        ValueError: The tool does not have one of them.
+    """
     known = states if cell is None else cell.robot.tool.shapes
     for state in sorted(states):
         if state not in known:
