@@ -33,7 +33,18 @@ _FOLLOW_REASONS = {
 
 
 class Arm:
-    """Kinematics of one robot. The tool frame ("tip") is the tip of the uncompressed cup, +z out of it."""
+    """Kinematics of one robot.
+
+    The tool frame ("tip") is the tip of the uncompressed cup, +z out of it.
+
+    Args:
+        robot: The robot of a cell.
+
+    Attributes:
+        robot: The robot of a cell.
+        weights: (n,) weight of each joint in inverse kinematics, per rad^2 or m^2.
+        max_step: (n,) rad or m, largest joint step between neighbouring poses of a line.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -62,15 +73,38 @@ class Arm:
         return self.robot.limits
 
     def chain(self, tool_state: ToolState) -> Chain:
-        """The kernel's chain in that tool state (MOVING stands where the default state does)."""
+        """The kernel's chain in one tool state.
+
+        Args:
+            tool_state: State of the tool; MOVING stands where the default state does.
+
+        Returns:
+            The chain, with the tool's joint folded in as a fixed one.
+        """
         return self._chains[tool_state]
 
     def tip(self, q: Array, tool_state: ToolState) -> Array:
-        """Pose (4, 4) of the tool frame in the world at q (n,)."""
+        """Forward kinematics of the tool frame.
+
+        Args:
+            q: (n,) configuration.
+            tool_state: State of the tool.
+
+        Returns:
+            (4, 4) T_world_tip.
+        """
         return np.asarray(self._chains[tool_state].fk(q)[-1] @ self._T_last_tip)
 
     def tips(self, Q: Array, tool_state: ToolState) -> Array:
-        """Poses (N, 4, 4) of the tool frame in the world at Q (N, n)."""
+        """Forward kinematics of the tool frame for many configurations.
+
+        Args:
+            Q: (N, n) configurations.
+            tool_state: State of the tool.
+
+        Returns:
+            (N, 4, 4) T_world_tip of each.
+        """
         return np.asarray(
             self._chains[tool_state].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip
         )
@@ -83,22 +117,49 @@ class Arm:
             dQ: (N, n) their first derivatives, by time or by the parameter of a path.
             ddQ: (N, n) their second derivatives.
             tool_state: State of the tool.
+
+        Returns:
+            Poses, velocities and accelerations of the tool frame at the N states.
         """
         poses, motions = self._chains[tool_state].tip_motion(Q, dQ, ddQ, self._T_last_tip)
         return TipMotion(poses, *(np.ascontiguousarray(motions[:, k]) for k in range(4)))
 
     def jacobian(self, q: Array, tool_state: ToolState) -> Array:
-        """(6, n): velocity of the tip (m/s), then angular velocity (rad/s), in world axes, per joint rate."""
+        """Geometric Jacobian of the tool frame.
+
+        Args:
+            q: (n,) configuration.
+            tool_state: State of the tool.
+
+        Returns:
+            (6, n) in world axes per unit of joint rate: velocity of the tip in m/s, then angular velocity in
+            rad/s.
+        """
         return np.asarray(self._chains[tool_state].jacobian(q, self._T_last_tip))
 
     def manipulability(self, q: Array, tool_state: ToolState) -> float:
-        """Yoshikawa's measure, 0 in a singular configuration."""
+        """Yoshikawa's measure of manipulability.
+
+        Args:
+            q: (n,) configuration.
+            tool_state: State of the tool.
+
+        Returns:
+            The measure of ``yoshikawa``, 0 in a singular configuration.
+        """
         return yoshikawa(self.jacobian(q, tool_state))
 
     def solve(self, T_world_tip: Array, tool_state: ToolState, seeds: Array) -> Array:
-        """Distinct configurations (M, n) within limits that put the tip at a pose, in the seeds' order.
+        """Inverse kinematics from given seeds.
 
-        seeds: (K, n) starting points of the descent. No solution is an empty (0, n).
+        Args:
+            T_world_tip: (4, 4) pose of the tool frame.
+            tool_state: State of the tool.
+            seeds: (K, n) starting points of the descent.
+
+        Returns:
+            (M, n) distinct configurations within limits that put the tip at the pose, in the seeds' order;
+            (0, n) if there is no solution.
         """
         solutions = self._chains[tool_state].ik(
             T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
@@ -109,8 +170,19 @@ class Arm:
     def solve_spread(
         self, T_world_tip: Array, tool_state: ToolState, rng: np.random.Generator, n_seeds: int = 16
     ) -> Array:
-        """Distinct solutions (M, n) spread over the redundancy: the prismatic joints of the seeds are
-        stratified over their range, the others random. Same generator state, same solutions."""
+        """Inverse kinematics with solutions spread over the redundancy.
+
+        The prismatic joints of the seeds are stratified over their range, the other joints are random.
+
+        Args:
+            T_world_tip: (4, 4) pose of the tool frame.
+            tool_state: State of the tool.
+            rng: Source of the seeds; the same state of the generator gives the same solutions.
+            n_seeds: Number of seeds.
+
+        Returns:
+            (M, n) distinct configurations within limits; (0, n) if there is no solution.
+        """
         seeds = self.random_seeds(rng, n_seeds)
         strata = (np.arange(n_seeds) + rng.random(n_seeds)) / n_seeds
         lower, upper = self.limits.lower, self.limits.upper
@@ -119,16 +191,33 @@ class Arm:
         return self.solve(T_world_tip, tool_state, seeds)
 
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
-        """(k, n) configurations, uniform within the limits."""
+        """Draw configurations, uniform within the limits.
+
+        Args:
+            rng: Source of the draws.
+            k: Number of configurations.
+
+        Returns:
+            (k, n) configurations.
+        """
         return rng.uniform(self.limits.lower, self.limits.upper, size=(k, self.n))
 
     def follow(
         self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation | None = None
     ) -> FollowResult:
-        """Configurations along tool poses (P, 4, 4), each next to the one before, the first next to q0.
+        """Follow tool poses with the joints, each configuration next to the one before.
 
-        No joint steps farther than ``max_step`` from pose to pose, from q0 included, and half-way between
-        two configurations the tool is no farther off the line than ``deviation`` (1 mm, 0.5 degrees).
+        No joint steps farther than ``max_step`` from pose to pose, from q0 included.
+
+        Args:
+            T_world_tips: (P, 4, 4) poses of the tool frame.
+            tool_state: State of the tool.
+            q0: (n,) configuration that the first one is next to.
+            deviation: How far the tool may be off the line half-way between two configurations; by default 1
+                mm and 0.5 degrees.
+
+        Returns:
+            The configurations as far as they go, and why they end before the last pose, if they do.
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
         Q, end = self._chains[tool_state].follow(

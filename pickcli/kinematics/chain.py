@@ -19,12 +19,21 @@ _KERNEL_KIND = {
 
 
 def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
-    """The kernel's chain of ``robot``: frame k is the child link of ``robot.joints[k]``.
+    """The kernel's chain of a robot: frame k is the child link of ``robot.joints[k]``.
 
-    The base's pose and the position of the tool's joint are folded into the joint origins. MOVING stands
-    where the tool's default state does: its swept shape is a matter of collision, not of kinematics. Raises
-    InputError if the joints are no serial chain that ends in the cup, or if a moving joint is neither planned
-    nor the tool's.
+    The base's pose and the position of the tool's joint are folded into the joint origins.
+
+    Args:
+        robot: The robot of a cell.
+        tool_state: State of the tool. MOVING stands where the tool's default state does: its swept shape is a
+            matter of collision, not of kinematics.
+
+    Returns:
+        The chain.
+
+    Raises:
+        InputError: If the joints are no serial chain that ends in the cup, or if a moving joint is neither
+            planned nor the tool's.
     """
     _check_serial(robot)
     origins = [joint.T_parent_joint @ _folded(robot, joint, tool_state) for joint in robot.joints]
@@ -41,14 +50,27 @@ def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
 
 
 def is_planned(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint moves with the configuration: not if it is fixed, and not that of the tool."""
+    """Whether a joint moves with the configuration.
+
+    Args:
+        robot: The robot of a cell.
+        joint: One of its joints.
+
+    Returns:
+        False for a fixed joint and for that of the tool.
+    """
     return joint.type is not JointType.FIXED and joint.name != robot.tool.joint
 
 
 def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
     """Number of the rigid body that each frame belongs to: how many planned joints lead to it.
 
-    Frames of body 0 stand still with the base; neighbouring numbers are joined by one joint.
+    Args:
+        robot: The robot of a cell.
+
+    Returns:
+        One number per frame, in the order of the chain. Frames of body 0 stand still with the base; bodies
+        with neighbouring numbers are joined by one joint.
     """
     return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
 

@@ -15,27 +15,41 @@ from pickcli.geometry import Array
 class FollowResult:
     """Configurations along a line of tool poses, one per pose, as far as they go.
 
-    reason: why the line broke; None if and only if it is complete
+    Attributes:
+        configurations: (M, n), M at most the number of poses.
+        is_complete: Whether all poses were reached.
+        reason: Why the line broke; None if and only if it is complete.
     """
 
-    configurations: Array  # (M, n), M <= number of poses
+    configurations: Array
     is_complete: bool
     reason: Reason | None
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far the tool may leave the line between two poses."""
+    """How far the tool may leave the line between two poses.
 
-    position: float = 1e-3  # m
-    angle: float = np.deg2rad(0.5)  # rad
+    Attributes:
+        position: m.
+        angle: rad.
+    """
+
+    position: float = 1e-3
+    angle: float = np.deg2rad(0.5)
 
     def first_broken(self, T_ends: Array, T_middles: Array) -> tuple[int, str] | None:
-        """First step that leaves the line, with by how much; None if none does.
+        """Find the first step on which the tool leaves the line.
 
-        T_ends: (M + 1, 4, 4) tool poses at the configurations, T_middles: (M, 4, 4) half-way in joint space
-        between them. The middle should lie half-way between the ends; the turns before and after it should
-        be equal, and their difference is twice its deviation.
+        The middle of a step should lie half-way between its ends; the turns before and after it should be
+        equal, and their difference is twice its deviation.
+
+        Args:
+            T_ends: (M + 1, 4, 4) tool poses at the configurations.
+            T_middles: (M, 4, 4) tool poses half-way in joint space between neighbouring configurations.
+
+        Returns:
+            Index of the step, and in words how far it is off; None if no step leaves the line.
         """
         expected = (T_ends[:-1, :3, 3] + T_ends[1:, :3, 3]) / 2
         offsets = np.linalg.norm(T_middles[:, :3, 3] - expected, axis=1)

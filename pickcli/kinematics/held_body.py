@@ -47,7 +47,14 @@ class HeldBody:
         return np.concatenate([force, spin - force @ S], axis=1)
 
     def weight(self, R_world_tip: Array) -> Array:
-        """Wrench (N, 6) of the cup on the body at rest, in orientations (N, 3, 3), as in ``wrench``."""
+        """Wrench of the cup on the body at rest.
+
+        Args:
+            R_world_tip: (N, 3, 3) orientations of the tool frame.
+
+        Returns:
+            (N, 6) force in N, then torque about the tip in Nm, both in the axes of the tool frame.
+        """
         force = self.mass * GRAVITY * R_world_tip[:, 2]
         return np.concatenate([force, -force @ _skew(self.p_tip_com)], axis=1)
 

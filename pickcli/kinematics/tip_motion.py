@@ -30,6 +30,10 @@ class TipMotion:
     angular_acceleration: Array
 
     def at_rest(self) -> TipMotion:
-        """The same poses without any motion."""
+        """The same poses without any motion.
+
+        Returns:
+            A motion whose velocities and accelerations are zero.
+        """
         zero = np.zeros_like(self.velocity)
         return TipMotion(self.poses, zero, zero, zero, zero)
