@@ -36,6 +36,7 @@ def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> Non
     _check_tote(source, model)
     _check_pairs(source, model, chain)
     _check_configurations(source, model, chain)
+    _check_devices(source, model)
     source.check()
 
 
@@ -154,6 +155,25 @@ def _check_states(source: Source, model: CellModel, chain: UrdfChain) -> None:
         source.add(("tool", "pivot_positions"), f"outside of the joint's {joint.lower:g} to {joint.upper:g}")
 
 
+def _states(model: CellModel) -> list[str]:
+    """Names of the tool's states."""
+    return list(model.tool.pivot_positions or {FIXED.name: 0.0})
+
+
+def _check_devices(source: Source, model: CellModel) -> None:
+    """What moves the tool is commanded by the names of its states, to each of them."""
+    states = _states(model)
+    for name, device in model.devices.items():
+        if device.kind != "pivot":
+            continue
+        for i, action in enumerate(device.actions):
+            _refer(source, ("devices", name, "actions", i), "state of the tool", action, states)
+        missing = [state for state in states if state not in device.actions]
+        if missing:
+            text = f"no action leads to {', '.join(missing)}; add one by the name of each state of the tool"
+            source.add(("devices", name, "actions"), text)
+
+
 def _check_pod(source: Source, model: CellModel) -> None:
     pod = model.pod
     _ascending(
@@ -218,7 +238,7 @@ def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) ->
     joints = [_moving(model, chain).get(name) for name in model.robot.joints]
     named = model.configurations
     _unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])
-    states = list(model.tool.pivot_positions or {FIXED.name: 0.0})
+    states = _states(model)
     for i, configuration in enumerate(named):
         if configuration.pivot is not None:
             _refer(source, ("configurations", i, "pivot"), "state of the tool", configuration.pivot, states)

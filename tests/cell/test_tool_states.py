@@ -75,6 +75,10 @@ MISTAKES = {
                          "configurations[0].pivot: no state of the tool is named 'strait'; did you mean"),
     "not the last joint": ("pivot_joint: cup_pivot", "pivot_joint: joint_t",
                            "tool.pivot_joint: expected the last joint of the chain, 'cup_pivot', got"),
+    "an action that is no state": ('["straight", "down"]}', '["straight", "down", "up"]}',
+                                   "devices.cup_pivot.actions[2]: no state of the tool is named 'up'"),
+    "a state without an action": ('["straight", "down"]}', '["straight"]}',
+                                  "devices.cup_pivot.actions: no action leads to down; add one"),
     "no state at all": (f"{{straight: 0.0, down: {np.pi / 2}}}", "{}", "tool.pivot_positions: expected"),
 }  # fmt: skip
 
