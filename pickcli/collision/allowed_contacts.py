@@ -54,18 +54,24 @@ class AllowedContacts:
 
         Args:
             item: By name, how far (3,) in m of the world what the held item may touch counts as moved.
-            cup: The same of what the cup may touch.
+            cup: By name, how far (3,) in m of the world what the cup may touch counts as moved.
             absent: Ids of items that are not there.
+
+        Returns:
+            The contacts.
         """
         return cls(_sorted(item or {}), _sorted(cup or {}), absent)
 
     @classmethod
     def anyhow(cls, names: Iterable[str], absent: frozenset[str] = frozenset()) -> AllowedContacts:
-        """Cup and held item may touch these as deep as they like.
+        """Contacts of cup and held item that may be as deep as they like.
 
         Args:
             names: Bodies and items that may be touched.
             absent: Ids of items that are not there.
+
+        Returns:
+            The contacts.
         """
         touchers = tuple((name, None) for name in sorted(names))
         return cls(touchers, touchers, absent)
@@ -77,25 +83,28 @@ class AllowedContacts:
 
     @property
     def of_present(self) -> AllowedContacts:
-        """The same without the contacts with items that are not there."""
+        """These contacts without those with items that are not there."""
         item, cup = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.cup))
         return replace(self, item=item, cup=cup)
 
     @property
     def of_empty_cup(self) -> AllowedContacts:
-        """The same where nothing is held."""
+        """These contacts where nothing is held."""
         return replace(self, item=())
 
     def ignored(self, world: World, cup: int, item: int) -> NDArray[np.uint64]:
-        """(B,) per solid of a world the frames, as bits, that keep no clearance from it.
+        """Which frames keep no clearance from which solids.
 
         Args:
             world: Solids of the scene.
             cup: Frame of the cup.
             item: Frame of the held item.
 
+        Returns:
+            (B,) per solid of the world the frames, as bits.
+
         Raises:
-            UnknownNameError: A name is none of the scene.
+            UnknownNameError: If a name is none of the scene.
         """
         bits = np.zeros(len(world.names), np.uint64)
         for frame, touchers in ((cup, self.cup), (item, self.item)):
@@ -103,9 +112,19 @@ class AllowedContacts:
         return bits
 
     def enter(self, kernel: Checker, world: World, cup: int, item: int) -> NDArray[np.intp]:
-        """Give a checker what may be touched only so deep, moved out of the way, as its world.
+        """Give a checker, as its world, what may be touched only so deep, moved out of the way.
 
-        Returns the indices (K,) in ``world`` of the solids entered, in their order.
+        Args:
+            kernel: The checker.
+            world: Solids of the scene.
+            cup: Frame of the cup.
+            item: Frame of the held item.
+
+        Returns:
+            (K,) indices in ``world`` of the solids entered, in their order.
+
+        Raises:
+            UnknownNameError: If a name is none of the scene.
         """
         chosen: list[int] = []
         ways: list[Way] = []

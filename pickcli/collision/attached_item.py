@@ -19,7 +19,7 @@ class AttachedItem:
         item: What is held.
         T_tip_item: (4, 4) item frame in the tool frame.
         inflate: m, how far any of its points may be from where that pose says.
-        id: Of the item in its scene, "" of one that only stands for many.
+        id: Id of the item in its scene, "" of one that only stands for many.
     """
 
     item: Item
@@ -29,15 +29,22 @@ class AttachedItem:
 
     @property
     def name(self) -> str:
-        """What explanations call it."""
+        """Name of the held item in explanations."""
         return f"held {self.item.name}"
 
 
 @lru_cache(maxsize=32)
 def swept_cover(model: CollisionModel, attached: AttachedItem) -> Cover:
-    """Spheres in the cup's frame of all that an attached item passes through while the cup turns.
+    """Spheres around all that an attached item passes through while the cup turns.
 
     Cached by identity of the model and the attached item.
+
+    Args:
+        model: The collision model of the cell.
+        attached: The item in the cup.
+
+    Returns:
+        The spheres, in the cup's frame.
     """
     T_cup_item = model.robot.tool.T_cup_tip @ attached.T_tip_item
     return model.swept(cover_shape(attached.item.shape).inflated(attached.inflate).moved(T_cup_item))

@@ -18,8 +18,20 @@ from pickcli.scene.scene import Scene
 class SceneChecker(KernelValidator):
     """The robot in one scene, in one tool state. Cheap to make: covers and boxes are shared.
 
+    Args:
+        model: The robot of the scene's cell.
+        scene: What stands around it.
+        tool_state: State of the tool.
+        held: What is in the cup, None if nothing is.
+        contacts: What cup and held item may touch, and how deep; all other links keep clear of it.
+        margin: m that everything else is kept apart, the cell's clearance by default.
+
     Attributes:
         held: What is in the cup, None if nothing is.
+
+    Raises:
+        UnknownNameError: If a name in ``contacts`` is not in the scene.
+        StaleError: If the scene is one of another cell than the model.
     """
 
     def __init__(
@@ -31,19 +43,7 @@ class SceneChecker(KernelValidator):
         contacts: AllowedContacts = NO_CONTACTS,
         margin: float | None = None,
     ) -> None:
-        """Enter the scene into the kernel.
-
-        Args:
-            model: The robot of the scene's cell.
-            scene: What stands around it.
-            tool_state: State of the tool.
-            held: What is in the cup.
-            contacts: What cup and held item may touch, and how deep; all other links keep clear of it.
-            margin: m that everything else is kept apart, the cell's clearance by default.
-
-        Raises:
-            UnknownNameError: For a name in ``contacts`` that is not in the scene.
-        """
+        """Enter the scene into the kernel."""
         self.held, self._model, self._tool_state = held, model, tool_state
         world = build_world(model, scene)
         contacts = contacts.of_present

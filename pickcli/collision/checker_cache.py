@@ -23,8 +23,11 @@ class CheckerCache:
 
     Scenes and attached items count by identity, as the solids of a scene are kept.
 
+    Args:
+        model: What collision checks of one cell share.
+
     Attributes:
-        model: What collision checks share.
+        model: What collision checks of one cell share.
     """
 
     def __init__(self, model: CollisionModel) -> None:
@@ -34,24 +37,30 @@ class CheckerCache:
         self._tools = lru_cache(maxsize=N_KEPT)(self._tool)
 
     def robot(self, scene: Scene, mode: Mode) -> SceneChecker:
-        """What proves motions of the robot.
+        """The checker of motions of the robot.
 
         Args:
             scene: What stands around it.
             mode: What they must be free for.
+
+        Returns:
+            The checker, a kept one if there is one.
         """
         return self._robots(scene, mode)
 
     def tool(
         self, scene: Scene, tool_state: ToolState, R_world_axes: Array, contacts: AllowedContacts
     ) -> FreeToolChecker:
-        """What proves motions of the tool by itself.
+        """The checker of motions of the tool by itself.
 
         Args:
             scene: What stands around it.
             tool_state: State of the tool.
             R_world_axes: (3, 3) axes about which the tool is level.
             contacts: What the cup may touch, here however deep.
+
+        Returns:
+            The checker, a kept one if there is one.
         """
         return self._tools(scene, tool_state, np.ascontiguousarray(R_world_axes).tobytes(), contacts)
 
@@ -62,13 +71,16 @@ class CheckerCache:
         contacts: AllowedContacts,
         beside: tuple[FreeItemChecker, ...] = (),
     ) -> FreeItemChecker:
-        """What proves motions of an item by itself; of each there is but one, so that none is kept.
+        """The checker of motions of an item by itself; of each there is but one, so that none is kept.
 
         Args:
             scene: What stands around it.
             free: The item.
             contacts: What it may touch, and how deep.
             beside: The item with nothing but one neighbour each that may roll along.
+
+        Returns:
+            A new checker.
         """
         return FreeItemChecker(self.model, scene, free, contacts, beside)
 

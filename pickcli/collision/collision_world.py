@@ -25,27 +25,53 @@ KERNEL_KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """B solids, each with everything within its rounding. Bit f of ``ignored[b]``: frame f of the robot is
-    never tested against solid b."""
+    """B solids, each with everything within its rounding.
 
-    names: tuple[str, ...]  # body name, item id, or link name for what stands still with the base
-    kinds: tuple[str, ...]  # "pod", "tote", "obstacle", "item", "base"
-    T_world_box: Array  # (B, 4, 4) of the solid, in the middle of the box around it
-    half_extents: Array  # (B, 3) m, of the solid without its rounding
-    shapes: NDArray[np.int32]  # (B,) as the kernel numbers them
-    rounding: Array  # (B,) m, what the pose may be off
-    groups: NDArray[np.int32]  # (B,) solids that stand together
-    ignored: NDArray[np.uint64]  # (B,)
+    Attributes:
+        names: (B,) body name, item id, or link name for what stands still with the base.
+        kinds: (B,) "pod", "tote", "obstacle", "item" or "base".
+        T_world_box: (B, 4, 4) pose of each solid, in the middle of the box around it.
+        half_extents: (B, 3) m, of the solid without its rounding.
+        shapes: (B,) kinds of solids as the kernel numbers them.
+        rounding: (B,) m, what the pose may be off.
+        groups: (B,) number of the group of solids that stand together.
+        ignored: (B,) bits: where bit f is set, frame f of the robot is never tested against the solid.
+    """
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    T_world_box: Array
+    half_extents: Array
+    shapes: NDArray[np.int32]
+    rounding: Array
+    groups: NDArray[np.int32]
+    ignored: NDArray[np.uint64]
 
     def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
-        """Give a checker the solids ``kept`` (indices) as its world, with ``ignored`` (B,) for ours."""
+        """Give a checker some of the solids as its world.
+
+        Args:
+            kernel: The checker.
+            kept: (K,) indices of the solids.
+            ignored: (B,) frames never tested against each solid, as bits, in place of the world's own.
+        """
         kernel.set_world(
             self.T_world_box[kept], self.half_extents[kept], self.groups[kept], ignored[kept],
             self.shapes[kept], self.rounding[kept],
         )  # fmt: skip
 
     def indices(self, names: Iterable[str]) -> list[int]:
-        """Solids with one of these names. Raises UnknownNameError for a name that none has."""
+        """Find solids by name.
+
+        Args:
+            names: Names of solids.
+
+        Returns:
+            Indices of all solids with one of these names, sorted.
+
+        Raises:
+            UnknownNameError: If no solid has one of the names.
+        """
         wanted = sorted(set(names))
         for name in wanted:
             if name not in self._by_name:
@@ -61,7 +87,17 @@ class World:
         return found
 
     def is_kept(self, without: frozenset[str]) -> NDArray[np.bool_]:
-        """(B,) False for the items named. Raises UnknownNameError for any other name."""
+        """Which solids are left when some are taken away.
+
+        Args:
+            without: Names of the solids that are not there.
+
+        Returns:
+            (B,) False for the solids named.
+
+        Raises:
+            UnknownNameError: If no solid has one of the names.
+        """
         kept = np.ones(len(self.names), dtype=bool)
         kept[self.indices(without)] = False
         return kept
@@ -81,7 +117,15 @@ class _Solid:
 def build_world(model: CollisionModel, scene: Scene) -> World:
     """All solids of a scene. Cached by identity.
 
-    Raises StaleError if the scene is one of another cell than the model.
+    Args:
+        model: The collision model of the scene's cell.
+        scene: The scene.
+
+    Returns:
+        The solids: pod, tote and obstacles, links that stand still with the base, items.
+
+    Raises:
+        StaleError: If the scene is one of another cell than the model.
     """
     ours, theirs = model.cell, scene.cell
     if ours.fingerprint != theirs.fingerprint:

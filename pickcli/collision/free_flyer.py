@@ -54,6 +54,13 @@ class FreeItemChecker(KernelValidator):
 
     It turns about its own centre. Nothing beside it that may roll along may be pushed: the item must never
     come nearer to that than it starts, and end well apart from it.
+
+    Args:
+        model: The collision model of the scene's cell.
+        scene: What stands around the item.
+        free: The item that flies, which must be absent from ``scene`` or by ``contacts``.
+        contacts: What it may touch as a held item, and how deep.
+        beside: The item with nothing but one neighbour each that may roll along.
     """
 
     def __init__(
@@ -64,15 +71,7 @@ class FreeItemChecker(KernelValidator):
         contacts: AllowedContacts = NO_CONTACTS,
         beside: tuple[FreeItemChecker, ...] = (),
     ) -> None:
-        """Enter the scene into the kernel.
-
-        Args:
-            model: The collision model of the scene's cell.
-            scene: What stands around the item.
-            free: The item that flies, which must be absent from ``scene`` or by ``contacts``.
-            contacts: What it may touch as a held item, and how deep.
-            beside: The item with nothing but one neighbour each that may roll along.
-        """
+        """Enter the scene into the kernel."""
         self._beside = beside
         world, item = build_world(model, scene), free.item
         chain = _floating_chain(free.T_world_item[:3, 3], free.R_world_axes)
@@ -96,11 +95,27 @@ class FreeItemChecker(KernelValidator):
         super().__init__(world, parts, model.cell.clearance + FOLLOWING, clear, touch)
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
-        """Whether the straight displacement from q0 (6,) to q1 (6,) is proven free and pushes nothing."""
+        """Whether a straight displacement is proven free and pushes nothing.
+
+        Args:
+            q0: (6,) displacement at the start.
+            q1: (6,) displacement at the end.
+
+        Returns:
+            True if it is.
+        """
         return self.is_valid_path(np.stack([q0, q1]))
 
     def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
-        """Index of the first displacement of Q (N, 6) that is not proven free or pushes something, or -1."""
+        """Find the first displacement that is not proven free or pushes something.
+
+        Args:
+            Q: (N, 6) displacements, gone through in straight lines.
+            slack: (N - 1, 6) half-widths of a tube around each edge that must be free as well.
+
+        Returns:
+            Index of the edge, -1 if all are proven.
+        """
         blocked = super().first_invalid_edge(Q, slack)
         return blocked if blocked >= 0 else self._first_pursued(Q)
 
@@ -117,7 +132,15 @@ class FreeItemChecker(KernelValidator):
 
 
 class FreeToolChecker(KernelValidator):
-    """Lance and cup in one tool state, in the robot's own spheres, at any pose of the tool frame."""
+    """Lance and cup in one tool state, in the robot's own spheres, at any pose of the tool frame.
+
+    Args:
+        model: The collision model of the scene's cell.
+        scene: What stands around the tool.
+        tool_state: State of the tool.
+        R_world_axes: (3, 3) axes about which the tool is level.
+        contacts: What the cup may touch, here however deep; the lance keeps clear of it.
+    """
 
     def __init__(
         self,
@@ -127,15 +150,7 @@ class FreeToolChecker(KernelValidator):
         R_world_axes: Array,
         contacts: AllowedContacts = NO_CONTACTS,
     ) -> None:
-        """Enter the scene into the kernel.
-
-        Args:
-            model: The collision model of the scene's cell.
-            scene: What stands around the tool.
-            tool_state: State of the tool.
-            R_world_axes: (3, 3) axes about which the tool is level.
-            contacts: What the cup may touch, here however deep; the lance keeps clear of it.
-        """
+        """Enter the scene into the kernel."""
         # The axes of the lance become x, y, z of the turning joints: x into the bin, and z away from where a
         # cup that stands across points, so that yaw and pitch stay far from where they jump.
         self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
@@ -150,7 +165,14 @@ class FreeToolChecker(KernelValidator):
         super().__init__(world, parts, model.cell.clearance, clear, None)
 
     def displacements(self, T_world_tip: Array) -> Array:
-        """Configurations (N, 6) of the tool at poses (N, 4, 4): x, y, z along the axes, yaw, pitch, roll."""
+        """Configurations of the free tool at poses of the tool frame.
+
+        Args:
+            T_world_tip: (N, 4, 4) poses.
+
+        Returns:
+            (N, 6) x, y, z along the axes in m, then yaw, pitch and roll in rad.
+        """
         R = self._R_axes.T @ T_world_tip[:, :3, :3] @ self._R_tool
         d = np.empty((len(T_world_tip), N_FREE))
         d[:, :3] = T_world_tip[:, :3, 3] @ self._R_axes

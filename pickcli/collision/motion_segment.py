@@ -44,15 +44,21 @@ class MotionSegment(PathSegment):
 
         Args:
             kind: What it is for when it is gone through that way.
+
+        Returns:
+            The reversed segment, in the same mode.
         """
         return replace(self, kind=kind, waypoints=self.waypoints[::-1].copy())
 
     def timed(self, t_start: float, t_end: float) -> Segment:
-        """What the plan says of it.
+        """The segment as the plan lists it.
 
         Args:
             t_start: s in the plan's trajectory.
             t_end: s in the plan's trajectory.
+
+        Returns:
+            Its kind and times, the tool's state, the held item and what may be touched.
         """
         attached, touching = self.mode.attached, tuple(sorted(self.mode.contacts.names))
         held = attached.id if attached is not None else None

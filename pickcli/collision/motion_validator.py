@@ -37,38 +37,68 @@ class MotionValidator(Protocol):
         """Distance in m that is kept from everything."""
 
     def is_valid(self, q: Array) -> bool:
-        """Whether a configuration (n,) keeps the margin."""
-
-    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
-        """Whether *every* point of the straight edge from q0 (n,) to q1 (n,) is proven to keep the margin."""
-
-    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
-        """Whether every edge of the polyline Q (N, n) is proven.
+        """Whether a configuration keeps the margin.
 
         Args:
-            Q: Waypoints (N, n).
+            q: (n,) configuration.
+
+        Returns:
+            True if it does.
+        """
+
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+        """Whether *every* point of a straight edge is proven to keep the margin.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            True if it is proven.
+        """
+
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        """Whether every edge of a polyline is proven.
+
+        Args:
+            Q: (N, n) waypoints.
             slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            True if all are.
         """
 
     def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
-        """Index of the first edge of the polyline Q (N, n) that is not proven, -1 if all are.
+        """Find the first edge of a polyline that is not proven.
 
         Args:
-            Q: Waypoints (N, n).
-            slack: (N - 1, n) as in `is_valid_path`.
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            Index of the edge, -1 if all are proven.
         """
 
     def explain(self, q: Array) -> Reason:
-        """Why a configuration (n,) is not valid: which part of the body, which obstacle, how deep."""
+        """Why a configuration is not valid.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            Which part of the body, which obstacle, how deep.
+        """
 
 
 @dataclass(frozen=True)
 class Contact:
     """The closest pair of a configuration.
 
-    distance: m between spheres of the robot and what they are closest to, negative inside
-    a: link name or "held <item>"; b: body name, item id, link name or "held <item>"; "" if nothing is near
-    kind: what b is: "pod", "tote", "obstacle", "item", "base", "robot", or ""
+    Attributes:
+        distance: m between spheres of the robot and what they are closest to, negative inside.
+        a: Link name or "held <item>".
+        b: Body name, item id, link name or "held <item>"; "" if nothing is near.
+        kind: What b is: "pod", "tote", "obstacle", "item", "base", "robot", or "".
     """
 
     distance: float
@@ -119,25 +149,24 @@ class Entered:
 class KernelValidator:
     """The answers of the kernel for one body in one world, with its numbers told as names.
 
+    Args:
+        world: Solids of the scene.
+        parts: Name of each frame of the body, the held item's last.
+        margin: m, kept from what is entered in ``clear``.
+        clear: What keeps the margin.
+        touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved out
+            of its way.
+
     Attributes:
         world: Solids of the scene.
         parts: Name of each frame of the body, the held item's last.
-        margin: Distance in m kept from everything that may not be touched.
+        margin: m, kept from everything that may not be touched.
     """
 
     def __init__(
         self, world: World, parts: tuple[str, ...], margin: float, clear: Entered, touch: Entered | None
     ) -> None:
-        """Wrap the kernel's checkers.
-
-        Args:
-            world: Solids of the scene.
-            parts: Name of each frame of the body, the held item's last.
-            margin: m, kept from what is entered in ``clear``.
-            clear: What keeps the margin.
-            touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved
-                out of its way.
-        """
+        """Wrap the kernel's checkers."""
         self.world, self.parts, self.margin = world, parts, margin
         self._clear, self._touch = clear, touch
 
@@ -147,12 +176,26 @@ class KernelValidator:
         return self._clear.kernel
 
     def is_valid(self, q: Array) -> bool:
-        """Whether q (n,) keeps more than the margin everywhere."""
+        """Whether a configuration keeps more than the margin everywhere.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            True if it does.
+        """
         is_free = bool(self.kernel.is_free(q, self.margin))
         return is_free and (self._touch is None or bool(self._touch.kernel.is_free(q, 0.0)))
 
     def are_valid(self, Q: Array) -> NDArray[np.bool_]:
-        """(N,) whether each of Q (N, n) keeps more than the margin everywhere."""
+        """Whether each of many configurations keeps more than the margin everywhere.
+
+        Args:
+            Q: (N, n) configurations.
+
+        Returns:
+            (N,) True for those that do.
+        """
         Q = np.ascontiguousarray(Q)
         are_free = np.asarray(self.kernel.are_free(Q, self.margin), dtype=bool)
         if self._touch is not None:
@@ -160,16 +203,40 @@ class KernelValidator:
         return are_free
 
     def is_valid_edge(self, q0: Array, q1: Array) -> bool:
-        """Whether every point of the straight edge from q0 (n,) to q1 (n,) is proven free."""
+        """Whether every point of a straight edge is proven free.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            True if it is proven.
+        """
         is_free = bool(self.kernel.edge_is_free(q0, q1, self.margin))
         return is_free and (self._touch is None or bool(self._touch.kernel.edge_is_free(q0, q1, 0.0)))
 
     def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
-        """Whether every point of the polyline Q (N, n) is proven free, see `MotionValidator`."""
+        """Whether every point of a polyline is proven free.
+
+        Args:
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            True if it is proven.
+        """
         return self.first_invalid_edge(Q, slack) < 0
 
     def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
-        """Index of the first edge of the polyline Q (N, n) that is not proven free, -1 if all are."""
+        """Find the first edge of a polyline that is not proven free.
+
+        Args:
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            Index of the edge, -1 if all are proven.
+        """
         Q = np.ascontiguousarray(Q)
         blocked = int(self.kernel.path_is_free(Q, self.margin, slack))
         if blocked >= 0 or self._touch is None:
@@ -177,27 +244,65 @@ class KernelValidator:
         return int(self._touch.kernel.path_is_free(Q, 0.0, slack))
 
     def at_margin(self, margin: float) -> Self:
-        """The same body in the same world, with another margin in m."""
+        """This body in this world, with another margin.
+
+        Args:
+            margin: m.
+
+        Returns:
+            A validator that shares the kernel's checkers.
+        """
         wider = copy(self)
         wider.margin = margin
         return wider
 
     def clearances(self, Q: Array, max_distance: float = 1.0) -> Array:
-        """(N,) m to the closest at each of Q (N, n) that is no planned contact, negative inside it."""
+        """Distance to the closest solid that is no planned contact, at many configurations.
+
+        Args:
+            Q: (N, n) configurations.
+            max_distance: m, beyond which nothing is measured.
+
+        Returns:
+            (N,) m, negative inside the solid.
+        """
         return np.asarray(self.kernel.clearances(np.ascontiguousarray(Q), max_distance))
 
     def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
-        """The closest pair at q (n,) that is no planned contact, within ``max_distance`` in m."""
+        """The closest pair that is no planned contact.
+
+        Args:
+            q: (n,) configuration.
+            max_distance: m, beyond which nothing counts as near.
+
+        Returns:
+            The pair and its distance.
+        """
         return self._decoded(self._clear, q, max_distance)
 
     def explain(self, q: Array) -> Reason:
-        """Why q (n,) is not valid: which part, which obstacle, how deep."""
+        """Why a configuration is not valid.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            Which part of the body, which obstacle, how deep.
+        """
         if self.kernel.is_free(q, self.margin) and (reason := self._too_deep(q)) is not None:
             return reason
         return self._reason(self.clearance(q), self.is_valid(q), "")
 
     def explain_edge(self, q0: Array, q1: Array) -> Reason:
-        """Why the straight edge is not free: the deepest pair among even samples and the kernel's witness."""
+        """Why a straight edge is not free: the deepest pair among even samples and the kernel's witness.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            Which part of the body, which obstacle, how deep, and where on the edge.
+        """
         result = self.kernel.check_edge(q0, q1, self.margin)
         if result.free and self._touch is not None:
             touch = self._touch.kernel.check_edge(q0, q1, 0.0)

@@ -28,13 +28,21 @@ LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 
 @dataclass(frozen=True, eq=False)
 class KernelRobot:
-    """The robot in one tool state, as arrays of the kernel."""
+    """The robot in one tool state, as arrays of the kernel.
+
+    Attributes:
+        chain: Kinematics.
+        centers: (S, 3) m, centres of the spheres, each in the frame that it moves with.
+        radii: (S,) m.
+        frames: (S,) index of each sphere's frame.
+        self_pairs: (P, 2) frames that are tested against each other.
+    """
 
     chain: Chain
-    centers: Array  # (S, 3) in their frames, m
-    radii: Array  # (S,) m
-    frames: NDArray[np.int32]  # (S,)
-    self_pairs: NDArray[np.int32]  # (P, 2) frames tested against each other
+    centers: Array
+    radii: Array
+    frames: NDArray[np.int32]
+    self_pairs: NDArray[np.int32]
 
 
 class CollisionModel:
@@ -42,6 +50,15 @@ class CollisionModel:
 
     Links that stand still with the base count as world; links joined by fixed joints are one rigid body and
     are never tested against each other, nor are two bodies joined by one joint, nor the cell's allowed pairs.
+
+    Args:
+        cell: The cell.
+
+    Attributes:
+        cell: The cell.
+        robot: Its robot.
+        frame_names: Name of the link of every frame, in the order of the chain.
+        bodies: Number of the rigid body that each frame belongs to, 0 for those that stand still.
     """
 
     def __init__(self, cell: Cell) -> None:
@@ -67,15 +84,26 @@ class CollisionModel:
         return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
 
     def state(self, tool_state: ToolState) -> KernelRobot:
-        """The robot's arrays in one tool state, made at the first call."""
+        """The robot's arrays in one tool state, made at the first call.
+
+        Args:
+            tool_state: State of the tool.
+
+        Returns:
+            The arrays.
+        """
         if tool_state not in self._states:
             self._states[tool_state] = self._build(tool_state)
         return self._states[tool_state]
 
     def swept(self, cover: Cover) -> Cover:
-        """What a cover in the cup's frame passes through on the way between any two states of the tool.
+        """Spheres around all that a cover passes through between any two states of the tool.
 
-        Like ``cover`` it is given in the cup's frame as that stands in the default state.
+        Args:
+            cover: Spheres in the cup's frame as that stands in the default state.
+
+        Returns:
+            Spheres in that frame.
         """
         tool, joint = self.robot.tool, self.robot.joints[-1]
         (least, most), here = tool.range, tool.position(MOVING)
@@ -84,11 +112,23 @@ class CollisionModel:
         return sweep(cover, joint, least - here, most - here)
 
     def is_allowed(self, a: str, b: str) -> bool:
-        """Whether the cell exempts two names from being tested against each other."""
+        """Whether the cell exempts two names from being tested against each other.
+
+        Args:
+            a: Name of a link or body.
+            b: Name of another one.
+
+        Returns:
+            True if it does.
+        """
         return frozenset((a, b)) in self._allowed
 
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
-        """(link name, T_world_link, shape) of every link that stands still with the base."""
+        """Shapes of every link that stands still with the base.
+
+        Returns:
+            (link name, T_world_link (4, 4), shape) of each.
+        """
         T = self.robot.T_world_base
         found = [(self.robot.links[0].name, T, shape) for shape in self.robot.links[0].shapes]
         for joint, link, body in zip(self.robot.joints, self.robot.links[1:], self.bodies, strict=True):

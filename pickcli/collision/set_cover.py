@@ -16,18 +16,30 @@ class CoverProblem:
 
     The piece is a fundamental domain of the solid's symmetry: what covers it covers, with all its mirror
     images or rotations, the solid.
+
+    Attributes:
+        depth: (K,) m, distance of each centre to the solid's surface.
+        images: (K,) how many spheres of the final cover one candidate stands for.
+        farthest: (K, C) m, distance from each centre to the farthest point of each cell.
     """
 
-    depth: Array  # (K,) distance of each centre to the solid's surface, m
-    images: Array  # (K,) how many spheres of the final cover one candidate stands for
-    farthest: Array  # (K, C) distance from each centre to the farthest point of each cell, m
+    depth: Array
+    images: Array
+    farthest: Array
 
 
 def solve_greedily(problem: CoverProblem, excess: float) -> tuple[NDArray[np.int64], Array] | None:
-    """Indices (M,) of the chosen candidates and their radii (M,), or None if some cell stays uncovered.
+    """Choose few spheres such that each cell lies inside one of them.
 
-    A candidate may be as large as its depth plus ``excess``, so no sphere reaches farther than ``excess``
-    out of the solid. Each cell lies inside one sphere; radii are then cut to what the cells need.
+    A candidate may be as large as its depth plus ``excess``, so no sphere reaches farther than ``excess`` out
+    of the solid. Radii are then cut to what the cells need.
+
+    Args:
+        problem: Cells and candidates.
+        excess: m.
+
+    Returns:
+        (M,) indices of the chosen candidates and (M,) their radii in m; None if some cell stays uncovered.
     """
     covers = problem.farthest <= (problem.depth + excess)[:, None]
     if not covers.any(axis=0).all():

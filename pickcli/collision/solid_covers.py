@@ -1,4 +1,4 @@
-"""Sphere covers of one solid within a given excess: box, cylinder, capsule. See `cover` for the proof."""
+"""Sphere covers of one solid within a given excess: box, cylinder, capsule. Proof: ``sphere_cover``."""
 
 from __future__ import annotations
 
@@ -23,9 +23,16 @@ Spheres: TypeAlias = tuple[Array, Array]  # centres (S, 3) and radii (S,)
 
 
 def cover_box(extents: Array, excess: float) -> Spheres | None:
-    """Spheres covering a box of full extents (3,), sticking out at most ``excess``; None if too many.
+    """Cover a box with spheres.
 
     Flat boxes are covered best by one layer of spheres, thick ones greedily in one octant and mirrored.
+
+    Args:
+        extents: (3,) m, full lengths of the edges.
+        excess: m, how far the spheres may stick out.
+
+    Returns:
+        The spheres, in the frame of the box; None if they would be too many.
     """
     half = extents / 2
     candidates = [_cover_layer(half, excess), *(_cover_octants(half, excess, f) for f in _FINENESS)]
@@ -33,21 +40,37 @@ def cover_box(extents: Array, excess: float) -> Spheres | None:
 
 
 def cover_cylinder(radius: float, length: float, excess: float) -> Spheres | None:
-    """Spheres covering a cylinder about z, sticking out at most ``excess``; None if too many.
+    """Cover a cylinder about z with spheres.
 
-    The cells are whole rings (a rectangle in (rho, z) turned about the axis), mirrored in z. A candidate
-    off the axis stands for n copies turned by 2 pi / n, each of which answers for its sector of the ring.
-    A thin cylinder is covered as well by a column of equal spheres on its axis.
+    The cells are whole rings (a rectangle in (rho, z) turned about the axis), mirrored in z. A candidate off
+    the axis stands for n copies turned by 2 pi / n, each of which answers for its sector of the ring. A thin
+    cylinder is covered as well by a column of equal spheres on its axis.
+
+    Args:
+        radius: m.
+        length: m.
+        excess: m, how far the spheres may stick out.
+
+    Returns:
+        The spheres, in the frame of the cylinder; None if they would be too many.
     """
     column = _cover_column(radius, length / 2, excess)
     return _fewest([column, *(_cover_rings(radius, length / 2, excess, f) for f in _FINENESS)])
 
 
 def cover_capsule(radius: float, length: float, excess: float) -> Spheres:
-    """The fewest equal spheres on the axis that cover a cylinder about z and the balls at its ends.
+    """Cover a cylinder about z and the balls at its ends with the fewest equal spheres on the axis.
 
-    Between two centres a distance s apart the spheres meet at a circle of radius sqrt(r^2 - (s/2)^2),
-    which must not be less than the capsule's radius.
+    Between two centres a distance s apart the spheres meet at a circle of radius sqrt(r^2 - (s/2)^2), which
+    must not be less than the capsule's radius.
+
+    Args:
+        radius: m.
+        length: m, between the centres of the balls.
+        excess: m, how far the spheres may stick out.
+
+    Returns:
+        The spheres, in the frame of the cylinder.
     """
     widest = 2 * np.sqrt((radius + excess) ** 2 - radius**2)
     n = int(np.ceil(length / widest)) + 1

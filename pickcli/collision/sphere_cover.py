@@ -35,27 +35,53 @@ _DOME_TOLERANCE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Spheres in the frame of the solid (or link) that they contain."""
+    """Spheres in the frame of the solid (or link) that they contain.
 
-    centers: Array  # (S, 3) m
-    radii: Array  # (S,) m
-    excess: float  # m, no point of a sphere lies farther outside the solid than this
+    Attributes:
+        centers: (S, 3) m.
+        radii: (S,) m.
+        excess: m, no point of a sphere lies farther outside the solid than this.
+    """
+
+    centers: Array
+    radii: Array
+    excess: float
 
     def moved(self, T_parent_solid: Array) -> Cover:
-        """The same spheres seen from a parent frame."""
+        """The spheres seen from a parent frame.
+
+        Args:
+            T_parent_solid: (4, 4) pose of the solid's frame in the parent's.
+
+        Returns:
+            The spheres in the parent's frame.
+        """
         return Cover(transform_points(T_parent_solid, self.centers), self.radii, self.excess)
 
     def inflated(self, by: float) -> Cover:
-        """Spheres that contain every point within ``by`` m of the solid."""
+        """Spheres around a grown solid.
+
+        Args:
+            by: m.
+
+        Returns:
+            Spheres that contain every point within ``by`` of the solid.
+        """
         return Cover(self.centers, self.radii + by, self.excess)
 
 
 @lru_cache(maxsize=512)
 def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = MAX_COUNT) -> Cover:
-    """Few tight spheres that contain ``shape``, in its own frame.
+    """Few tight spheres that contain a shape.
 
-    max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) as long as
-    more than ``max_count`` spheres would be needed; ``Cover.excess`` states what was reached.
+    Args:
+        shape: The shape.
+        max_excess: m, how far they may stick out. It grows by steps of 5 % (20 % while far off) as long as
+            more than ``max_count`` spheres would be needed; ``Cover.excess`` states what was reached.
+        max_count: Most spheres.
+
+    Returns:
+        The spheres, in the shape's own frame.
     """
     if shape.kind is ShapeKind.SPHERE:
         return Cover(np.zeros((1, 3)), np.array([shape.size[0]]), 0.0)
@@ -73,10 +99,18 @@ def cover_shape(shape: Shape, max_excess: float = MAX_EXCESS, max_count: int = M
 def cover_bodies(
     bodies: Sequence[Body], max_excess: Callable[[Body], float], max_count: int = MAX_COUNT
 ) -> Cover:
-    """Spheres that contain every body, in the bodies' common parent frame (a link's, for its shapes).
+    """Spheres that contain every one of several bodies.
 
-    max_excess gives each body its own bound in m, ``max_count`` holds per body. A cylinder with balls of its
-    own radius at both ends is covered as the capsule it is part of. Spheres inside another are dropped.
+    A cylinder with balls of its own radius at both ends is covered as the capsule it is part of. Spheres
+    inside another are dropped.
+
+    Args:
+        bodies: The bodies.
+        max_excess: Gives each body its own bound in m on how far spheres may stick out.
+        max_count: Most spheres of each body.
+
+    Returns:
+        The spheres, in the bodies' common parent frame (a link's, for its shapes).
     """
     if not bodies:
         return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
@@ -136,7 +170,15 @@ def _is_domed(body: Body, bodies: Sequence[Body]) -> bool:
 
 
 def outermost(centers: Array, radii: Array) -> Array:
-    """Indices (K,) of the spheres that no other one contains (of equal ones the first)."""
+    """Find the spheres that no other one contains.
+
+    Args:
+        centers: (S, 3) m.
+        radii: (S,) m.
+
+    Returns:
+        (K,) their indices, sorted; of equal spheres the first.
+    """
     order = np.argsort(-radii, kind="stable")
     c, r = centers[order], radii[order]
     is_inside = [bool((np.linalg.norm(c[:i] - c[i], axis=1) + r[i] <= r[:i]).any()) for i in range(len(r))]

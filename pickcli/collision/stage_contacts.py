@@ -55,6 +55,9 @@ def while_resting_on(floor: Iterable[str], item: str) -> AllowedContacts:
     Args:
         floor: Names of the bodies that it may touch, and not sink into.
         item: Its id, for it is no longer where the scene has it.
+
+    Returns:
+        The contacts.
     """
     return AllowedContacts.of(item=dict.fromkeys(floor, np.zeros(3)), absent=frozenset({item}))
 
@@ -67,6 +70,9 @@ def while_coming_free(
     Args:
         touched: Names of what the cup is near to where it stopped, and may touch on its way from there.
         opening: Pairs of a part of the robot and a solid that are near to each other, and only come apart.
+
+    Returns:
+        The contacts.
     """
     free = AllowedContacts.anyhow(touched)
     return AllowedContacts(free.item, free.cup, opening=opening)
@@ -91,42 +97,94 @@ class PickContacts:
     stretch: float
 
     def while_approaching(self) -> AllowedContacts:
-        """The empty tool on its way to the target, or away from it."""
+        """Contacts of the empty tool on its way to the target, or away from it.
+
+        Returns:
+            None but the absence of ignored neighbours.
+        """
         return AllowedContacts(absent=self.ignored)
 
     def tool_while_pressing(self, outward: Outward | None) -> AllowedContacts:
-        """The tool alone at the target: how deep the cup may go is left to the proof of the whole arm."""
+        """Contacts of the tool alone at the target.
+
+        How deep the cup may go is left to the proof of the whole arm.
+
+        Args:
+            outward: Unit normal, in the world, of the face that the cup is pressed on; None where that is
+                curved.
+
+        Returns:
+            The contacts, however deep.
+        """
         return AllowedContacts.anyhow(self.met(outward), self.ignored)
 
     def while_pressing(self, press: CupPress) -> AllowedContacts:
-        """The cup meets the target, or leaves it; once it is held, it still touches what it lies on."""
+        """Contacts while the cup meets the target, or leaves it.
+
+        Once the target is held, it still touches what it lies on.
+
+        Args:
+            press: How the cup is pressed on the target.
+
+        Returns:
+            The contacts.
+        """
         cup = dict.fromkeys(self.met(press.outward), press.way)
         return AllowedContacts.of(self._given_way(SLIP), cup, self.ignored)
 
     def while_lifting(self, press: CupPress) -> AllowedContacts:
-        """The first stretch of the lift: target and cup leave what they touch, and go no deeper."""
+        """Contacts over the first stretch of the lift.
+
+        Target and cup leave what they touch, and go no deeper.
+
+        Args:
+            press: How the cup is pressed on the target.
+
+        Returns:
+            The contacts.
+        """
         item, met = self._given_way(SLIP), self.met(press.outward)
         cup = {name: press.way if name in met else np.zeros(3) for name in item}
         return AllowedContacts.of(item, cup, self._without_target)
 
     def while_carrying(self) -> AllowedContacts:
-        """The target in the cup, inside of its bin, when it touches nothing any more."""
+        """Contacts of the target in the cup, inside of its bin, when it touches nothing any more.
+
+        Returns:
+            None but the absence of the target and of ignored neighbours.
+        """
         return AllowedContacts(absent=self._without_target)
 
     def while_transferring(self) -> AllowedContacts:
-        """The target in the cup outside of its bin, where no neighbour is ignored."""
+        """Contacts of the target in the cup outside of its bin, where no neighbour is ignored.
+
+        Returns:
+            None but the absence of the target from where it lay.
+        """
         return AllowedContacts(absent=frozenset({self.target.id}))
 
     def after_dropping(self) -> AllowedContacts:
-        """The empty tool when the target has been dropped: it is no longer where the scene has it."""
+        """Contacts of the empty tool when the target has been dropped.
+
+        Returns:
+            None but the absence of the target: it is no longer where the scene has it.
+        """
         return AllowedContacts(absent=frozenset({self.target.id}))
 
     def item_while_lifting(self) -> AllowedContacts:
-        """The target by itself over the first stretch."""
+        """Contacts of the target by itself over the first stretch of the lift.
+
+        Returns:
+            The contacts.
+        """
         return AllowedContacts.of(self._given_way(ALONE_SLIP), absent=self._without_target)
 
     def rolling_along(self) -> tuple[AllowedContacts, ...]:
-        """The target by itself with one neighbour each that may roll along with it, and the ground."""
+        """Contacts of the target by itself with the ground and one neighbour that may roll along.
+
+        Returns:
+            The contacts with each such neighbour.
+        """
         others = frozenset(placed.id for placed in self.scene.items)
         ground = {body.name for body, _ in self.scene.standing} & set(self.near)
         rolling = [p.id for p in self.scene.items if p.id in self.near and p.can_roll]
@@ -138,7 +196,14 @@ class PickContacts:
         return frozenset(self.near) - self.floor
 
     def met(self, outward: Outward | None) -> frozenset[str]:
-        """What the cup may touch at a face: the target, the floor, and what a thin target lies on."""
+        """Find what the cup may touch at a face: the target, the floor, and what a thin target lies on.
+
+        Args:
+            outward: Unit normal of the face in the world, None where it is curved.
+
+        Returns:
+            Names of items and bodies.
+        """
         return self._met_at(outward)
 
     @cached_property

@@ -24,6 +24,9 @@ def sweep(cover: Cover, joint: Joint, least: float, most: float) -> Cover:
         joint: Revolute or prismatic, its axis through the origin of that frame.
         least: rad or m, the lower bound.
         most: rad or m, the upper bound.
+
+    Returns:
+        Spheres in that same frame; their excess counts the growth.
     """
     start, way = (least, most - least) if abs(least) <= abs(most) else (most, least - most)
     if start != 0.0:
