@@ -32,34 +32,58 @@ ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis that are t
 class Corridor:
     """Displacements (6,) of the item: end of the first stretch, of the lift, of each push of the retreat.
 
-    m along the bin's axes, and rad of turns about the bin's z, then its y, then its x axis.
+    Each is m along the bin's axes, and rad of turns about the bin's z, then its y, then its x axis.
+
+    Attributes:
+        freed: (6,) where the first stretch ends, in which item and support may touch.
+        lift: (6,) where the lift ends.
+        retreat: At least one (6,), where each push of the retreat ends.
     """
 
     freed: Array
     lift: Array
-    retreat: tuple[Array, ...]  # at least one
+    retreat: tuple[Array, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class LiftPoses:
-    """Tool poses (4, 4) in the world while the item is taken out."""
+    """Tool poses in the world while the item is taken out.
 
-    freed: Array  # end of the first stretch, in which item and support may touch
+    Attributes:
+        freed: (4, 4) end of the first stretch, in which item and support may touch.
+        lift: (4, 4) end of the lift.
+        retreat: At least one (4, 4), end of each push of the retreat.
+    """
+
+    freed: Array
     lift: Array
     retreat: tuple[Array, ...]
 
     @classmethod
     def of(cls, poses: Array) -> LiftPoses:
-        """Of the poses (K, 4, 4) to which the pushes of a corridor bring the tool."""
+        """Name the poses to which the pushes of a corridor bring the tool.
+
+        Args:
+            poses: (K, 4, 4) poses in the world, in the order of ``pushes``.
+
+        Returns:
+            The poses by name.
+        """
         freed, lift, *retreat = poses
         return cls(freed, lift, tuple(retreat))
 
 
 def pushes(corridor: Corridor, T_world_entry: Array, about: Array) -> Array:
-    """What a corridor does to everything that moves with the item: (K, 4, 4), each for a pose in the world.
+    """What a corridor does to everything that moves with the item.
 
-    K: the end of the first stretch, of the lift, and of each push of the retreat. about: (3,) place in the
-    world that the item turns about
+    Args:
+        corridor: The corridor.
+        T_world_entry: (4, 4) frame of the way into the bin, whose axes the corridor is given in.
+        about: (3,) m in the world, what the item turns about.
+
+    Returns:
+        (K, 4, 4) factors, each to be multiplied from the left with a pose in the world: to the end of the
+        first stretch, of the lift, and of each push of the retreat.
     """
     R = T_world_entry[:3, :3]
     displacements = np.stack([corridor.freed, corridor.lift, *corridor.retreat])
@@ -79,11 +103,20 @@ def corridors(
     first: float,
     n_most: int,
 ) -> tuple[Corridor, ...] | Reason:
-    """Proven corridors, the shortest first; or why there is none.
+    """Find proven corridors, the shortest first.
 
-    shape: of the item, grown by its uncertainty. leaving: the item where it may touch what it rests on;
-    carrying: where it may touch nothing. first: m, length of the stretch in which touching is allowed;
-    the item moves away from walls and neighbours inside it.
+    Args:
+        place: Where the item lies.
+        T_entry_item: (4, 4) item in the frame of the way into the place.
+        shape: Of the item, grown by its uncertainty.
+        leaving: The item where it may touch what it rests on.
+        carrying: The item where it may touch nothing.
+        first: m, length of the stretch in which touching is allowed; the item moves away from walls and
+            neighbours inside it.
+        n_most: Most corridors.
+
+    Returns:
+        The corridors, at least one; or why there is none.
     """
     options: list[Corridor] = []
     reasons: list[Reason] = []

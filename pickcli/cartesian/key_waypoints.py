@@ -19,23 +19,38 @@ CONTACT_DISTANCE = 0.012  # m of slow motion before the cup can meet the item
 
 @dataclass(frozen=True, eq=False)
 class PickPoses:
-    """Tool poses (4, 4) in the world, in the order in which they are passed."""
+    """Tool poses in the world, in the order in which they are passed.
+
+    Attributes:
+        preapproach: (4, 4) in front of the mouth, where the coarse motion ends.
+        approach: (4, 4) in front of the surface of the item.
+        touch: (4, 4) where the slow contact move begins.
+        contact: (4, 4) cup pressed on by the overtravel.
+    """
 
     preapproach: Array
     approach: Array
-    touch: Array  # where the slow contact move begins
-    contact: Array  # cup pressed on by the overtravel
+    touch: Array
+    contact: Array
 
 
 def pick_poses(
     T_world_bin: Array, T_world_item: Array, T_item_tip: Array, offset: float, overtravel: float,
     aside: tuple[float, float] = (0.0, 0.0),
 ) -> PickPoses:  # fmt: skip
-    """Poses up to contact.
+    """Find the tool poses up to contact.
 
-    offset: m of approach along the tool axis. overtravel: m by which the cup is pressed beyond the
-    surface, so that it meets an item that is farther away than its pose says. aside: m along y and z of the
-    bin by which the pre-approach begins off the straight way in.
+    Args:
+        T_world_bin: (4, 4) frame of the way into the bin, x leading in.
+        T_world_item: (4, 4) pose of the item.
+        T_item_tip: (4, 4) tool frame in the item's, the tip on the surface.
+        offset: m of approach along the tool axis.
+        overtravel: m by which the cup is pressed beyond the surface, so that it meets an item that is farther
+            away than its pose says.
+        aside: m along y and z of the bin by which the pre-approach begins off the straight way in.
+
+    Returns:
+        The poses.
     """
     surface = T_world_item @ T_item_tip
     axis = surface[:3, 2]

@@ -11,7 +11,16 @@ ANGLE_STEP = np.radians(2.0)
 
 
 def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
-    """Poses (P, 4, 4) on the straight line between two poses, both ends included, P >= 2."""
+    """Sample the straight line between two poses, the rotation about one fixed axis.
+
+    Args:
+        T_a: (4, 4) pose at the start.
+        T_b: (4, 4) pose at the end.
+        step: m, largest distance between neighbouring poses; none turns farther than 2 degrees either.
+
+    Returns:
+        (P, 4, 4) poses, both ends included, P at least 2.
+    """
     distance = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
     turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
     angle = float(np.linalg.norm(turn))
@@ -32,7 +41,15 @@ def _rotations(axis: Array, angles: Array) -> Array:
 
 
 def shifted(T: Array, along: Array) -> Array:
-    """The pose moved by a vector (3,) of the world, orientation kept."""
+    """Move a pose, with its orientation kept.
+
+    Args:
+        T: (4, 4) pose.
+        along: (3,) m, in the axes of the frame that the pose is given in.
+
+    Returns:
+        (4, 4) the moved pose.
+    """
     out = T.copy()
     out[:3, 3] += along
     return out
