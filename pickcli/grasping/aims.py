@@ -18,7 +18,17 @@ NEARLY_PARALLEL = 0.3  # of a unit vector across a cylinder's axis, below which 
 
 
 def aims(face: Face, item: Item, T_bin_item: Array, search: Search) -> list[Array]:
-    """Tool poses (4, 4) in the item frame, their turn about the cup's axis as it comes."""
+    """Choose places on a face: a grid over a flat one, straight aims at a curved one.
+
+    Args:
+        face: The face.
+        item: The item that has it.
+        T_bin_item: (4, 4) pose of the item in the frame of the way into its bin.
+        search: How fine the grid is, and the angles of the fan.
+
+    Returns:
+        (4, 4) tool poses in the item frame, their turn about the cup's axis as it comes.
+    """
     if face.name in ("mantle", "sphere"):
         return _at_curved(face, item.shape.size[0], T_bin_item, search)
     if search.grid < 2:

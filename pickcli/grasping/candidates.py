@@ -37,7 +37,12 @@ DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool
 
 @dataclass(frozen=True)
 class CandidateSet:
-    """Candidates, best first, and why the others were dropped."""
+    """Grasp candidates for one item.
+
+    Attributes:
+        grasps: Candidates, best first.
+        rejected: Why others were dropped.
+    """
 
     grasps: tuple[Grasp, ...]
     rejected: tuple[Reason, ...]
@@ -48,7 +53,7 @@ class GraspTarget:
     """An item that is to be grasped where it lies.
 
     Attributes:
-        id: Of the item in its scene.
+        id: Id of the item in its scene.
         item: What it is.
         T_entry_item: (4, 4) its pose in the frame of the way into its place, x leading in.
         place: Where it lies.
@@ -81,6 +86,9 @@ def sample_grasps(
         rng: Source of random places.
         search: How many candidates.
         most: Of what the cup bears, that the item at rest may take up.
+
+    Returns:
+        Candidates, best first, and why others were dropped.
     """
     item = target.item
     if not item.suction:

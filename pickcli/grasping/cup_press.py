@@ -16,12 +16,15 @@ MOST_OF_STROKE, LEAST_OF_STROKE = 0.75, 0.4  # of what the bellows give, that pr
 
 
 def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
-    """m by which the cup is pressed beyond the surface, so that all of it meets the item.
+    """How far the cup is pressed beyond the surface, so that all of it meets the item.
 
     Args:
         grasp: Where the cup sits on the item.
         tool: The tool with the cup.
         noise: How far the item may be from where its pose says.
+
+    Returns:
+        m along the cup's axis.
     """
     aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
     # How far the surface under the cup may be along the tool axis from where its pose says.
@@ -42,6 +45,9 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
         noise: How far the item may be from where its pose says.
         R_world_item: (3, 3) how the item stands.
         cup_excess: m by which the model of the cup is larger than the cup.
+
+    Returns:
+        Face, direction, depth and overtravel, in the world.
     """
     x, y, z = (R_world_item @ grasp.T_item_tip[:3, 2]).tolist()
     beyond = overtravel(grasp, tool, noise)
@@ -50,11 +56,14 @@ def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, c
 
 
 def outward_of(face: str, R_world_item: Array) -> Outward | None:
-    """Unit normal of a flat face in the world, None for a curved one.
+    """Normal of a face in the world.
 
     Args:
         face: Name of the face.
         R_world_item: (3, 3) how the item stands.
+
+    Returns:
+        Unit vector that points out of the item; None for a curved face.
     """
     normal = flat_normal(face)
     if normal is None:
@@ -64,5 +73,5 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
 
 
 def _lag(grasp: Grasp, tool: Tool) -> float:
-    """m by which the far side of a tilted cup meets the face later than its middle."""
+    """How far, in m, the far side of a tilted cup meets the face later than its middle."""
     return tool.cup_radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))

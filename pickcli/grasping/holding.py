@@ -34,7 +34,14 @@ class Load:
     ratio: float
 
     def of(self, grasp: Grasp) -> Grasp:
-        """The grasp with this as the load of its motion."""
+        """Note this load in a grasp.
+
+        Args:
+            grasp: The grasp.
+
+        Returns:
+            The grasp with this as the load of its motion.
+        """
         return replace(
             grasp,
             moment=self.moment,
@@ -74,6 +81,9 @@ class Hold:
             face: The name of the face under the cup.
             T_tip_item: (4, 4) the item in the tool frame.
             tool: The tool that holds it.
+
+        Returns:
+            The item with its mass and inertia as large as they may be.
         """
         R = T_tip_item[:3, :3]
         inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
@@ -81,11 +91,25 @@ class Hold:
         return cls(body, tool.cup_limits, item.seals[face])
 
     def at_rest(self, R_world_tip: Array) -> Load:
-        """The worst load at rest over tool orientations (N, 3, 3): no slower motion loads the cup less."""
+        """The worst load at rest: no slower motion loads the cup less.
+
+        Args:
+            R_world_tip: (N, 3, 3) orientations of the tool frame.
+
+        Returns:
+            The worst load over the orientations.
+        """
         return self._worst(self.body.weight(R_world_tip))
 
     def in_motion(self, motion: TipMotion) -> Load:
-        """The worst load over the states of a motion in time."""
+        """The worst load over the states of a motion in time.
+
+        Args:
+            motion: N states of the tool frame, derivatives by time in s.
+
+        Returns:
+            The worst load over the states.
+        """
         return self._worst(self.body.wrench(motion))
 
     def _worst(self, wrenches: Array) -> Load:

@@ -16,15 +16,26 @@ from pickcli.geometry import Array, inverse, pose, rotation_rpy
 class TaskSpaceRegion:
     """All poses ``T_object_region @ D @ T_region_tool`` with the displacement D inside the bounds.
 
-    bounds: (6, 2), least and greatest x, y, z in m and roll, pitch, yaw in rad of D.
+    Attributes:
+        T_object_region: (4, 4) frame of the region in the object's.
+        T_region_tool: (4, 4) tool frame in the region's at displacement 0.
+        bounds: (6, 2) least and greatest x, y, z in m and roll, pitch, yaw in rad of D.
     """
 
-    T_object_region: Array  # (4, 4)
-    T_region_tool: Array  # (4, 4)
-    bounds: Array  # (6, 2)
+    T_object_region: Array
+    T_region_tool: Array
+    bounds: Array
 
     def sample(self, rng: np.random.Generator, n: int) -> Array:
-        """n tool poses (n, 4, 4) in the object frame, uniform in the six displacements."""
+        """Draw tool poses, uniform in the six displacements.
+
+        Args:
+            rng: Source of the draws.
+            n: Number of poses.
+
+        Returns:
+            (n, 4, 4) tool poses in the object frame.
+        """
         low, high = self.bounds[:, 0], self.bounds[:, 1]
         d = low + (high - low) * rng.random((n, 6))
         D = np.tile(np.eye(4), (n, 1, 1))
@@ -33,16 +44,34 @@ class TaskSpaceRegion:
         return np.asarray(self.T_object_region @ D @ self.T_region_tool)
 
     def centre(self) -> Array:
-        """The tool pose (4, 4) in the middle of the bounds."""
+        """The tool pose in the middle of the bounds.
+
+        Returns:
+            (4, 4) tool pose in the object frame.
+        """
         return self.pose_at(self.bounds.mean(axis=1))
 
     def pose_at(self, displacement: Array) -> Array:
-        """The tool pose (4, 4) at a displacement (6,)."""
+        """The tool pose at a displacement.
+
+        Args:
+            displacement: (6,) x, y, z in m and roll, pitch, yaw in rad.
+
+        Returns:
+            (4, 4) tool pose in the object frame.
+        """
         D = pose(displacement[:3], rpy=displacement[3:])
         return np.asarray(self.T_object_region @ D @ self.T_region_tool)
 
     def displacement(self, T_object_tool: Array) -> Array:
-        """The displacement (6,) that leads to a tool pose; angles in (-pi, pi]."""
+        """The displacement that leads to a tool pose.
+
+        Args:
+            T_object_tool: (4, 4) tool pose in the object frame.
+
+        Returns:
+            (6,) x, y, z in m and roll, pitch, yaw in rad, in (-pi, pi].
+        """
         D = inverse(self.T_object_region) @ T_object_tool @ inverse(self.T_region_tool)
         roll = np.arctan2(D[2, 1], D[2, 2])
         pitch = np.arctan2(-D[2, 0], np.hypot(D[2, 1], D[2, 2]))
@@ -50,11 +79,26 @@ class TaskSpaceRegion:
         return np.array([*D[:3, 3], roll, pitch, yaw])
 
     def distance(self, T_object_tool: Array) -> float:
-        """How far a tool pose is outside the bounds: norm over m and rad, 0 inside."""
+        """How far a tool pose is outside the bounds.
+
+        Args:
+            T_object_tool: (4, 4) tool pose in the object frame.
+
+        Returns:
+            Euclidean norm over m and rad, 0 inside.
+        """
         d = self.displacement(T_object_tool)
         outside = np.maximum(0.0, np.maximum(self.bounds[:, 0] - d, d - self.bounds[:, 1]))
         return float(np.linalg.norm(outside))
 
     def contains(self, T_object_tool: Array, tolerance: float = 1e-9) -> bool:
-        """Whether a tool pose is in the region."""
+        """Whether a tool pose is in the region.
+
+        Args:
+            T_object_tool: (4, 4) tool pose in the object frame.
+            tolerance: Distance outside that still counts as inside, norm over m and rad.
+
+        Returns:
+            True if it is.
+        """
         return self.distance(T_object_tool) <= tolerance

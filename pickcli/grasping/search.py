@@ -11,7 +11,12 @@ from pickcli.geometry import Array
 
 
 class Turn(NamedTuple):
-    """Where the tool's x axis points in the bin frame (3,), and by how many rad that is off the usual."""
+    """A turn of the tool about the cup's axis.
+
+    Attributes:
+        x_target: (3,) direction in the bin frame in which the tool's x axis points.
+        off: rad, by how much that is off the usual direction.
+    """
 
     x_target: Array
     off: float
@@ -19,13 +24,16 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True)
 class Search:
-    """What is tried on every face. Angles in rad.
+    """What is tried on every face.
 
-    n_random: places beside the centre. grid: places along each side of a flat face, its edges included.
-    fan: angles off straight, about both axes, from which curved faces are aimed at.
-    yaws: of the lance away from the bin's axis, over an item. pitches: of the lance beside an item, positive
-    where it rises towards the mouth. tilts: of the cup off the face's normal, as shares of the tool's most,
-    beside the least that leads over the lip.
+    Attributes:
+        n_random: Number of random places beside the centre.
+        grid: Number of places along each side of a flat face, its edges included.
+        fan: rad, angles off straight, about both axes, from which curved faces are aimed at.
+        yaws: rad, of the lance away from the bin's axis, over an item.
+        pitches: rad, of the lance beside an item, positive where it rises towards the mouth.
+        tilts: Tilts of the cup off the face's normal, as shares of the tool's most, beside the least that
+            leads over the lip.
     """
 
     n_random: int
@@ -36,7 +44,14 @@ class Search:
     tilts: tuple[float, ...]
 
     def turns(self, kind: str) -> list[Turn]:
-        """Turns about the cup's axis for one kind of grasp."""
+        """Turns about the cup's axis that are tried for one kind of grasp.
+
+        Args:
+            kind: "frontal", "top-down" or "side".
+
+        Returns:
+            The turns, the usual one first.
+        """
         if kind == "frontal":
             # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
             return [Turn(np.array([0.0, 0.0, -1.0]), 0.0), Turn(np.array([0.0, 0.0, 1.0]), 0.0)]

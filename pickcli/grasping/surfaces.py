@@ -17,19 +17,40 @@ from pickcli.grasping.region import TaskSpaceRegion
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """A suctionable part of an item's surface. ``name`` is the outward direction in the item frame."""
+    """A suctionable part of an item's surface.
+
+    Attributes:
+        name: Outward direction in the item frame ("+x" to "-z"), "mantle" or "sphere".
+        region: Tool poses in the item frame: tip on the surface, +z into the item.
+    """
 
     name: str
-    region: TaskSpaceRegion  # tool poses: tip on the surface, +z into the item
+    region: TaskSpaceRegion
 
 
 def faces(item: Item, tool: Tool) -> tuple[Face, ...]:
-    """All faces of an item on which the cup seals, rim and all; () where the item has none."""
+    """Find all faces of an item on which the cup seals, rim and all.
+
+    Args:
+        item: The item.
+        tool: The tool with the cup.
+
+    Returns:
+        The faces; () where the item has none.
+    """
     return tuple(face for face in wide_faces(item, tool) if item.seals[face.name] > 0.0)
 
 
 def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
-    """All faces of an item on which the whole cup fits, whether they seal or not."""
+    """Find all faces of an item on which the whole cup fits, whether they seal or not.
+
+    Args:
+        item: The item.
+        tool: The tool with the cup.
+
+    Returns:
+        The faces; () where the item has none.
+    """
     inset = tool.cup_radius + item.seal_inset
     if item.shape.kind is ShapeKind.SPHERE:
         return _sphere_faces(item, tool)
@@ -39,12 +60,27 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
 
 
 def sagitta(radius: float, cup_radius: float) -> float:
-    """How deep, in m, a surface of that radius bulges into a cup that is pressed on with its rim."""
+    """How deep a curved surface bulges into a cup that is pressed on with its rim.
+
+    Args:
+        radius: m, of the surface.
+        cup_radius: m.
+
+    Returns:
+        m.
+    """
     return float(radius - np.sqrt(max(0.0, radius**2 - cup_radius**2)))
 
 
 def into(outward: Array) -> Array:
-    """Rotation (3, 3) whose z axis is -outward; its x axis is any perpendicular direction."""
+    """A tool orientation that points into a surface.
+
+    Args:
+        outward: (3,) normal of the surface, of any length.
+
+    Returns:
+        (3, 3) rotation whose z axis is -outward; its x axis is any perpendicular direction.
+    """
     z = -outward / np.linalg.norm(outward)
     helper = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     x = cross(helper, z)
@@ -105,7 +141,15 @@ def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
 
 
 def turned(T_item_tip: Array, angle: float) -> Array:
-    """The same cup placement turned about the cup's own axis by ``angle`` rad."""
+    """Turn a cup placement about the cup's own axis.
+
+    Args:
+        T_item_tip: (4, 4) tool frame in the item's.
+        angle: rad.
+
+    Returns:
+        (4, 4) the turned placement.
+    """
     T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
     x, y = T_item_tip[:3, 0], T_item_tip[:3, 1]
     T[:3, 0], T[:3, 1] = c * x + s * y, c * y - s * x
@@ -113,7 +157,15 @@ def turned(T_item_tip: Array, angle: float) -> Array:
 
 
 def tilted(T_item_tip: Array, angle: float) -> Array:
-    """The same cup placement tilted about the tool's y axis, so that its x axis rises by ``angle`` rad."""
+    """Tilt a cup placement about the tool's y axis, so that its x axis rises.
+
+    Args:
+        T_item_tip: (4, 4) tool frame in the item's.
+        angle: rad.
+
+    Returns:
+        (4, 4) the tilted placement.
+    """
     T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
     x, z = T_item_tip[:3, 0], T_item_tip[:3, 2]
     T[:3, 0], T[:3, 2] = c * x - s * z, c * z + s * x
@@ -121,7 +173,14 @@ def tilted(T_item_tip: Array, angle: float) -> Array:
 
 
 def flat_normal(face: str) -> Array | None:
-    """Unit normal (3,) of a flat face in the item frame, outwards; None for a curved one."""
+    """Normal of a flat face.
+
+    Args:
+        face: Name of the face.
+
+    Returns:
+        (3,) unit vector in the item frame, outwards; None for a curved face.
+    """
     return None if face in ("mantle", "sphere") else _outward(face)
 
 
@@ -130,7 +189,15 @@ def _outward(face: str) -> Array:
 
 
 def tilt_on(face: str, T_item_tip: Array) -> float:
-    """Angle in rad between the cup's axis and the normal of the face that it sits on."""
+    """Angle between the cup's axis and the normal of the face that it sits on.
+
+    Args:
+        face: Name of the face.
+        T_item_tip: (4, 4) tool frame in the item's.
+
+    Returns:
+        rad.
+    """
     outward = flat_normal(face)
     if outward is None:
         outward = T_item_tip[:3, 3] * (1.0, 1.0, 0.0 if face == "mantle" else 1.0)
