@@ -32,7 +32,12 @@ NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exac
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """A run with an item, and what the cup feels."""
+    """A run with an item, and what the cup feels.
+
+    Attributes:
+        run: The timed run.
+        load: The worst load on the cup over it.
+    """
 
     run: TimedRun
     load: Load
@@ -47,6 +52,9 @@ def proven_run(
         context: What times and proves it.
         scene: What stands around it.
         segments: What it goes through, from rest to rest.
+
+    Returns:
+        The run, or why it cannot be timed or proven.
     """
     checkers = _checkers(context, scene, segments)
     failed: Reason | None = None
@@ -75,6 +83,9 @@ def carried_run(
         segments: What it goes through, from rest to rest.
         grasp: Where the cup sits on the item.
         hold: The item as it hangs in the cup.
+
+    Returns:
+        The run with the load on the cup, or why the cup would not hold or the motion is not proven.
     """
     most = context.settings.load_ratio
     where = str(grasp)
@@ -114,7 +125,15 @@ def prove(
 ) -> Reason | None:
     """Prove the timed motion itself free, quintic by quintic, by the checker of the segment it lies in.
 
-    What reaches into two segments is proven by both. None when all is free.
+    What reaches into two segments is proven by both.
+
+    Args:
+        run: The timed run.
+        segments: What it goes through, one for each of its parts.
+        checkers: What proves each segment.
+
+    Returns:
+        What is not proven, and when; None when all is free.
     """
     chords, slack = trajectory_chords(run.trajectory)
     times = run.trajectory.times

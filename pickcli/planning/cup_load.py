@@ -16,7 +16,17 @@ STEP = (
 
 
 def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> Load:
-    """The worst load on the cup over a trajectory, at its points and between them."""
+    """The worst load on the cup over a trajectory, at its points and between them.
+
+    Args:
+        arm: Kinematics of the arm.
+        tool_state: State of the tool.
+        trajectory: The motion.
+        hold: The item as it hangs in the cup.
+
+    Returns:
+        The worst of each figure.
+    """
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
     Q, dQ, ddQ = (trajectory.sample(t, derivative) for derivative in range(3))
@@ -24,5 +34,15 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> Load:
-    """The worst load at rest over the configurations (N, n): no slower motion loads the cup less."""
+    """The worst load at rest over configurations: no slower motion loads the cup less.
+
+    Args:
+        arm: Kinematics of the arm.
+        tool_state: State of the tool.
+        waypoints: (N, n) configurations.
+        hold: The item as it hangs in the cup.
+
+    Returns:
+        The worst of each figure.
+    """
     return hold.at_rest(arm.tips(waypoints, tool_state)[:, :3, :3])

@@ -19,10 +19,18 @@ Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 def schedule(
     context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory
 ) -> Schedule | Reason:
-    """Segments, trajectory and events with their times.
+    """Bind the events of a pick to its timed motion.
 
     Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),
     the robot holds still first, for as long as is missing.
+
+    Args:
+        context: What it is planned with.
+        segments: The segments with their times.
+        trajectory: The timed motion.
+
+    Returns:
+        Segments, trajectory and events with their times; or why an event cannot be bound.
     """
     settings = context.settings
     events = bind_pick(segments, context.cell.devices, settings.seal_time, settings.release_time)

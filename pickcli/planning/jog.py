@@ -21,7 +21,16 @@ JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
 
 
 def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
-    """A short straight edge in joint space that takes the nearest pair apart farthest."""
+    """Plan a short straight edge in joint space that takes the nearest pair apart farthest.
+
+    Args:
+        rules: What holds on the level, and where the robot stands.
+        label: Name of the plan.
+        seed: Noted in the plan.
+
+    Returns:
+        The plan, or why none of the edges will do.
+    """
     q, all_pairs = rules.start.q, rules.all_pairs
     before = all_pairs.clearance(q)
     ranked = []
@@ -70,7 +79,7 @@ def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
 
 
 def _farthest(rules: Rules, step: Array) -> float:
-    """m that a small joint step (n,) moves the frame, or the tool, that goes farthest."""
+    """How far, in m, a small joint step (n,) moves the frame, or the tool, that goes farthest."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     chain = arm.chain(tool_state)
     moved = np.asarray(chain.fk(q + step))[:, :3, 3] - np.asarray(chain.fk(q))[:, :3, 3]

@@ -20,9 +20,21 @@ from pickcli.seeds import derived_seed
 def plan_move(
     context: PlanningContext, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
 ) -> Plan:
-    """Plan a move from rest at ``start`` to rest at q_goal (n,), the cup's pivot kept as it is.
+    """Plan a move of the empty tool from rest to rest, the cup's pivot kept as it is.
 
-    Raises NoPlanError with the reasons.
+    Args:
+        context: What it is planned with.
+        scene: Poses as perceived; their noise bounds inflate the shapes.
+        start: Where the robot is.
+        q_goal: (n,) configuration where it ends.
+        seed: Seed of all random choices.
+        label: Name of the plan, in messages too.
+
+    Returns:
+        The plan, uncertified.
+
+    Raises:
+        NoPlanError: If the goal is not free or no motion to it was found; with the reasons.
     """
     began = time.perf_counter()
     mode = Mode(start.tool_state)

@@ -25,7 +25,7 @@ class PickQuery:
     """What is asked of a pick.
 
     Attributes:
-        bin_name: Place that is picked from.
+        out_of: Place that is picked from.
         item: Instance id or name of the target.
         into: Where the item is brought, the tote or a bin, onto its floor.
         exclude: Grasps that failed before, or kinds of them.
@@ -63,8 +63,17 @@ class PickProblem:
     def of(cls, context: PlanningContext, scene: Scene, query: PickQuery, seed: int) -> PickProblem:
         """The problem that a query poses.
 
+        Args:
+            context: What it is planned with.
+            scene: Poses as perceived.
+            query: What is asked.
+            seed: Seed of all random choices.
+
+        Returns:
+            The problem, with the place and the target that the query names.
+
         Raises:
-            UnknownNameError: The bin, the item, or the place where it is brought is not there.
+            UnknownNameError: If the bin, the item, or the place where it is brought is not there.
         """
         places = context.cell.places
         for name, kind in ((query.out_of, "bin"), (query.into, "place")):
@@ -78,6 +87,9 @@ class PickProblem:
 
         Args:
             into: Where the item is brought.
+
+        Returns:
+            A few words, for example "pick ITEM from BIN".
         """
         told = f"pick {self.target.id} from {self.place.name}"
         return told if into == TOTE else f"{told} into {into}"

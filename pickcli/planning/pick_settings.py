@@ -15,22 +15,41 @@ class Neighbours(StrEnum):
 
 @dataclass(frozen=True)
 class PickSettings:
-    """How a pick is shaped and how long the search goes on (counted, never timed)."""
+    """How a pick is shaped and how long the search goes on (counted, never timed).
 
-    approach_offset: float = 0.04  # of the approach along the tool axis
-    lift_contact: float = 0.053  # first stretch of the lift in which support and neighbours may be touched
+    Attributes:
+        approach_offset: m, length of the approach along the tool axis.
+        lift_contact: m, first stretch of the lift in which support and neighbours may be touched.
+        approach_speed: m/s of the tool on the approach.
+        preapproach_speed: m/s of the tool from the pre-approach into the bin.
+        lift_speed: m/s of the tool on the lift.
+        retreat_speed: m/s of the tool on the retreat.
+        place_speed: m/s of the tool where the item is set down.
+        seal_time: s at rest on the item, for the vacuum to build up under the cup.
+        release_time: s at rest over the tote, for the vacuum to leak away.
+        start_dwell: s at rest before the motion begins.
+        load_ratio: Share of what the cup bears that planned motion may use.
+        load_worth: s that a grasp without load gains over one that takes up all that the cup bears.
+        wanted: Number of feasible grasps among which the best whole motion is chosen.
+        solutions_per_grasp: Number of inverse-kinematics branches followed per grasp.
+        shortcuts: Number of shortcuts tried on a coarse motion.
+        rrt_iterations: Most iterations of the coarse planner.
+    """
+
+    approach_offset: float = 0.04
+    lift_contact: float = 0.053
     approach_speed: float = 0.35
     preapproach_speed: float = 0.8
     lift_speed: float = 0.25
     retreat_speed: float = 0.6
     place_speed: float = 0.5
-    seal_time: float = 0.25  # at rest on the item, for the vacuum to build up under the cup
-    release_time: float = 0.15  # at rest over the tote, for the vacuum to leak away
+    seal_time: float = 0.25
+    release_time: float = 0.15
     start_dwell: float = 0.0
-    load_ratio: float = 0.8  # of what the cup bears, that planned motion may use
-    load_worth: float = 1.0  # that a grasp without load gains over one that takes up all that the cup bears
-    wanted: int = 3  # feasible grasps among which the best whole motion is chosen
-    solutions_per_grasp: int = 4  # inverse-kinematics branches followed per grasp
+    load_ratio: float = 0.8
+    load_worth: float = 1.0
+    wanted: int = 3
+    solutions_per_grasp: int = 4
     shortcuts: int = 60
     rrt_iterations: int = 4000
 

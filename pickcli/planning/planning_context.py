@@ -67,5 +67,13 @@ class PlanningContext:
         return CheckerCache(self.model)
 
     def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
-        """What proves motions of the robot in one mode in a scene."""
+        """The checker of motions of the robot in one mode in a scene.
+
+        Args:
+            scene: What stands around the robot.
+            mode: What the motions must be free for.
+
+        Returns:
+            The checker, a kept one if there is one.
+        """
         return self.checkers.robot(scene, mode)

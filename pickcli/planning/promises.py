@@ -62,7 +62,17 @@ def mended(
 def broken_promise(
     arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> Reason | None:
-    """The first promise that a run breaks, or None."""
+    """Find the first promise that a run breaks.
+
+    Args:
+        arm: Kinematics of the tool.
+        contact_speed: m/s, the fastest that the tool may meet an item.
+        run: The segments as they are timed.
+        segments: What the run was made of.
+
+    Returns:
+        The promise, where and by how much; None if the run keeps all.
+    """
     for k, off in not_straight(arm, run, segments):
         return Reason("not straight", f"{segments[k].kind}", off)
     for k, speed in _too_fast(arm, contact_speed, run, segments):
@@ -73,7 +83,16 @@ def broken_promise(
 
 
 def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None:
-    """That the tool still moves fast when the command to let go is given, or None."""
+    """Whether the tool still moves fast when the command to let go is given.
+
+    Args:
+        arm: Kinematics of the tool.
+        plan: The plan with its events.
+        devices: Devices of the cell by name.
+
+    Returns:
+        How fast it is there; None if it is slow enough, or nothing is let go.
+    """
     last = next((s for s in reversed(plan.segments) if s.held is not None), None)
     for event in plan.events:
         is_release = devices[event.device].kind is DeviceKind.VALVE and event.action == "off"
@@ -89,7 +108,16 @@ def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None
 
 
 def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> Iterator[tuple[int, str]]:
-    """Index of every segment on which the tool leaves its line, and how far."""
+    """Find every segment on which the tool leaves its line.
+
+    Args:
+        arm: Kinematics of the tool.
+        run: The segments as they are timed.
+        segments: What the run was made of.
+
+    Yields:
+        Index of the segment, and in words how far the tool is off.
+    """
     spans = list(zip(run.part_times[:-1], run.part_times[1:], strict=True))
     lines = [k for k, (start, end) in enumerate(spans) if segments[k].kind not in CURVED and end > start]
     if not lines:
@@ -104,7 +132,14 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
 
 
 def off_line(tips: Array) -> tuple[float, float]:
-    """How far poses (N, 4, 4) leave the straight line from the first to the last, in m and rad."""
+    """How far poses leave the straight line from the first to the last.
+
+    Args:
+        tips: (N, 4, 4) poses of the tool frame.
+
+    Returns:
+        Largest distance in m and largest angle in rad.
+    """
     off, along = tips[:, :3, 3] - tips[0, :3, 3], tips[-1, :3, 3] - tips[0, :3, 3]
     length = float(np.linalg.norm(along))
     s = np.clip(off @ along / length**2, 0.0, 1.0) if length > 1e-6 else np.linspace(0.0, 1.0, len(tips))

@@ -27,11 +27,17 @@ MOST_NEAR = 24  # pairs
 
 @dataclass(frozen=True, eq=False)
 class Rules:
-    """What holds on one level from one start.
+    """What holds on one level of recovery from one start.
 
-    scene: as it is seen now. touching: what the cup may touch on the first line
-    opening: pairs that are near at the start and need only come apart
-    reserve: m on top of the cell's clearance. scale: of all limits
+    Attributes:
+        context: What is planned with.
+        scene: The scene as it is seen now.
+        start: Where the robot stands.
+        level: The level.
+        touching: Names of what the cup may touch on the first line.
+        opening: Pairs (part of the robot, solid) that are near at the start and need only come apart.
+        reserve: m on top of the cell's clearance.
+        scale: Factor of all limits.
     """
 
     context: PlanningContext
@@ -49,11 +55,25 @@ class Rules:
         return replace(self.scene, noise=PoseNoise()) if self.level in SLOW_LEVELS else self.scene
 
     def mode(self, touching: frozenset[str] = frozenset()) -> Mode:
-        """Of the empty tool as it stands, where the cup may touch what is named."""
+        """The mode of the empty tool as it stands.
+
+        Args:
+            touching: Names of what the cup may touch.
+
+        Returns:
+            The mode.
+        """
         return Mode(self.start.tool_state, None, while_coming_free(touching, self.opening), self.reserve)
 
     def checker(self, touching: frozenset[str] = frozenset()) -> SceneChecker:
-        """What proves motions in that mode."""
+        """The checker of motions of the empty tool as it stands.
+
+        Args:
+            touching: Names of what the cup may touch.
+
+        Returns:
+            The checker.
+        """
         return self.context.checker_for(self.scene, self.mode(touching))
 
     @property
@@ -63,7 +83,14 @@ class Rules:
         return self.context.checker_for(self.seen, mode)
 
     def closes(self, waypoints: Array) -> Reason | None:
-        """Why a polyline brings together what is near at the start; None where it does not."""
+        """Why a polyline brings together what is near at the start.
+
+        Args:
+            waypoints: (N, n) configurations.
+
+        Returns:
+            What comes nearer, and by how much; None where nothing does.
+        """
         if not self.opening:
             return None
         all_pairs = self.all_pairs
@@ -80,7 +107,17 @@ class Rules:
 
 
 def rules_at(context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
-    """What the level allows where the robot stands."""
+    """Find what a level allows where the robot stands.
+
+    Args:
+        context: What is planned with.
+        scene: The scene as it is seen now.
+        start: Where the robot stands.
+        level: The level.
+
+    Returns:
+        The rules, or why the level does not apply.
+    """
     rules = Rules(context, scene, start, level)
     if level is RecoveryLevel.AS_PLANNED:
         touching = _near_the_cup(rules)

@@ -61,12 +61,12 @@ class StoppedMotion:
 
     @property
     def taken_at(self) -> float | None:
-        """s in the plan's trajectory from which on it carries its item, None if it never does."""
+        """Time in s of the plan's trajectory from which on it carries its item, None if it never does."""
         return next((s.t_start for s in self.plan.segments if s.held is not None), None)
 
     @property
     def let_go_at(self) -> float | None:
-        """s in the plan's trajectory at which it lets its item go, None if it never does."""
+        """Time in s of the plan's trajectory at which it lets its item go, None if it never does."""
         held = [s.t_end for s in self.plan.segments if s.held is not None]
         return held[-1] if held else None
 
@@ -78,11 +78,14 @@ class StoppedMotion:
         return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
 
     def in_the_cup(self, robot: Robot, placed: PlacedItem) -> HeldItem:
-        """What the motion took, if it took it as planned: the cup is pressed on beyond the surface.
+        """The item that the motion took, if it took it as planned: the cup is pressed on beyond the surface.
 
         Args:
             robot: The robot.
             placed: The item where it lay when the motion was planned.
+
+        Returns:
+            The item in the cup, with its pose in the tool frame.
         """
         assert self.plan.grasp is not None
         T_tip_item = inverse(self.plan.grasp.T_item_tip)
@@ -95,13 +98,23 @@ class StoppedMotion:
 
 
 def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: int) -> Plan | Reason:
-    """With the empty tool along the whole way that it came, to where the plan began."""
+    """Plan with the empty tool along the whole way that it came, to where the stopped plan began.
+
+    Args:
+        stopped: The motion that stopped.
+        scene: The scene as it is seen now.
+        limits: Of the joints.
+        seed: Noted in the plan.
+
+    Returns:
+        The plan, uncertified, or why there is none.
+    """
     where = f"back along {stopped.plan.query}"
     return _retraced(stopped, scene, limits, seed, until=0.0, carries=False, where=where)
 
 
 def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits: Limits, seed: int) -> Plan:
-    """With the item to where it can be let go: the plan ends with it still in the cup, at rest.
+    """Plan with the item to where it can be let go: it is still in the cup, at rest, at the end.
 
     Args:
         stopped: The motion that stopped while, for all that is known, it carried its item, be it beyond where
@@ -111,8 +124,11 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
         limits: Of the joints.
         seed: Noted in the plan.
 
+    Returns:
+        The plan, uncertified.
+
     Raises:
-        NoPlanError: The motion does not carry anything where it stopped, or the cup would not bear it.
+        NoPlanError: If the motion does not carry anything where it stopped, or the cup would not bear it.
     """
     where = f"{bringing} with the item of {stopped.plan.query}"
     taken, let_go = stopped.taken_at, stopped.let_go_at

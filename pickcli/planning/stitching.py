@@ -29,12 +29,15 @@ from pickcli.timing.timed_run import TimedRun
 
 
 def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | Reason:
-    """Time, prove and bind a pick. Reason when the cup cannot hold at any speed or a proof fails.
+    """Time and prove a pick, and bind its events.
 
     Args:
         problem: The pick.
         motion: Its geometry.
         into: Where the item is brought.
+
+    Returns:
+        The plan, uncertified; a reason when the cup cannot hold at any speed or a proof fails.
     """
     context, settings, grasp = problem.context, problem.context.settings, motion.in_bin.grasp
     item, scene = problem.target.item, problem.scene
@@ -75,7 +78,18 @@ def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | R
 def stitch_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
 ) -> Plan | Reason:
-    """Time and prove one run of the empty tool, without events."""
+    """Time and prove one run of the empty tool, without events.
+
+    Args:
+        context: What times and proves it.
+        scene: What stands around it.
+        segments: What it goes through, from rest to rest.
+        label: Name of the plan.
+        seed: Noted in the plan.
+
+    Returns:
+        The plan, uncertified; a reason when start and goal are one or a proof fails.
+    """
     segments = _moving(context, segments)
     if not segments:
         return Reason("nothing to do", label, "start and goal are the same")

@@ -34,9 +34,18 @@ def bin_spots(
     cell_bin: Place,
     n_most: int = 8,
 ) -> tuple[PlacedItem, ...] | Reason:
-    """The item where it could be let go in a bin, the best place first; or why there is none.
+    """Find where in a bin an item could be let go.
 
-    R_bin_item: (3, 3) how it stands now in its own bin
+    Args:
+        context: What is planned with.
+        scene: Poses as perceived.
+        placed: The item where it is now.
+        R_bin_item: (3, 3) how it stands now in its own bin.
+        cell_bin: The bin where it is brought.
+        n_most: Most places.
+
+    Returns:
+        The item at each place, the best first; or why there is none.
     """
     R = _levelled(R_bin_item)
     reach = placed.item.shape.reach(R)

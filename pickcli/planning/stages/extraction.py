@@ -31,8 +31,15 @@ class CorridorSet(Enum):
 class Extraction:
     """The ways out of one item in one bin.
 
-    shape: of the item, grown by its uncertainty. leaving: the item while it may touch what it rests on, over
-    the first stretch of ``first`` m. carrying: the item when it may touch nothing any more.
+    Attributes:
+        place: Where the item is.
+        T_world_entry: (4, 4) frame of the way into the place, x leading in.
+        T_entry_item: (4, 4) pose of the item in that frame.
+        shape: Of the item, grown by its uncertainty.
+        leaving: The item while it may touch what it rests on, over the first stretch.
+        carrying: The item when it may touch nothing any more.
+        first: m, length of the first stretch.
+        seed: Seed of planned ways.
     """
 
     place: Place
@@ -53,7 +60,14 @@ class Extraction:
         return simple
 
     def pushes(self, ways: CorridorSet) -> tuple[Array, ...]:
-        """What each way does to the tool, (K, 4, 4) as in ``cartesian.corridor``; () where there is none."""
+        """What each way out does to the tool.
+
+        Args:
+            ways: How many ways to choose from.
+
+        Returns:
+            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; () where there is none.
+        """
         return self._few if ways is CorridorSet.FEW else self._many
 
     @cached_property

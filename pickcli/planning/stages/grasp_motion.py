@@ -63,12 +63,15 @@ class GraspMotion:
 def plan_grasp_motion(
     problem: PickProblem, ways: ToolLines, rng: np.random.Generator
 ) -> GraspMotion | Failures:
-    """The first solution for one grasp, over the branches and redundancy of the arm; or every reason.
+    """Find the first solution for one grasp, over the branches and redundancy of the arm.
 
     Args:
         problem: The pick.
         ways: What the tool alone can do for the grasp.
         rng: Source of the arm's random seeds.
+
+    Returns:
+        The motion in the bin, or every reason why there is none.
     """
     context, grasp, contact, where = problem.context, ways.grasp, ways.contact, str(ways.grasp)
     solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))

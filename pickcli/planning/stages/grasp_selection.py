@@ -26,11 +26,14 @@ SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where i
 def feasible_grasps(
     problem: PickProblem, exclude: Sequence[Grasp | GraspKind]
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
-    """At most ``wanted`` grasps, best first, and the reasons against the others.
+    """Find grasps whose motion in the bin is proven.
 
     Args:
         problem: The pick.
         exclude: Grasps that failed before, or kinds of them.
+
+    Returns:
+        At most ``wanted`` grasps, best first, and the reasons against the others.
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
@@ -96,6 +99,13 @@ def tips(problem: PickProblem, grasp: Grasp) -> bool:
 
     Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no matter
     of balance: it rolls wherever the cup meets it.
+
+    Args:
+        problem: The pick.
+        grasp: Where the cup sits on the target.
+
+    Returns:
+        True if it does.
     """
     target = problem.target
     if grasp.kind != "top-down" or target.can_roll:

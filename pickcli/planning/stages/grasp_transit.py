@@ -29,7 +29,7 @@ class GraspTransit:
     Attributes:
         in_bin: The motion inside the bin.
         transit: From the start to where that begins.
-        cost: About the seconds to the end of the retreat, and what the grasp's score is worth.
+        cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
     """
 
     in_bin: GraspMotion
@@ -40,7 +40,7 @@ class GraspTransit:
 def transits_to_grasps(
     problem: PickProblem, grasps: Sequence[GraspMotion], start: Start
 ) -> Iterator[GraspTransit | Failures]:
-    """Grasps with the transits to them, the fastest whole way in first, and why others are not reached.
+    """Order grasps by the fastest whole way in, each with the transit to it.
 
     All grasps with one tool state go to the planner as one goal set. Losers stay as fallbacks, planned when
     they are asked for.
@@ -49,6 +49,9 @@ def transits_to_grasps(
         problem: The pick.
         grasps: Feasible motions in the bin.
         start: Where the robot is.
+
+    Yields:
+        A grasp with its transit, or why the grasps of one tool state are not reached.
     """
     states = problem.context.cell.robot.tool.states
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}

@@ -26,7 +26,17 @@ HOPELESS = 0.02  # m of room that may be missing half-way through a climb
 def drawn(
     leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
 ) -> list[Array]:
-    """Displacements (6,) no longer than ``first`` m after which the item touches nothing any more."""
+    """Draw first stretches at random.
+
+    Args:
+        leaving: The item while it may touch what it rests on.
+        carrying: The item when it may touch nothing any more.
+        first: m, most length of the first stretch.
+        rng: Source of the draws.
+
+    Returns:
+        Displacements (6,), in m and rad, after which the item touches nothing any more; [] if none was found.
+    """
     D = rng.uniform(-1.0, 1.0, size=(N_SAMPLES, 6)) * MOST_DRAWN
     D[:, 2] = np.abs(D[:, 2])
     D[::2, 5] = 0.0
@@ -43,9 +53,18 @@ def drawn(
 def climbed(
     leaving: FreeItemChecker, carrying: FreeItemChecker, first: float, rng: np.random.Generator
 ) -> list[Array]:
-    """The same, found by climbing to where the item has more room than anywhere around.
+    """Find first stretches by climbing to where the item has more room than anywhere around.
 
     Source: the cross-entropy method, R. Rubinstein, D. Kroese (2004): draw, keep the best, draw around those.
+
+    Args:
+        leaving: The item while it may touch what it rests on.
+        carrying: The item when it may touch nothing any more.
+        first: m, most length of the first stretch.
+        rng: Source of the draws.
+
+    Returns:
+        Displacements (6,), in m and rad, after which the item touches nothing any more; [] if none was found.
     """
     found: list[Array] = []
     for _ in range(CLIMBS):

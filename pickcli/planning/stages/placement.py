@@ -56,12 +56,15 @@ class PlaceMotion:
 def plan_placement(
     problem: PickProblem, chosen: GraspMotion, into: str
 ) -> tuple[PlaceMotion, ...] | Failures:
-    """Motions that let the item go, all proven, the best place first; or every reason.
+    """Find motions that let the item go, all proven.
 
     Args:
         problem: The pick.
         chosen: How the item is held.
         into: Where it is brought, the tote or a bin.
+
+    Returns:
+        The motions, the best place first; or every reason why there is none.
     """
     if into == TOTE:
         return _into_tote(problem, chosen)

@@ -52,9 +52,18 @@ def planned_corridors(
     first: float,
     seed: int,
 ) -> tuple[Corridor, ...]:
-    """Corridors found by RRT-Connect from several first stretches, shortest first; () if none was.
+    """Find corridors by RRT-Connect from several first stretches.
 
-    Arguments as of ``cartesian.corridor.corridors``. Same arguments, same corridors.
+    Args:
+        T_bin_item: (4, 4) item in the frame of the way into the place.
+        shape: Of the item, grown by its uncertainty.
+        leaving: The item where it may touch what it rests on.
+        carrying: The item where it may touch nothing.
+        first: m, length of the stretch in which touching is allowed.
+        seed: Seed of all random choices: equal arguments give equal corridors.
+
+    Returns:
+        The corridors, shortest first; () if none was found.
     """
     goals = _outside(T_bin_item, shape, carrying)
     if len(goals) == 0:

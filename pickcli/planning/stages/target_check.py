@@ -12,7 +12,14 @@ from pickcli.scene.solid_overlap import TOUCH
 
 
 def check_target(problem: PickProblem) -> Failures:
-    """Every reason not to pick the target as the scene is seen, what must be cleared first at the head."""
+    """Find every reason not to pick the target as the scene is seen.
+
+    Args:
+        problem: The pick.
+
+    Returns:
+        The reasons, what must be cleared first at the head; empty if nothing speaks against it.
+    """
     return Failures((*_blocking(problem), *_contradictions(problem)))
 
 

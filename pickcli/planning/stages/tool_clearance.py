@@ -62,7 +62,16 @@ class ToolLines:
 def with_room(
     problem: PickProblem, grasps: Sequence[Grasp], corridors: CorridorSet
 ) -> tuple[list[Grasp], Failures]:
-    """The grasps with room for the tool at the target and where it has been lifted; why others have none."""
+    """Find the grasps with room for the tool at the target and where it has been lifted.
+
+    Args:
+        problem: The pick.
+        grasps: Grasps of the target.
+        corridors: How many ways out of the bin are considered.
+
+    Returns:
+        The grasps with room, in their order, and why some of the others have none.
+    """
     T = problem.target.T_world_item @ np.array([g.T_item_tip for g in grasps]).reshape(-1, 4, 4)
     has_room = np.zeros(len(grasps), dtype=bool)
     kinds = [(g.tool_state, g.face) for g in grasps]
@@ -96,12 +105,15 @@ def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: Corrid
 def tool_lines(
     problem: PickProblem, grasp: Grasp, corridors: CorridorSet = CorridorSet.FEW
 ) -> ToolLines | Reason:
-    """What the tool alone can do for one grasp, or what is in its way.
+    """Find what the tool alone can do for one grasp.
 
     Args:
         problem: The pick.
         grasp: Where the cup sits on the target.
         corridors: Ways out of the bin for the target by itself, among which one is chosen.
+
+    Returns:
+        Ways in and out, or what is in the way.
     """
     if isinstance(problem.extraction.corridors, Reason):
         return problem.extraction.corridors

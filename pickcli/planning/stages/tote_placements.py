@@ -28,7 +28,13 @@ LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from poin
 
 @dataclass(frozen=True, eq=False)
 class TotePlacement:
-    """One way to release the item: tool poses (4, 4) in the world above the tote and at release."""
+    """One way to release the item.
+
+    Attributes:
+        above: (4, 4) pose of the tool frame in the world above the tote.
+        release: (4, 4) pose of the tool frame in the world at release.
+        cost: m, height of the pile and turns of the wrist weighed together; the least is best.
+    """
 
     above: Array
     release: Array
@@ -67,10 +73,19 @@ class _Pile:
 def spots(
     scene: Scene, held: AttachedItem, tool_state: ToolState, n_most: int = 30
 ) -> tuple[TotePlacement, ...] | Reason:
-    """Places in the tote where the item fits between the walls, lowest pile first.
+    """Find places in the tote where the item fits between the walls.
 
-    Of each tool orientation only the best few: what the arm cannot reach in one turn of the wrist it
+    Of each tool orientation only the best few are kept: what the arm cannot reach in one turn of the wrist it
     cannot reach next to it either.
+
+    Args:
+        scene: Poses as perceived.
+        held: The item in the cup.
+        tool_state: State of the tool.
+        n_most: Most places.
+
+    Returns:
+        The placements, lowest pile first; or why there is none.
     """
     pile = _Pile.of(scene)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
@@ -82,10 +97,12 @@ def spots(
 
 
 def _orientations(is_level: bool) -> list[tuple[float, Array]]:
-    """Tool orientations with the cup pointing straight down, and what each costs: a level lance that
-    points across the tote, as the arm comes, is the easiest to reach.
+    """Tool orientations with the cup pointing straight down, and what each costs.
 
-    is_level: whether the lance lies level then, or stands upright
+    A level lance that points across the tote, as the arm comes, is the easiest to reach.
+
+    Args:
+        is_level: Whether the lance lies level then, or stands upright.
     """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
     turns = [a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE]

@@ -36,12 +36,15 @@ class PickMotion:
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit, into: str) -> PickMotion | Failures:
-    """The whole motion for one grasp, with the best placement that can be reached.
+    """Complete the motion for one grasp, with the best placement that can be reached.
 
     Args:
         problem: The pick.
         reached: The grasp with the transit to it.
         into: Where the item is brought.
+
+    Returns:
+        The geometry of the whole pick, or every reason why there is none.
     """
     context, in_bin = problem.context, reached.in_bin
     placements = plan_placement(problem, in_bin, into)

@@ -31,15 +31,30 @@ PROMISING = 3  # goals that a search is worth: those with the least time if noth
 
 @dataclass(frozen=True, eq=False)
 class Coarse:
-    """A proven polyline (N, n) to one of the goals."""
+    """A proven polyline to one of several goals.
+
+    Attributes:
+        waypoints: (N, n) configurations.
+        goal: Index into the goals that were given.
+        duration: s, estimated.
+        source: Who found it: "straight edge", "database", "roadmap" or "planner".
+    """
 
     waypoints: Array
-    goal: int  # index into the goals that were given
-    duration: float  # s, estimated
-    source: str  # who found it: "straight edge", "database", "roadmap", "planner"
+    goal: int
+    duration: float
+    source: str
 
     def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
-        """The motion as a segment that is proven in a mode."""
+        """The motion as a segment that is proven in a mode.
+
+        Args:
+            kind: What it is for.
+            mode: What it is proven free for.
+
+        Returns:
+            The segment.
+        """
         return MotionSegment(kind, self.waypoints, COARSE, mode=mode)
 
 
@@ -52,9 +67,19 @@ def plan_coarse(
     seed: int,
     where: str,
 ) -> Coarse | Failures:
-    """The fastest motion found from q_start (n,) to any of the goals (G, n), or why there is none.
+    """Find the fastest motion to any of several goals.
 
-    extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
+    Args:
+        context: What is planned with.
+        checker: What proves the motion.
+        q_start: (n,) configuration at the start.
+        goals: (G, n) configurations.
+        extra: (G,) s that the motion still takes after each goal, so that the best whole motion wins.
+        seed: Seed of all random choices.
+        where: The motion, as reasons call it.
+
+    Returns:
+        The motion, or why there is none.
     """
     space = context.space
     least = [estimated_duration(space, np.stack([q_start, g])) for g in goals]
