@@ -6,7 +6,10 @@ import re
 import tomllib
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
+PACKAGES = sorted(path.parent for path in (ROOT / "pickcli").glob("*/__init__.py"))
 PAGE = (ROOT / "docs" / "architecture.md").read_text()
 
 
@@ -23,9 +26,21 @@ def test_the_table_of_layers_is_the_one_that_is_enforced() -> None:
     assert told == layers()
 
 
-def test_every_package_is_on_a_layer_and_says_what_it_is() -> None:
-    packages = {path.parent.name for path in (ROOT / "pickcli").glob("*/__init__.py")}
-    assert len(packages) > 20
-    assert packages <= set().union(*layers())
-    for name in packages:
-        assert len((ROOT / "pickcli" / name / "__init__.py").read_text().split('"""')[1].strip()) > 40, name
+def docstring(package: Path) -> str:
+    return (package / "__init__.py").read_text().split('"""')[1]
+
+
+def test_every_package_is_on_a_layer() -> None:
+    assert len(PACKAGES) > 20
+    assert {package.name for package in PACKAGES} <= set().union(*layers())
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_a_package_says_what_it_is_and_its_modules_in_reading_order(package: Path) -> None:
+    """What stands in backticks is one of its own modules or folders, or another package."""
+    text = docstring(package)
+    own = {path.stem for path in package.iterdir()}
+    told = re.findall(r"`(\w+)`", text)
+    assert len(text.strip()) > 40
+    assert not {name for name in told if name not in own | {other.name for other in PACKAGES}}
+    assert own & set(told) or len([name for name in own if not name.startswith("_")]) < 4

@@ -1,1 +1,5 @@
-"""Where the tool is and how to get it there: chains of the kernel, inverse kinematics, straight lines."""
+"""Where the tool is and how to get it there: chains of the kernel, and inverse kinematics.
+
+Read `chain`, then `arm`; `follow` says how far a line may be missed, `tip_motion` and `held_body` how tool
+and load move along a trajectory, `manipulability` how well a configuration can move.
+"""

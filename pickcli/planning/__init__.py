@@ -1,1 +1,6 @@
-"""Online queries: plan_pick and plan_move, from a scene to a proven, timed plan with its events."""
+"""Online queries, from a scene to a proven, timed plan with its events.
+
+Read `pick` with `pick_problem`, then its `stages` in their order, then `stitching`; `move` and
+`recovery_plan` are the other queries. `planning_context` is what all need, `certified_timing` times what is
+proven and proves what is timed, `promises` are checked on the result.
+"""

@@ -1,5 +1,6 @@
 """The pipelines that make a cell's files: roadmap and trajectory database, once per cell, offline.
 
-Read `make`, then `build_roadmap` and `build_trajectories` with their recipes; `refresh` and `repair` make a
-stored file right again, `learn` adds what queries found.
+Read `artifact_files`, then `roadmap_builder` and `database_builder` with their jobs, `roadmap_edge_job` and
+`coarse_motion_job`; `refreshing` and `repair` make a stored file right again, `experience` adds what queries
+found, `artifact_cache` keeps what is built in the user's cache.
 """

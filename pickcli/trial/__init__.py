@@ -1,5 +1,6 @@
 """A whole order: what to try next, how it is carried out, and what it scores.
 
-Read `order`, `loop`, `strategy` and `player`; `ports` are the interfaces of a trial, `arena` the simulated
-cell behind them; `score` and `record` tell what came of it.
+Read `order_file`, then `loop` with `target_selection`, `blocking_items`, `attempt_runner` and
+`recovery_levels`; `trial_interfaces` are what a trial asks of a cell, `simulated_cell` answers; `score`,
+`trial_record` and `trial_summary` tell what came of it.
 """
