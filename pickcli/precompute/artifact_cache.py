@@ -22,17 +22,30 @@ from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveye
 
 @dataclass(frozen=True)
 class Artifacts:
-    """Paths of a cell's precomputed files; they need not exist."""
+    """Paths of a cell's precomputed files; they need not exist.
+
+    Attributes:
+        roadmap: Path of the roadmap.
+        trajectories: Path of the trajectory database.
+    """
 
     roadmap: Path
     trajectories: Path
 
 
 def default_paths(cell: Cell) -> Artifacts:
-    """The cell's folder in the user's cache: $XDG_CACHE_HOME/apc/<fingerprint>, ~/.cache by default.
+    """Name a cell's files in the user's cache: $XDG_CACHE_HOME/apc/<fingerprint>, ~/.cache by default.
 
-    The folder's name is the fingerprint, so that a changed cell finds nothing stale. Raises InputError where
-    this user has no home.
+    The folder's name is the fingerprint, so that a changed cell finds nothing stale.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        The paths.
+
+    Raises:
+        InputError: This user has no home.
     """
     try:
         base = user_cache_path("apc", appauthor=False)
@@ -49,11 +62,20 @@ def ensure_artifacts(
     report: Callable[[str], BuildObserver] | None = None,
     runner: Executor | None = None,
 ) -> Artifacts:
-    """The cell's files in the cache; what is missing or stale is built with default settings, what is
-    damaged is repaired.
+    """Make sure that a cell's files are in the cache.
 
-    report: called with what is about to be built, gives the callback for that build
-    Raises InputError if the cache cannot be written.
+    What is missing or stale is built with default settings, what is damaged is repaired.
+
+    Args:
+        cell: The cell.
+        report: Called with what is about to be built, gives the callback for that build; None for silence.
+        runner: Who does the tasks; None for this process.
+
+    Returns:
+        The paths of the files, which exist now.
+
+    Raises:
+        InputError: The cache cannot be written.
     """
     paths = default_paths(cell)
     _make_folder(paths.roadmap.parent)

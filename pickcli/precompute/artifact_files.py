@@ -32,7 +32,20 @@ def make_roadmap(
     """Build a cell's roadmap and write it. Same cell and settings, same bytes.
 
     Until the file is written, finished tasks are kept in a journal beside it (see ``Journal``); an
-    interrupted build goes on from there. ``overwrite``: whether a file that is there by then may be replaced.
+    interrupted build goes on from there.
+
+    Args:
+        cell: The cell.
+        path: Where to write.
+        settings: How to build; None for the default.
+        run_options: Who does the tasks and who is told; None for this process and silence.
+        overwrite: Whether a file that is there by then may be replaced.
+
+    Returns:
+        What the build could not do, and what it did beyond the k nearest.
+
+    Raises:
+        InputError: The place cannot be written, or not one configuration is free.
     """
     job = RoadmapEdgeJob(cell, settings or RoadmapSettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
@@ -50,7 +63,23 @@ def make_trajectories(
     run_options: RunOptions | None = None,
     overwrite: bool = True,
 ) -> TrajectoryReport:
-    """Build a cell's trajectory database and write it, like ``make_roadmap``."""
+    """Build a cell's trajectory database and write it. Same cell and settings, same bytes.
+
+    An interrupted build goes on from its journal, as that of ``make_roadmap``.
+
+    Args:
+        cell: The cell.
+        path: Where to write.
+        settings: How to build; None for the default.
+        run_options: Who does the tasks and who is told; None for this process and silence.
+        overwrite: Whether a file that is there by then may be replaced.
+
+    Returns:
+        What the build could not do, and how good the rest is.
+
+    Raises:
+        InputError: The place cannot be written.
+    """
     job = CoarseMotionJob(cell, settings or TrajectorySettings())
     build = Build(job, replace(run_options or RunOptions(), output=path))
     database, report = build_trajectories(job, build)
@@ -61,7 +90,11 @@ def make_trajectories(
 
 
 def versions() -> dict[str, str]:
-    """What decides about the bytes besides cell and settings: our version, and those of the libraries."""
+    """Tell what decides about the bytes of a file besides cell and settings.
+
+    Returns:
+        Our version and those of the libraries, by name.
+    """
     libraries = ("ompl", "numpy", "h5py")
     return {"apc": __version__, **{name: importlib.metadata.version(name) for name in libraries}}
 

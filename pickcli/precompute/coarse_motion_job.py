@@ -24,22 +24,41 @@ _LEAST_EFFORT = 0.001  # m of depth that is worth the work on a motion with a fr
 
 @dataclass(frozen=True, eq=False)
 class CoarseMotionJob:
-    """Motions of one cell; the key of a task is (start, goal, payload class)."""
+    """Motions of one cell; the key of a task is (start, goal, payload class).
+
+    Attributes:
+        cell: The cell.
+        settings: How motions are made.
+    """
 
     cell: Cell
     settings: TrajectorySettings
 
     @cached_property
     def inputs(self) -> str:
-        """See Job."""
+        """SHA-256 over all that motions depend on besides the key."""
         return inputs_digest(self.cell, "coarse motion", self.settings)
 
     def make(self, key: Key) -> Record:
-        """See Job."""
+        """Make one motion.
+
+        Args:
+            key: The task.
+
+        Returns:
+            The motion, or why there is none, as a record.
+        """
         return record_of(self._maker.make(motion_key(key)))
 
     def effort(self, key: Key) -> float:
-        """See Job: motions whose straight line runs deep in something take long."""
+        """Estimate the cost of a task: motions whose straight line runs deep in something take long.
+
+        Args:
+            key: The task.
+
+        Returns:
+            More than 0, of no unit.
+        """
         return _LEAST_EFFORT + self._maker.depth(motion_key(key))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -52,17 +71,41 @@ class CoarseMotionJob:
 
 
 def task_key(key: MotionKey) -> Key:
-    """The name of the task that makes this motion."""
+    """Name the task that makes a motion.
+
+    Args:
+        key: The motion.
+
+    Returns:
+        The key of the task.
+    """
     return (key.start, key.goal, str(key.payload))
 
 
 def motion_key(key: Key) -> MotionKey:
-    """The motion that a task of this name makes."""
+    """Tell which motion a task makes.
+
+    Args:
+        key: The key of the task.
+
+    Returns:
+        The motion.
+    """
     return MotionKey(key[0], key[1], PayloadClass(key[2]))
 
 
 def record_of(made: CoarseMotion | Reason) -> Record:
-    """A motion, or why there is none, as a record."""
+    """Store a motion, or why there is none, as a record.
+
+    Args:
+        made: The motion with its trajectory, or the reason.
+
+    Returns:
+        The record.
+
+    Raises:
+        ValueError: The motion has no trajectory.
+    """
     if isinstance(made, Reason):
         return Record(reason=made)
     timed = made.trajectory
@@ -86,7 +129,16 @@ def record_of(made: CoarseMotion | Reason) -> Record:
 
 
 def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
-    """The other way round."""
+    """Read a motion, or why there is none, from a record.
+
+    Args:
+        key: Ends and payload class of the motion.
+        record: As ``record_of`` makes it.
+        joint_names: Names of the n joints.
+
+    Returns:
+        The motion with its trajectory, or the reason.
+    """
     if record.reason is not None:
         return record.reason
     v, a = record.values, record.arrays

@@ -51,15 +51,26 @@ _SAMPLES = 60  # of a straight line whose depth tells how long a search will tak
 class CoarseMotionPlanner:
     """Makes motions of one cell. Each depends on the cell, its key and the settings alone.
 
-    Cell, settings and keys can be pickled; a maker, which holds checkers, is made where it is used.
+    Cell, settings and keys can be pickled; a planner, which holds checkers, is made where it is used.
+
+    Attributes:
+        cell: The cell.
+        settings: How motions are made.
     """
 
     cell: Cell
     settings: TrajectorySettings
 
     def make(self, key: MotionKey) -> CoarseMotion | Reason:
-        """The best motion of a pair for any displaced pod, unless one for the pod in its place alone is had
-        and is quicker; else why there is none.
+        """Make the best motion of a pair for any displaced pod.
+
+        One for the pod in its place alone is made instead where only that is had, or where it is quicker.
+
+        Args:
+            key: Ends and payload class of the motion.
+
+        Returns:
+            The motion with its trajectory, or why there is none.
         """
         wide = self._in_stand(key, PodStand.DISPLACED)
         if isinstance(wide, Reason):
@@ -73,7 +84,15 @@ class CoarseMotionPlanner:
         return wide
 
     def depth(self, key: MotionKey) -> float:
-        """How deep in m, at most, the straight line runs in what any displaced pod may leave in its way."""
+        """Measure how deep the straight line between two configurations runs in something.
+
+        Args:
+            key: Ends and payload class of the motion.
+
+        Returns:
+            m by which it comes, at its worst, nearer than the margin to what any displaced pod may leave in
+            its way; 0 if it keeps the margin.
+        """
         tests = self._planning[PodStand.DISPLACED, MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)

@@ -19,10 +19,16 @@ _KINDS = (("home", "tote"), ("bin", "tote"), ("camera", "tote"), ("home", "drop"
 
 
 def important_pairs(cell: Cell) -> list[Names]:
-    """Pairs for which a blocked edge must not be the end, sorted by names; none twice.
+    """List the pairs for which a blocked edge must not be the end.
 
     By the kinds of the two ends (see ``_KINDS``), each bin with its own camera pose, and each bin with those
     that touch it in the pod: what was taken out of one bin is put aside into a neighbour.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        Pairs of names, each sorted, sorted; none twice.
     """
     by_kind: dict[str, list[NamedConfiguration]] = defaultdict(list)
     for named in cell.configurations.values():
@@ -35,7 +41,14 @@ def important_pairs(cell: Cell) -> list[Names]:
 
 
 def neighbouring_bins(pod: Pod) -> Iterator[Names]:
-    """Bins side by side in a row, and bins of consecutive rows of which one lies above the other."""
+    """List bins side by side in a row, and bins of consecutive rows of which one lies above the other.
+
+    Args:
+        pod: The pod.
+
+    Yields:
+        Names of two bins that touch.
+    """
     rows: dict[float, list[Place]] = {}
     for each in pod.bins.values():
         rows.setdefault(round(float(each.T_carrier_place[2, 3]), 3), []).append(each)

@@ -21,10 +21,12 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 class TrajectoryReport:
     """What a build could not do, and how good the rest is.
 
-    missing: motions that could not be had, with the reason: an end that is not free, or no path
-    duration: s, sum over the stored motions
-    lower_bound: s, sum over the same of what no motion can undercut
-    progress: of the build in the end: how many tasks were kept from before, and how many done
+    Attributes:
+        settings: How motions were made.
+        missing: Motions that could not be had, with the reason: an end that is not free, or no path.
+        duration: s, sum over the stored motions.
+        lower_bound: s, sum over the same of what no motion can undercut.
+        progress: Of the build in the end: how many tasks were kept from before, and how many done.
     """
 
     settings: TrajectorySettings
@@ -34,7 +36,11 @@ class TrajectoryReport:
     progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
-        """The figures of the report as JSON values, to the ms."""
+        """Sum up the report.
+
+        Returns:
+            The figures as JSON values, to the ms.
+        """
         return {
             "duration_s": round(self.duration, 3),
             "lower_bound_s": round(self.lower_bound, 3),
@@ -45,9 +51,16 @@ class TrajectoryReport:
 def build_trajectories(
     job: CoarseMotionJob, build: Build | None = None
 ) -> tuple[TrajectoryDatabase, TrajectoryReport]:
-    """The database of a cell, every motion proven with the cell's clearance and timed within its limits.
+    """Build the database of a cell.
 
-    build: of that job, where it has a journal or workers
+    Every motion is proven with the cell's clearance and timed within its limits.
+
+    Args:
+        job: How motions are made.
+        build: Of that job, where it has a journal or workers; None for this process.
+
+    Returns:
+        The database, and what could not be had.
     """
     keys = coarse_pairs(job.cell)
     build = build or Build(job)

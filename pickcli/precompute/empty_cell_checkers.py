@@ -31,7 +31,15 @@ Case: TypeAlias = tuple[PodStand, ToolState, PayloadClass]  # what a checker is 
 
 
 def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
-    """The cell with nothing in its pod, which stands in its place or, for a proof, everywhere that it may."""
+    """Make a scene of a cell with nothing in its pod.
+
+    Args:
+        cell: The cell.
+        stand: Whether the pod stands in its place or, for a proof, everywhere that it may.
+
+    Returns:
+        The scene.
+    """
     if stand is PodStand.DISPLACED:
         cell = replace(cell, pod=cell.pod.swept())
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
@@ -44,9 +52,19 @@ def checker(
     reserve: float = 0.0,
     stand: PodStand = PodStand.NOMINAL,
 ) -> SceneChecker:
-    """A checker of the empty scene for one tool state and payload class: the cell's clearance, and more.
+    """Make a checker of the empty scene for one tool state and payload class.
 
     What it proves for ``DISPLACED`` holds wherever the pod stands within its bounds.
+
+    Args:
+        model: The solids of the cell's robot.
+        tool_state: State of the pivoting cup.
+        payload: Class of what is held.
+        reserve: m to keep beyond the cell's clearance.
+        stand: Where the pod stands.
+
+    Returns:
+        The checker.
     """
     scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
     return SceneChecker(model, scene, tool_state, held=stand_in(payload), margin=margin)
@@ -55,9 +73,15 @@ def checker(
 def checkers(
     model: CollisionModel, reserve: float = 0.0, cell: Cell | None = None
 ) -> dict[Case, SceneChecker]:
-    """``checker`` for every case.
+    """Make the checkers of the empty scene for every case.
 
-    cell: the model's own with other solids around the robot, if given
+    Args:
+        model: The solids of the cell's robot.
+        reserve: m to keep beyond the cell's clearance.
+        cell: The model's own with other solids around the robot; None for the model's own as it is.
+
+    Returns:
+        Checkers by stand of the pod, tool state and payload class.
     """
     scenes = {stand: empty_scene(cell or model.cell, stand) for stand in PodStand}
     margin = model.cell.clearance + reserve
@@ -71,7 +95,14 @@ def checkers(
 
 @cache
 def stand_in(payload: PayloadClass) -> AttachedItem | None:
-    """What is held for a payload class: a cube with a face on the cup or its centre there, or nothing."""
+    """Make what is held for a payload class: a cube with a face on the cup or its centre there.
+
+    Args:
+        payload: The class.
+
+    Returns:
+        The cube, or None for the empty cup.
+    """
     if payload is PayloadClass.EMPTY:
         return None
     shape = Shape(ShapeKind.BOX, (CUBE_EDGE,) * 3)

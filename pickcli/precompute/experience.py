@@ -43,7 +43,11 @@ MOST_MOTIONS = 200
 class RecordedExperience:
     """What was kept of the experience of some queries.
 
-    unproven: polylines that are not free in the empty cell with the cup in any state, and were not kept
+    Attributes:
+        edges: Number of polylines that were kept.
+        motions: Number of motions that were made and kept.
+        unproven: Number of polylines that are not free in the empty cell with the cup in any state, and were
+            not kept.
     """
 
     edges: int = 0
@@ -55,8 +59,11 @@ class RecordedExperience:
 class ExperienceFiles:
     """What was learned for one cell.
 
-    roadmap, trajectories: the learned files; each appears with the first that is kept in it
-    settings: how motions are made
+    Attributes:
+        cell: The cell.
+        roadmap: The learned roadmap; appears with the first edge that is kept in it.
+        trajectories: The learned database; appears with the first motion that is kept in it.
+        settings: How motions are made.
     """
 
     cell: Cell
@@ -66,22 +73,59 @@ class ExperienceFiles:
 
     @classmethod
     def beside(cls, cell: Cell, roadmap: Path, trajectories: Path) -> ExperienceFiles:
-        """The learner whose files lie beside these: ``roadmap.learned.h5`` beside ``roadmap.h5``."""
+        """Name the learned files beside others: ``roadmap.learned.h5`` beside ``roadmap.h5``.
+
+        Args:
+            cell: The cell.
+            roadmap: Path of a roadmap.
+            trajectories: Path of a trajectory database.
+
+        Returns:
+            The learned files, which need not exist.
+        """
         return cls(cell, _beside(roadmap), _beside(trajectories))
 
     def edges(self) -> list[Array]:
-        """The learned polylines (K, n), the oldest first. Raises DamagedError, StaleError."""
+        """Read the learned polylines.
+
+        Returns:
+            Each (K, n), the oldest first.
+
+        Raises:
+            DamagedError: The file is not what was written.
+            StaleError: It was made for another cell or by another version of the format.
+        """
         stored = _read(self.roadmap, lambda: read_roadmap(self.roadmap, self.cell))
         return [] if stored is None else [stored.edge_path(edge) for edge in range(stored.n_edges)]
 
     def motions(self, points: bool = False) -> TrajectoryDatabase | None:
-        """The learned motions, with their timed points only if asked. Raises like ``edges``."""
+        """Read the learned motions.
+
+        Args:
+            points: Whether to read the timed points as well.
+
+        Returns:
+            The motions, None if there is no file yet.
+
+        Raises:
+            DamagedError: The file is not what was written.
+            StaleError: It was made for another cell or by another version of the format.
+        """
         return _read(self.trajectories, lambda: read_database(self.trajectories, self.cell, points))
 
     def learn_edges(self, experience: Sequence[QueryExperience]) -> RecordedExperience:
         """Keep those polylines that were found and are new and proven in the empty cell.
 
-        Raises InputError if the file cannot be written, and like ``edges``.
+        Args:
+            experience: What queries found.
+
+        Returns:
+            How many were kept, and how many were not proven.
+
+        Raises:
+            InputError: The file cannot be written.
+            DamagedError: The file is not what was written.
+            StaleError: It was made for another cell or by another version of the format.
         """
         found = [polyline for query in experience for polyline in query.polylines]
         proven = [polyline for polyline in found if self._proof.checker.first_invalid_edge(polyline) == -1]
@@ -96,7 +140,19 @@ class ExperienceFiles:
         return RecordedExperience(edges=len(fresh), unproven=len(found) - len(proven))
 
     def learn_motion(self, key: MotionKey) -> RecordedExperience:
-        """Make the motion of a key, as a build makes it, and keep it if there is one. Raises like above."""
+        """Make the motion of a key, as a build makes it, and keep it if there is one.
+
+        Args:
+            key: Ends and payload class of the motion.
+
+        Returns:
+            Whether it was kept, as a count of 0 or 1 motions.
+
+        Raises:
+            InputError: The file cannot be written.
+            DamagedError: The file is not what was written.
+            StaleError: It was made for another cell or by another version of the format.
+        """
         job = CoarseMotionJob(self.cell, self.settings)
         made = made_of(key, job.make(task_key(key)), self.cell.robot.joint_names)
         if isinstance(made, Reason):
@@ -114,7 +170,15 @@ class ExperienceFiles:
     def missed(
         self, experience: Sequence[QueryExperience], *databases: TrajectoryDatabase | None
     ) -> list[MotionKey]:
-        """The motions between named configurations that these queries asked for and no database holds."""
+        """List the motions between named configurations that queries asked for and no database holds.
+
+        Args:
+            experience: The queries.
+            *databases: Databases that were asked; None for one that is not there.
+
+        Returns:
+            The motions, each once, in one direction, in the order of the queries.
+        """
         name_of = {named.q.tobytes(): name for name, named in self.cell.configurations.items()}
         missed: list[MotionKey] = []
         for query in experience:

@@ -29,7 +29,14 @@ _NOT_RECORDED = (("cam_A", "cam_H"), ("cam_C", "cam_D"), ("cam_C", "cam_G"), ("c
 
 
 def coarse_pairs(cell: Cell) -> list[MotionKey]:
-    """The motions to store for a cell, each in one direction, in the order of its configurations."""
+    """List the motions to store for a cell.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        The motions, each in one direction, in the order of its configurations.
+    """
     named = list(cell.configurations.values())
     pairs = [(a, b) for i, a in enumerate(named) for b in named[i + 1 :]]
     return [
@@ -41,10 +48,17 @@ def coarse_pairs(cell: Cell) -> list[MotionKey]:
 
 
 def delft_pairs(cell: Cell, payload: PayloadClass) -> list[MotionKey]:
-    """The 135 pairs of named configurations that Delft recorded, both ways: their 270 motions.
+    """List the 135 pairs of named configurations that Delft recorded, both ways: their 270 motions.
 
     From the names in their cache (poses 0 to 11 are our letters A to L). Drop poses and the four pairs of
     camera poses that they had no motion for are not among them.
+
+    Args:
+        cell: The cell.
+        payload: Class of what is held, the same for all.
+
+    Returns:
+        The motions, each in one direction.
     """
     return [
         MotionKey(key.start, key.goal, payload)

@@ -12,12 +12,28 @@ from pickcli.jobs import job
 
 
 def inputs_digest(cell: Cell, kind: str, settings: Any) -> str:
-    """The ``inputs`` of a job of this kind: cell, settings (a dataclass of JSON values) and our code."""
+    """Digest all that the records of a job depend on besides their keys: cell, settings and our code.
+
+    Args:
+        cell: The cell.
+        kind: Name of the kind of job.
+        settings: A dataclass of JSON values.
+
+    Returns:
+        SHA-256 in hex.
+    """
     return digest([kind, cell.fingerprint, configurations_digest(cell), repr(settings), job.code_digest()])
 
 
 def configurations_digest(cell: Cell) -> str:
-    """SHA-256 over the named configurations: bits, tool states and kinds. No fingerprint covers them."""
+    """Digest the named configurations of a cell: bits, tool states and kinds. No fingerprint covers them.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        SHA-256 in hex.
+    """
     named = [
         [c.name, np.asarray(c.q, "<f8").tobytes().hex(), c.tool_state.name, c.kind]
         for c in cell.configurations.values()

@@ -28,9 +28,14 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
 def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
-    """What is intact of a database or roadmap, by task; nothing if it is of other joints.
+    """Read what is intact of a database or roadmap, as the records of the tasks that made it.
 
-    found: by ``surveyed``, which looks whether it makes sense
+    Args:
+        found: By ``surveyed``, which looks whether it makes sense.
+        cell: The cell that the records are for.
+
+    Returns:
+        Records by task; none if the file is of other joints.
     """
     if found.joint_names != cell.robot.joint_names:
         return {}
@@ -38,9 +43,19 @@ def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
 
 
 def make_again(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions) -> tuple[int, int]:
-    """Write a file for a cell with the settings that it was made with: how many tasks were kept, and done.
+    """Write a file for a cell with the settings that it was made with.
 
-    Raises StaleError for settings that this version does not have.
+    Args:
+        path: The file.
+        found: By ``surveyed``, of the same file.
+        cell: The cell to write it for.
+        run_options: Which results are kept, who does the tasks and who is told.
+
+    Returns:
+        How many tasks were kept, and how many were done.
+
+    Raises:
+        StaleError: This version does not have the settings.
     """
     settings = _settings(path, found)
     report: TrajectoryReport | RoadmapReport

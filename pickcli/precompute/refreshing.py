@@ -37,12 +37,13 @@ from pickcli.storage.integrity_scan import IntegrityReport
 class Refresh:
     """What a refresh did.
 
-    changed: solids that are other than they were
-    why_anew: why nothing could be kept, "" if that is not so
-    n_stored: motions or edges that the file held
-    n_proven: of these, how many the change touched, so that they were proven again
-    n_kept: tasks whose results stand in the new file as they were, or proven again
-    n_planned: tasks that were done anew
+    Attributes:
+        changed: Solids that are other than they were.
+        why_anew: Why nothing could be kept, "" if that is not so.
+        n_stored: Motions or edges that the file held.
+        n_proven: Of these, how many the change touched, so that they were proven again.
+        n_kept: Tasks whose results stand in the new file as they were, or proven again.
+        n_planned: Tasks that were done anew.
     """
 
     changed: tuple[str, ...]
@@ -54,12 +55,21 @@ class Refresh:
 
 
 def refresh(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Refresh:
-    """Write a file of ours anew for a cell that changed since.
+    """Write a roadmap or database anew for a cell that changed since.
 
     Until it is written whole the old file stays, and finished tasks are kept in a journal, as in a build.
 
-    found: by ``surveyed``, of the same file; what is damaged in it is done anew
-    Raises StaleError for settings that this version does not have.
+    Args:
+        path: The file.
+        found: By ``surveyed``, of the same file; what is damaged in it is done anew.
+        cell: The cell as it is now.
+        run_options: Who does the tasks and who is told; None for this process and silence.
+
+    Returns:
+        What was done.
+
+    Raises:
+        StaleError: This version does not have the settings of the file.
     """
     stored = stored_records(found, cell)
     n_stored = sum(record.reason is None for record in stored.values())

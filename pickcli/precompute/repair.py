@@ -19,9 +19,10 @@ from pickcli.storage.table_reader import stored_file
 class Repair:
     """What a repair did.
 
-    n_kept: tasks whose results were intact
-    n_done: tasks that were done again
-    is_same: whether the file now is what it was when it was made, to the byte
+    Attributes:
+        n_kept: Tasks whose results were intact.
+        n_done: Tasks that were done again.
+        is_same: Whether the file now is what it was when it was made, to the byte.
     """
 
     n_kept: int
@@ -32,9 +33,17 @@ class Repair:
 def repair(path: Path, found: IntegrityReport, cell: Cell, run_options: RunOptions | None = None) -> Repair:
     """Write a damaged file anew, as the build that made it would, computing only what is lost.
 
-    found: by ``surveyed``, of the same file
-    Raises StaleError where that cannot give the same file: another cell, other named configurations, or
-    other versions.
+    Args:
+        path: The file.
+        found: By ``surveyed``, of the same file.
+        cell: The cell that it was made for.
+        run_options: Who does the tasks and who is told; None for this process and silence.
+
+    Returns:
+        What was done.
+
+    Raises:
+        StaleError: That cannot give the same file: another cell, other named configurations or versions.
     """
     _check(path, found, cell)
     run_options = replace(run_options or RunOptions(), kept=stored_records(found, cell))

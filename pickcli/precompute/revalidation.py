@@ -34,17 +34,36 @@ from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearanc
 
 @dataclass(frozen=True, eq=False)
 class Revalidation:
-    """Proofs in a cell after a change of its solids alone."""
+    """Proofs in a cell after a change of its solids alone.
+
+    Attributes:
+        cell: The cell as it is now.
+        change: What changed since the proofs were made.
+    """
 
     cell: Cell
     change: CellChange
 
     def is_motion_untouched(self, motion: CoarseMotion) -> bool:
-        """Whether a motion keeps its clearance from all that is new."""
+        """Tell whether a motion keeps its clearance from all that is new.
+
+        Args:
+            motion: A stored motion.
+
+        Returns:
+            True if it need not be proven again.
+        """
         return not self.change.came or self._is_free(motion, self._new[_case(motion)], motion.clearance)
 
     def proven_motion(self, motion: CoarseMotion) -> CoarseMotion | None:
-        """A motion with the clearance that it has now, or None if it is not proven any more."""
+        """Prove a motion in the cell as it is now.
+
+        Args:
+            motion: A stored motion with its trajectory.
+
+        Returns:
+            The motion with the clearance that it has now, or None if it is not proven any more.
+        """
         tests = self._all[_case(motion)]
         if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
             return None
@@ -53,17 +72,39 @@ class Revalidation:
         return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
 
     def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
-        """The same of an edge (N, n) of the roadmap."""
+        """Tell whether an edge of the roadmap keeps clear of all that is new.
+
+        Args:
+            waypoints: (N, n) of the edge.
+            stand: Where the pod stands.
+
+        Returns:
+            True if it need not be proven again.
+        """
         return not self.change.came or self._new[_edge(stand)].is_valid_path(waypoints)
 
     def is_edge_proven(self, waypoints: Array, stand: PodStand) -> bool:
-        """Whether an edge is proven in the cell as it is now."""
+        """Prove an edge of the roadmap in the cell as it is now.
+
+        Args:
+            waypoints: (N, n) of the edge.
+            stand: Where the pod stands.
+
+        Returns:
+            Whether it is proven.
+        """
         return self._all[_edge(stand)].is_valid_path(waypoints)
 
     def is_relieved(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
-        """Whether a polyline (N, n) that holds for the pod in its place alone may give way to one for any.
+        """Tell whether a polyline that holds for the pod in its place alone may give way to one for any pod.
 
-        tool_state: the narrowest state that its ends may have
+        Args:
+            waypoints: (N, n) of the polyline.
+            tool_state: The narrowest state that its ends may have.
+            payload: Class of what is held.
+
+        Returns:
+            Whether it is worth making anew.
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False

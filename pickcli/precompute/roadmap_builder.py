@@ -29,13 +29,20 @@ Pair = tuple[int, int]
 
 
 def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
-    """The roadmap of a cell's named configurations, every edge proven with the cell's clearance.
+    """Build the roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
     Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. Each edge depends
     on its ends and the settings alone.
 
-    build: of that job, where it has a journal or workers
-    Raises InputError if not one configuration is free.
+    Args:
+        job: How edges are made.
+        build: Of that job, where it has a journal or workers; None for this process.
+
+    Returns:
+        The roadmap, and what could not be had.
+
+    Raises:
+        InputError: Not one configuration is free.
     """
     builder = _Builder(job, build or Build(job))
     builder.join_nearest()
@@ -45,7 +52,15 @@ def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Road
 
 
 def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
-    """Each node with its k nearest (Euclidean, ties by index), every pair once, sorted."""
+    """Pair each node with its k nearest (Euclidean, ties by index).
+
+    Args:
+        configurations: (N, n) of the nodes.
+        k: How many neighbours, at most.
+
+    Returns:
+        Pairs of indices (i < j), sorted, every pair once.
+    """
     distances = np.linalg.norm(configurations[:, None] - configurations[None], axis=2)
     np.fill_diagonal(distances, np.inf)
     order = np.argsort(distances, axis=1, kind="stable")[:, : min(k, len(configurations) - 1)]

@@ -39,6 +39,10 @@ class RoadmapEdgeJob:
 
     Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. An edge's seed
     follows from the names of its ends.
+
+    Attributes:
+        cell: The cell.
+        settings: How edges are made.
     """
 
     cell: Cell
@@ -46,15 +50,30 @@ class RoadmapEdgeJob:
 
     @cached_property
     def inputs(self) -> str:
-        """See Job."""
+        """SHA-256 over all that edges depend on besides the key."""
         return inputs_digest(self.cell, "roadmap edge", self.settings)
 
     def effort(self, key: Key) -> float:
-        """See Job: none is known to take longer than another."""
+        """Estimate the cost of a task: no edge is known to take longer than another.
+
+        Args:
+            key: The task.
+
+        Returns:
+            1.
+        """
         return 1.0
 
     def make(self, key: Key) -> Record:
-        """See Job. The record holds the edge's ``waypoints`` (N, n), ends included, and its mark."""
+        """Make one edge.
+
+        Args:
+            key: The task.
+
+        Returns:
+            A record with the edge's ``waypoints`` (N, n), ends included, and its mark, or with the reason why
+            there is none.
+        """
         wide = self._path(key, PodStand.DISPLACED)
         if isinstance(wide, Reason):
             return _record(self._path(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
@@ -122,5 +141,12 @@ def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:
 
 
 def mark_of(record: Record) -> PodValidity:
-    """For which pods what a record holds was proven."""
+    """Tell for which pods what a record holds was proven.
+
+    Args:
+        record: Record of an edge.
+
+    Returns:
+        The validity.
+    """
     return PodValidity(PodStand(record.values["stand"]), record.values["why_nominal"])

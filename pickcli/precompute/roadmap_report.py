@@ -15,11 +15,13 @@ from pickcli.roadmap.roadmap_tables import RoadmapGaps
 class RoadmapReport:
     """What a build could not do, and what it did beyond the k nearest.
 
-    gaps: named configurations that are not free, and pairs without an edge, with their reasons
-    bridges: pairs joined on top, to connect parts that the k nearest left apart
-    n_components: 1 if every node can be reached from every other
-    routes: second routes of the important pairs
-    progress: of the build in the end: how many tasks were kept from before, and how many done
+    Attributes:
+        settings: How the roadmap was built.
+        gaps: Named configurations that are not free, and pairs without an edge, with their reasons.
+        bridges: Pairs joined on top, to connect parts that the k nearest left apart.
+        n_components: 1 if every node can be reached from every other.
+        routes: Second routes of the important pairs.
+        progress: Of the build in the end: how many tasks were kept from before, and how many done.
     """
 
     settings: RoadmapSettings
@@ -30,7 +32,11 @@ class RoadmapReport:
     progress: BuildProgress
 
     def summary(self) -> dict[str, Any]:
-        """The figures of the report as JSON values."""
+        """Sum up the report.
+
+        Returns:
+            The figures as JSON values.
+        """
         return {
             "n_neighbours": self.settings.n_neighbours,
             "n_components": self.n_components,

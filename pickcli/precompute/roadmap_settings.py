@@ -11,9 +11,12 @@ from pickcli.path_planning.planner_names import PlannerName
 class RoadmapSettings:
     """How a roadmap is built; all of it is stored with the result.
 
-    n_neighbours: k, edges are tried from each node to its k nearest
-    planner: of the edges; where it gives up, RRT-Connect tries
-    max_iterations: of a planner for one edge; RRT* uses them all unless the straight edge is free
+    Attributes:
+        planner: Of the edges; where it gives up, RRT-Connect tries.
+        n_neighbours: k, edges are tried from each node to its k nearest.
+        max_iterations: Of a planner for one edge; RRT* uses them all unless the straight edge is free.
+        n_shortcuts: Shortcuts tried on the path of an edge.
+        seed: Seed from which those of the edges are derived.
     """
 
     planner: PlannerName = PlannerName.RRT_STAR

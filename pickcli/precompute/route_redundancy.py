@@ -28,10 +28,11 @@ MOST_TRIES = 24
 class RouteRedundancy:
     """What became of the important pairs.
 
-    detours: of those with a second route, its length over that of the first
-    alone: the others, and why
-    added: edges that were added for them
-    n_for_any_pod: how many have a second route even by those edges alone that hold for any displaced pod
+    Attributes:
+        detours: Of those with a second route, its length over that of the first.
+        alone: The others, and why.
+        added: Edges that were added for them.
+        n_for_any_pod: How many have a second route even by those edges alone that hold for any displaced pod.
     """
 
     detours: tuple[tuple[Names, float], ...] = ()
@@ -40,7 +41,11 @@ class RouteRedundancy:
     n_for_any_pod: int = 0
 
     def summary(self) -> dict[str, Any]:
-        """The figures as JSON values."""
+        """Sum up the routes.
+
+        Returns:
+            The figures as JSON values.
+        """
         (a, b), worst = max(self.detours, key=lambda entry: entry[1], default=(("", ""), 0.0))
         median = float(np.median([ratio for _, ratio in self.detours])) if self.detours else None
         return {
@@ -55,9 +60,15 @@ class RouteRedundancy:
 
 
 def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]) -> Pair | None:
-    """The nearest two nodes (i < j) on two sides of a cut that could still be joined across it.
+    """Choose the nearest two nodes on two sides of a cut that could still be joined across it.
 
-    failed: pairs that have no path
+    Args:
+        roadmap: The roadmap so far.
+        side: Nodes on one side of the cut.
+        failed: Pairs that have no path.
+
+    Returns:
+        Indices (i < j), None if too many pairs failed or none is left.
     """
     if len(_across(side, failed)) >= MOST_TRIES:
         return None
@@ -67,7 +78,16 @@ def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]
 
 
 def why_alone(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reason]) -> Reason:
-    """Why two nodes have fewer than two routes: the edge that all need, and what was tried beside it."""
+    """Tell why two nodes have fewer than two routes: the edge that all need, and what was tried beside it.
+
+    Args:
+        roadmap: The roadmap.
+        found: The routes that there are, and the cut.
+        failed: Pairs that have no path, and why.
+
+    Returns:
+        The reason.
+    """
     needed = [_named(roadmap, roadmap.edges[edge].tolist()) for edge in crossing(roadmap, found.side)]
     what = f"one route only: all need the edge {needed[0]}" if needed else "no route"
     tried = _across(found.side, failed)
@@ -78,7 +98,14 @@ def why_alone(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reaso
 
 
 def for_any_pod(roadmap: Roadmap) -> Roadmap:
-    """The same nodes with those edges alone that are proven wherever the pod stands within its bounds."""
+    """Leave out the edges that are not proven wherever the pod stands within its bounds.
+
+    Args:
+        roadmap: The roadmap.
+
+    Returns:
+        The same nodes with the other edges.
+    """
     kept = [m for m, mark in enumerate(roadmap.marks) if mark.stand is PodStand.DISPLACED]
     part = replace(
         roadmap, edges=roadmap.edges[:0], lengths=roadmap.lengths[:0], waypoints=roadmap.waypoints[:0],
@@ -90,7 +117,14 @@ def for_any_pod(roadmap: Roadmap) -> Roadmap:
 
 
 def detour(found: EdgeDisjoint) -> float:
-    """Length of the second route over that of the first."""
+    """Compare the two routes of a pair.
+
+    Args:
+        found: Two routes.
+
+    Returns:
+        Length of the second over that of the first.
+    """
     first, second = (route.cost for route in found.routes)
     return second / first
 
