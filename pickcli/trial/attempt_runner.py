@@ -29,20 +29,36 @@ from pickcli.trial.trial_result import Attempt, Outcome
 
 @dataclass(frozen=True)
 class TrialSettings:
-    """How a trial is played."""
+    """How a trial is played.
+
+    Attributes:
+        seed: Every random choice follows from it.
+        noise: Bounds of the error of the item poses that are perceived.
+        reality: Levels at which the simulated world differs from its model.
+        time_limit: s; None for that of the order's year.
+    """
 
     seed: int = 0
     noise: PoseNoise = DEFAULT_NOISE
     reality: Reality = DEFAULT
-    time_limit: float | None = None  # s, None: that of the order's year
+    time_limit: float | None = None
 
 
 class Player:
     """A crew with a clock and eyes.
 
-    say: told what happens now
-    stuck: why the arm was still where it could not be brought out of when the time ended, "" if it was not
-    cut_short: what the end of the time left undone although there was a way, "" if nothing
+    Args:
+        crew: Who plans, verifies and carries out.
+        settings: How the trial is played.
+        limit: Time limit of the trial, s.
+        say: Told what happens now.
+
+    Attributes:
+        clock: The clock of the trial.
+        n_looks: Number of looks so far.
+        has_seen: Whether nothing that was seen last may have moved since.
+        stuck: Why the arm was where it could not be brought out of when the time ended, "" if it was not.
+        cut_short: What the end of the time left undone although there was a way, "" if nothing.
     """
 
     def __init__(
@@ -56,16 +72,29 @@ class Player:
         self._seen = self.look()
 
     def scene(self) -> Scene:
-        """The scene as it was last perceived; looks first where something may have moved since, if there is
-        time for a look."""
+        """Give the scene as it was last perceived.
+
+        Looks first where something may have moved since, if there is time for a look.
+
+        Returns:
+            The scene as it is seen.
+        """
         return self._seen if self.has_seen else self.look_again()
 
     def look_again(self) -> Scene:
-        """Look, if there is time for it; what was seen last, if there is not."""
+        """Look, if there is time for it.
+
+        Returns:
+            The scene as it is seen; what was seen last, if there is no time.
+        """
         return self.look() if self.clock.has_time_for(self.settings.reality.look_time) else self._seen
 
     def look(self) -> Scene:
-        """Look at pod and tote, which takes time, and keep what is perceived."""
+        """Look at pod and tote, which takes time, and keep what is perceived.
+
+        Returns:
+            The scene as it is seen.
+        """
         self.wait(self.settings.reality.look_time)
         self.n_looks += 1
         how = self.settings
@@ -79,20 +108,44 @@ class Player:
         return self.clock.has_time_for(self.clock.charge)
 
     def has_time_for(self, plan: Plan, afterwards: float = 0.0) -> bool:
-        """Whether a plan can be carried out in time, with some seconds left afterwards."""
+        """Tell whether a plan can be carried out in time.
+
+        Args:
+            plan: The plan.
+            afterwards: s that must be left after it.
+
+        Returns:
+            Whether it ends within the limit.
+        """
         return self.clock.has_time_for(plan.trajectory.duration + ARRIVAL + afterwards)
 
     def wait(self, duration: float) -> None:
-        """Let time pass."""
+        """Let time pass.
+
+        Args:
+            duration: Simulated s.
+        """
         self.crew.arena.wait(duration)
         self.clock = self.clock.moved(duration)
 
     def charge(self) -> None:
-        """One more planning call on the clock."""
+        """Charge one more planning call to the clock."""
         self.clock = self.clock.planned()
 
     def plan(self, scene: Scene, attempt: Attempt, exclude: Sequence[Grasp | GraspKind] = ()) -> Plan:
-        """One call of the planner, charged to the clock. Raises NoPlanError."""
+        """Call the planner once, charged to the clock.
+
+        Args:
+            scene: The scene as it is seen.
+            attempt: What is to be moved, from where and where to.
+            exclude: Grasps and kinds of grasps that are not to be used.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is none; with the reasons.
+        """
         self.charge()
         arena = self.crew.arena
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
@@ -101,7 +154,16 @@ class Player:
         return self.crew.plan(scene, query, Start(arena.q, arena.tool_state), seed)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
-        """The attempt with its plan, or with the reason why there is none."""
+        """Plan an attempt.
+
+        Args:
+            attempt: What is to be moved, from where and where to.
+            scene: The scene as it is seen.
+            exclude: Grasps and kinds of grasps that are not to be used.
+
+        Returns:
+            The attempt with its plan, or with the reason why there is none.
+        """
         began = time.perf_counter()
         try:
             plan = self.plan(scene, attempt, exclude)
@@ -114,7 +176,15 @@ class Player:
         return replace(attempt, plan=plan, statistics={**plan.statistics, "planning_ms": _ms_since(began)})
 
     def carried_out(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """A planned attempt, verified and executed: nothing uncertified is."""
+        """Verify and execute a planned attempt: nothing uncertified is executed.
+
+        Args:
+            attempt: The attempt with its plan.
+            scene: The scene that it was planned in.
+
+        Returns:
+            The attempt with its execution, or as rejected.
+        """
         verified = self._verified(attempt, scene)
         return verified if verified.outcome is Outcome.REJECTED else self._executed(verified)
 
@@ -128,9 +198,15 @@ class Player:
         return replace(attempt, plan=certified, statistics=statistics)
 
     def certified(self, plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Plan | str:
-        """The plan with its certificate, or why the verifier refuses it.
+        """Ask the verifier for a certificate.
 
-        stopped: what a way back after a stop leads along
+        Args:
+            plan: The plan.
+            scene: The scene that it was planned in.
+            stopped: What a way back after a stop leads along; None for other plans.
+
+        Returns:
+            The plan with its certificate, or why the verifier refuses it.
         """
         verdict = self.crew.verify(plan, scene, stopped)
         if verdict.certificate is None:
@@ -138,11 +214,22 @@ class Player:
         return replace(plan, certificate=verdict.certificate)
 
     def execute(self, plan: Plan) -> Execution:
-        """Carry out a certified plan; what was seen before is no longer known to be so."""
+        """Carry out a certified plan; what was seen before is no longer known to be so.
+
+        Args:
+            plan: The plan with its certificate.
+
+        Returns:
+            What happened.
+        """
         return self._timed(self.crew.arena.execute(plan))
 
     def let_go(self) -> Execution:
-        """Switch the vacuum off where the robot stands."""
+        """Switch the vacuum off where the robot stands.
+
+        Returns:
+            What happened.
+        """
         return self._timed(self.crew.arena.release())
 
     def _timed(self, execution: Execution) -> Execution:

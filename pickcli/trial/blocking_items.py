@@ -28,17 +28,20 @@ def in_the_way(
     is_hopeful: bool = False,
     blamed: Sequence[str] | None = None,
 ) -> tuple[str, ...]:
-    """Ids of items of the bin without which the target can be picked; () if nothing of the kind helps.
+    """Find items of the bin without which the target can be picked.
 
     The item that is blamed most is thought away, until there is a plan; then those that it can do with.
 
     Args:
         what_if: Plans the pick in a scene.
-        scene: As it is seen.
+        scene: The scene as it is seen.
         target: The target as it is seen; it is never in its own way, though the tool may not reach it for it.
         is_hopeful: Whether what is blamed is named even where moving it leaves something else that no item is
             to blame for: that may be another one once the target can be reached, or is seen anew.
         blamed: Items that a plan blamed in this very scene, the most blamed first, if one was refused in it.
+
+    Returns:
+        Ids of the items; () if nothing of the kind helps.
     """
     here = {placed.id for placed in scene.in_location(target.location)} - {target.id}
     away: list[str] = []
@@ -58,10 +61,18 @@ def in_the_way(
 
 
 def worth_moving(what_if: WhatIf, scene: Scene, target: PlacedItem) -> tuple[str, ...]:
-    """Ids of the other items of the bin that the tool might hold, the one nearest to the mouth first.
+    """List the other items of the bin that the tool might hold.
 
-    Any of them that can be moved may give room to what cannot be yet. () where the target cannot be picked
-    without all of them either.
+    Any of them that can be moved may give room to what cannot be yet.
+
+    Args:
+        what_if: Plans the pick in a scene.
+        scene: The scene as it is seen.
+        target: The target as it is seen.
+
+    Returns:
+        Ids, the item nearest to the mouth first; () where the target cannot be picked without all of them
+        either.
     """
     here = from_the_mouth(scene, scene.in_location(target.location))
     others = tuple(p.id for p in here if p.item.suction and p.id != target.id)
@@ -80,13 +91,30 @@ def _blamed(what_if: WhatIf, scene: Scene, away: Sequence[str]) -> Sequence[str]
 
 
 def from_the_mouth(scene: Scene, items: Iterable[PlacedItem]) -> list[PlacedItem]:
-    """Items in bins, the one nearest to its mouth first."""
+    """Sort items in bins by their distance from the mouth.
+
+    Args:
+        scene: The scene, for the pose of the pod.
+        items: The items.
+
+    Returns:
+        The items, the one nearest to the mouth first.
+    """
     T_pod_world = inverse(scene.T_world_pod)
     return sorted(items, key=lambda placed: (float((T_pod_world @ placed.T_world_item)[0, 3]), placed.id))
 
 
 def destinations(scene: Scene, bin_name: str, still_open: Sequence[Target]) -> Iterator[str]:
-    """Other bins, the emptiest first, those in which targets still lie after them; a few at most."""
+    """Choose other bins to put something aside into.
+
+    Args:
+        scene: The scene as it is seen.
+        bin_name: The bin that something is taken out of.
+        still_open: Targets that are still to be picked.
+
+    Yields:
+        Names of bins, the emptiest first, those in which targets still lie after them; a few at most.
+    """
     waiting = {target.bin for target in still_open}
     others = [name for name in scene.cell.pod.bins if name != bin_name]
     others.sort(key=lambda name: (name in waiting, len(scene.in_location(name)), name))

@@ -23,13 +23,25 @@ SHELF = "shelf"
 
 @dataclass(frozen=True)
 class ForceLimits:
-    """N at one point of contact, from which on damage is minor, and major."""
+    """Forces at one point of contact from which on damage is done.
+
+    Attributes:
+        minor: N, above which damage is minor.
+        major: N, above which it is major.
+    """
 
     minor: float
     major: float
 
     def grade(self, force: float) -> Damage | None:
-        """How bad a force is."""
+        """Tell how bad a force is.
+
+        Args:
+            force: N at one point of contact.
+
+        Returns:
+            The damage, None if there is none.
+        """
         if force > self.major:
             return Damage.MAJOR
         return Damage.MINOR if force > self.minor else None
@@ -42,11 +54,14 @@ FRAGILE = ("oreo_mega_stuf", "soft_white_lightbulb")
 
 
 def damages(scene: Scene, collisions: Iterable[Collision]) -> tuple[tuple[str, Damage], ...]:
-    """Every item, and the shelf, that was hit too hard, once, by the worst hit.
+    """Grade every item, and the shelf, that was hit too hard.
 
     Args:
-        scene: With every item of the trial.
+        scene: A scene with every item of the trial.
         collisions: All that were counted.
+
+    Returns:
+        Id of the item or name of the shelf, each once, with the worst damage; sorted.
     """
     limits = {p.id: FRAGILE_LIMITS if p.item.name in FRAGILE else ITEM_LIMITS for p in scene.items}
     pod = {body.name for body in scene.cell.pod.bodies}

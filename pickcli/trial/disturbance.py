@@ -41,7 +41,8 @@ class Disturbance:
         moved: How far its centre went, m.
         turned: How far it turned, rad.
         fell: How much lower its lowest point is, m; 0 if it is not lower.
-        out_of, into: Where it was and where it is.
+        out_of: Place where it was.
+        into: Place where it is.
     """
 
     item: str
@@ -56,12 +57,18 @@ class Disturbance:
 def disturbances(
     before: Scene, after: Scene, meant: Collection[str], drop_limit: float
 ) -> tuple[Disturbance, ...]:
-    """Items that moved from one true scene to the other, without those that were meant to.
+    """Find items that moved from one true scene to the other, without those that were meant to.
+
+    An item that is in one of the scenes only is in the cup in the other.
 
     Args:
-        before, after: True scenes; an item that is in one of them only is in the cup in the other.
+        before: The true scene before.
+        after: The true scene after.
         meant: Ids of the items that were picked or let go.
         drop_limit: m, from which on going down is a fall by the rules.
+
+    Returns:
+        What became of them, sorted by id.
     """
     was = {placed.id: placed for placed in before.items}
     found = (

@@ -19,7 +19,20 @@ def final_state(
     drops: tuple[Drop, ...],
     damages: tuple[tuple[str, Damage], ...] = (),
 ) -> FinalState:
-    """Where every item of ``before`` is in ``after`` (true scenes), and what ``belief`` makes us claim."""
+    """Collect what the rules look at when a trial has ended.
+
+    Args:
+        order: The order that was played.
+        before: The true scene before the trial.
+        after: The true scene after it, without what is in the cup.
+        belief: The scene as it is seen in the end: what is claimed.
+        held: Id of the item in the cup, None if it is empty.
+        drops: Free falls of items.
+        damages: Items, or the shelf, and how badly they were hit.
+
+    Returns:
+        The final state.
+    """
     now = {placed.id: placed for placed in after.items}
     items = []
     for placed in before.items:
@@ -31,6 +44,14 @@ def final_state(
 
 
 def protrusion(scene: Scene, placed: PlacedItem) -> float:
-    """How far, in m, an item stands out beyond the plane of the pod's front face; 0 if it does not."""
+    """Measure how far an item stands out beyond the plane of the pod's front face.
+
+    Args:
+        scene: The scene, for the pose of the pod.
+        placed: The item.
+
+    Returns:
+        m; 0 if it does not.
+    """
     lower, _ = bounds(placed.item.shape, inverse(scene.T_world_pod) @ placed.T_world_item)
     return max(0.0, -float(lower[0]))

@@ -47,9 +47,12 @@ def run_trial(
     Args:
         order: A pick order.
         crew: Who plans, verifies and carries out.
-        settings: How the trial is played.
+        settings: How the trial is played; None for the default.
         on_progress: Told of the targets done, and of what happens now.
         after_attempt: Called after every attempt, be it at a target or at what is in its way.
+
+    Returns:
+        What happened and what it scores.
 
     Raises:
         InputError: The order is no pick order.
@@ -60,7 +63,18 @@ def run_trial(
 
 
 def require_pick(order: Order, where: str = "the order") -> Order:
-    """The order, if it is one that can be played. Raises InputError."""
+    """Refuse an order that is not one to be played.
+
+    Args:
+        order: The order.
+        where: Its file, for the message.
+
+    Returns:
+        The order.
+
+    Raises:
+        InputError: It is no pick order, or its tote is not empty.
+    """
     if order.kind is not OrderKind.PICK:
         raise InputError(
             f"{where}: this is a {order.kind} file; a trial plays pick orders (with a work_order)"

@@ -49,7 +49,10 @@ TWO_COPIES: Mapping[int, tuple[str, ...]] = {
 
 
 def make_order(task: OrderKind, year: int, seed: int) -> Order:
-    """A random order by the official rules of a task and year.
+    """Draw a random order by the official rules of a task and year.
+
+    A pick has one target per bin, in the order of the bins; a stow has one item of each bin in the tote. No
+    bin is fuller than MOST_FULL.
 
     Args:
         task: PICK or STOW; in 2015 there was no stow.
@@ -57,8 +60,7 @@ def make_order(task: OrderKind, year: int, seed: int) -> Order:
         seed: Everything random follows from it, the task and the year.
 
     Returns:
-        All items of the year, each bin with as many as the rules say. A pick has one target per bin, in the
-        order of the bins; a stow has one item of each bin in the tote. No bin is fuller than MOST_FULL.
+        An order with all items of the year, each bin with as many as the rules say.
 
     Raises:
         InputError: There was no such task, or the items do not fit into the bins.
@@ -77,7 +79,16 @@ def make_order(task: OrderKind, year: int, seed: int) -> Order:
 
 
 def share_filled(bin_name: str, names: Sequence[str], year: int) -> float:
-    """Share of a bin's clear volume that the boxes around some items take."""
+    """Tell the share of a bin's clear volume that the boxes around some items take.
+
+    Args:
+        bin_name: Name of the bin.
+        names: Names of the items.
+        year: 2015 or 2016, which decides the figures of the items.
+
+    Returns:
+        The share, 1 for all of the volume.
+    """
     cell = _cell()
     boxes = [float(np.prod(cell.item(name, year).shape.extents)) for name in names]
     return sum(boxes) / cell.pod.bins[bin_name].room.volume
@@ -100,7 +111,11 @@ def _draw(task: OrderKind, year: int, rng: np.random.Generator) -> Order:
 
 
 def tasks() -> tuple[str, ...]:
-    """The tasks that there were, as "pick 2016"."""
+    """List the tasks that there were.
+
+    Returns:
+        Each as "pick 2016".
+    """
     return tuple(f"{task} {year}" for task, year in BIN_SIZES)
 
 

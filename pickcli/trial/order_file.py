@@ -39,7 +39,12 @@ class OrderKind(StrEnum):
 
 @dataclass(frozen=True)
 class Target:
-    """One line of a work order: one copy of an item, from one bin."""
+    """One line of a work order: one copy of an item, from one bin.
+
+    Attributes:
+        bin: Name of the bin.
+        item: Name of the item.
+    """
 
     bin: str
     item: str
@@ -49,12 +54,17 @@ class Target:
 class Order:
     """What lies where before the task (after it, for OUTPUT), and what is wanted.
 
-    year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has
+    Attributes:
+        kind: What is asked for.
+        year: 2015 or 2016, by the format of the file; it decides the rules and which figures an item has.
+        bin_contents: Names of items by bin, in the order of the bins; duplicates are copies.
+        tote_contents: Names of the items in the tote.
+        work_order: The targets of a pick, in their order.
     """
 
     kind: OrderKind
     year: int
-    bin_contents: dict[str, tuple[str, ...]]  # by bin, in the order of the bins; duplicates are copies
+    bin_contents: dict[str, tuple[str, ...]]
     tote_contents: tuple[str, ...]
     work_order: tuple[Target, ...]
 
@@ -66,19 +76,33 @@ def read_order(path: Path, cell: Cell) -> Order:
         path: A file, or the name of an order under data/tasks.
         cell: Whose bins and items may stand in it.
 
+    Returns:
+        The order.
+
     Raises:
-        InputError: Naming every problem; UnknownNameError for a name that stands for none.
+        InputError: Something is wrong with the file; with every problem.
+        UnknownNameError: There is no such file, and what would be a name is none.
     """
     return _order(read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins))
 
 
 def order_names() -> list[str]:
-    """Names of the orders under data/tasks."""
+    """List the orders under data/tasks.
+
+    Returns:
+        Their names, sorted.
+    """
     return sorted(path.stem for path in data_path().glob("tasks/*.json"))
 
 
 def order_file(name_or_path: Path) -> Path:
-    """The file that a path, or the name of an order under data/tasks, means.
+    """Find the file that a path, or the name of an order under data/tasks, means.
+
+    Args:
+        name_or_path: What the user wrote.
+
+    Returns:
+        The path of the file, which need not exist if it was written as a path.
 
     Raises:
         UnknownNameError: There is no such file, and what would be a name is none.
@@ -99,7 +123,20 @@ def order_file(name_or_path: Path) -> Path:
 
 
 def parse_order(text: str, path: Path, items: Collection[str], bins: tuple[str, ...] = BINS) -> Order:
-    """``read_order`` of a text that is the content of that file; items and bins are the known names."""
+    """Read an order from a text.
+
+    Args:
+        text: The text, JSON or YAML.
+        path: The file whose content it is, for messages.
+        items: Names of the items that may stand in it.
+        bins: Names of the bins that may stand in it.
+
+    Returns:
+        The order.
+
+    Raises:
+        InputError: Something is wrong with the text; with every problem.
+    """
     return _order(parse_yaml(text, path), items, bins)
 
 

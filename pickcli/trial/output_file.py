@@ -12,9 +12,16 @@ from pickcli.trial.order_file import Order, OrderKind
 
 
 def claim(order: Order, items: Iterable[PlacedItem]) -> Order:
-    """The order as it is after the task, from where the items are believed to lie.
+    """Tell the state after the task from where the items are believed to lie.
 
     An item believed to lie in no bin and not in the tote stands nowhere in it.
+
+    Args:
+        order: The order that was played.
+        items: The items as they are believed to lie.
+
+    Returns:
+        The state, of the kind OUTPUT.
     """
     placed = sorted(items, key=lambda i: i.id)
     by_bin = {b: tuple(i.item.name for i in placed if i.location == b) for b in order.bin_contents}
@@ -23,9 +30,15 @@ def claim(order: Order, items: Iterable[PlacedItem]) -> Order:
 
 
 def order_text(order: Order) -> str:
-    """An order as the official JSON of its year: one bin per line.
+    """Write an order as the official JSON of its year: one bin per line.
 
     Outputs have no ``work_order``, as the official sample output; orders of 2015 no ``tote_contents``.
+
+    Args:
+        order: The order.
+
+    Returns:
+        The text.
     """
     bins = ",\n".join(f"    {json.dumps(b)}: {json.dumps(names)}" for b, names in order.bin_contents.items())
     parts = [f'  "bin_contents": {{\n{bins}\n  }}']
@@ -38,5 +51,14 @@ def order_text(order: Order) -> str:
 
 
 def write_output(path: Path, order: Order, replace: bool = True) -> None:
-    """Write an order or output file, as ``write_bytes`` does. Raises InputError where that is impossible."""
+    """Write an order or output file.
+
+    Args:
+        path: Where to write.
+        order: The order.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The place cannot be written.
+    """
     write_text(path, order_text(order), replace)

@@ -14,18 +14,41 @@ from pickcli.seeds import derived_rng
 
 
 def random_displacement(bounds: Displacement, rng: np.random.Generator) -> Displacement:
-    """A displacement, uniform within bounds."""
+    """Draw a displacement of the pod, uniform within bounds.
+
+    Args:
+        bounds: The largest displacement either way.
+        rng: Source of the random numbers.
+
+    Returns:
+        The displacement.
+    """
     x, y, yaw = (float(v) for v in rng.uniform(-1.0, 1.0, 3) * [bounds.x, bounds.y, bounds.yaw])
     return Displacement(x, y, yaw)
 
 
 def random_shift(cell: Cell, seed: int) -> Displacement:
-    """Where a seed puts the pod, within what its cell allows for."""
+    """Draw where a seed puts the pod, within what its cell allows for.
+
+    Args:
+        cell: The cell.
+        seed: The seed.
+
+    Returns:
+        The displacement from the pod's nominal place.
+    """
     return random_displacement(cell.pod.displacement, derived_rng("pod shift", seed))
 
 
 def shifted_pod(cell: Cell, shift: Displacement) -> Array:
-    """Pose (4, 4) in the world of the pod that is moved by a shift.
+    """Move the pod from its nominal place.
+
+    Args:
+        cell: The cell.
+        shift: The displacement.
+
+    Returns:
+        Pose (4, 4) of the pod in the world.
 
     Raises:
         InputError: The shift is beyond what the cell allows for.

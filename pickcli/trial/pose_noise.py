@@ -23,7 +23,11 @@ DEFAULT_NOISE = PoseNoise(position=0.002, angle=np.deg2rad(1.0))
 
 
 def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reality = IDEAL) -> Scene:
-    """The scene as it is perceived.
+    """Perceive a scene, with the errors of perception.
+
+    Items in bins and tote are displaced, each in the place that its seen pose is in or nearest to; what lies
+    on the floor of the hall is not seen. The pod stands where it is estimated to stand, and the bounds of
+    that error are stated as ``pod_error``.
 
     Args:
         true: Where everything is.
@@ -35,9 +39,7 @@ def perceive(true: Scene, noise: PoseNoise, seed: int, look: int, reality: Reali
         reality: Levels of outliers and of the error of the pod's pose.
 
     Returns:
-        Items in bins and tote, displaced, each in the place that its seen pose is in or nearest to; what lies
-        on the floor of the hall is not seen. The pod stands where it is estimated to stand, and the bounds of
-        that error are stated as ``pod_error``.
+        The scene as it is perceived.
     """
     error = _pod_error(reality)
     off = random_displacement(error, derived_rng("pod estimate", seed))

@@ -28,51 +28,92 @@ class Damage(StrEnum):
 
 @dataclass(frozen=True)
 class FinalItem:
-    """Where one instance really is at the end. Places are bin names, TOTE, HELD or OUTSIDE."""
+    """Where one instance really is at the end. Places are bin names, TOTE, HELD or OUTSIDE.
+
+    Attributes:
+        id: Id of the instance.
+        name: Name of the item.
+        start: Place before the trial.
+        end: Place after it.
+        protrusion: m that it stands out of its bin, beyond the front face.
+    """
 
     id: str
     name: str
     start: str
     end: str
-    protrusion: float = 0.0  # m that it stands out of its bin, beyond the front face
+    protrusion: float = 0.0
 
 
 @dataclass(frozen=True)
 class Drop:
-    """One free fall of an item. ``is_release``: it was let go on purpose, over the tote."""
+    """One free fall of an item.
 
-    item: str  # id
-    height: float  # m
+    Attributes:
+        item: Its id.
+        height: m.
+        is_release: Whether it was let go on purpose, over the tote.
+    """
+
+    item: str
+    height: float
     is_release: bool = False
 
 
 @dataclass(frozen=True)
 class FinalState:
-    """All that the rules look at. ``claim`` is the task output file, None if there is none."""
+    """All that the rules look at.
+
+    Attributes:
+        items: Where every item is.
+        claim: The task output file, None if there is none.
+        drops: Free falls of items.
+        damages: What was damaged, and how badly.
+    """
 
     items: tuple[FinalItem, ...]
     claim: Order | None = None
     drops: tuple[Drop, ...] = ()
-    damages: tuple[tuple[str, Damage], ...] = ()  # what, and how badly
+    damages: tuple[tuple[str, Damage], ...] = ()
 
 
 @dataclass(frozen=True)
 class Rules:
-    """The points of one year. ``fill``: from how many items in the bin at the start, how many points."""
+    """The points of one year.
+
+    Attributes:
+        fill: From how many items in the bin at the start, how many points for a target of it.
+        outside: Points for an item outside of bins and tote.
+        wrong_claim: Points for an item that is claimed to be where it is not.
+        protruding: Points for an item that stands out of its bin by more than ``protrusion_limit``.
+        high_drop: Points for a fall from over ``drop_limit``, whoever let go.
+        lost_target: Points for a target lost by the cup, from any height.
+        wrong_item: Points for something else than a target moved out of its bin.
+        damage: Points by how bad it is.
+        drop_limit: m.
+        protrusion_limit: m.
+    """
 
     fill: tuple[tuple[int, int], ...]
     outside: int = 0
     wrong_claim: int = 0
     protruding: int = 0
-    high_drop: int = 0  # from over ``drop_limit``, whoever let go
-    lost_target: int = 0  # a target lost by the cup, from any height
-    wrong_item: int = 0  # something else than a target moved out of its bin
+    high_drop: int = 0
+    lost_target: int = 0
+    wrong_item: int = 0
     damage: Mapping[Damage, int] = field(default_factory=dict)
-    drop_limit: float = 0.3  # m
-    protrusion_limit: float = 0.005  # m
+    drop_limit: float = 0.3
+    protrusion_limit: float = 0.005
 
     def fill_points(self, n_items: int) -> int:
-        """Points for a bin that held that many items at the start."""
+        """Look up the points for a target by how full its bin was.
+
+        Args:
+            n_items: Number of items in the bin at the start.
+
+        Returns:
+            Points.
+        """
         return next((points for n, points in self.fill if n_items >= n), self.fill[-1][1])
 
 
@@ -92,16 +133,27 @@ RULES = {
 
 @dataclass(frozen=True)
 class ScoreLine:
-    """One line of the score. A missed target is a line of 0 points."""
+    """One line of the score. A missed target is a line of 0 points.
+
+    Attributes:
+        points: Points, negative for a penalty.
+        subject: Id of an item, or a name.
+        reason: What the points are for.
+    """
 
     points: int
-    subject: str  # id of an item, or a name
+    subject: str
     reason: str
 
 
 @dataclass(frozen=True)
 class Score:
-    """Every line, and what the order was worth."""
+    """Every line, and what the order was worth.
+
+    Attributes:
+        lines: The lines.
+        maximum: Points for all targets and no penalty.
+    """
 
     lines: tuple[ScoreLine, ...]
     maximum: int
@@ -113,19 +165,45 @@ class Score:
 
 
 def item_bonuses(cell: Cell, order: Order) -> dict[str, int]:
-    """Bonus of every item of an order, by name, by the rules of its year."""
+    """Look up the bonus of every item of an order, by the rules of its year.
+
+    Args:
+        cell: The cell, for its items.
+        order: The order.
+
+    Returns:
+        Points by name of the item.
+    """
     names = set(order.tote_contents).union(*order.bin_contents.values())
     return {name: cell.item(name, order.year).bonus for name in sorted(names)}
 
 
 def target_points(order: Order, bin_name: str, item: str, bonus: Mapping[str, int]) -> int:
-    """What moving one item out of (stow: into) a bin is worth."""
+    """Tell what moving one item out of (stow: into) a bin is worth.
+
+    Args:
+        order: The order.
+        bin_name: Name of the bin.
+        item: Name of the item.
+        bonus: Points by name of the item, as from ``item_bonuses``.
+
+    Returns:
+        Points.
+    """
     n_items = len(order.bin_contents.get(bin_name, ()))
     return RULES[order.year].fill_points(n_items) + bonus.get(item, 0)
 
 
 def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
-    """The most an order can give: all targets and no penalty."""
+    """Tell the most an order can give: all targets and no penalty.
+
+    Args:
+        order: The order.
+        bonus: Points by name of the item, as from ``item_bonuses``.
+
+    Returns:
+        Points.
+    """
     if order.kind is OrderKind.PICK:
         return sum(target_points(order, t.bin, t.item, bonus) for t in order.work_order)
     bins = order.bin_contents
@@ -133,7 +211,16 @@ def maximum_score(order: Order, bonus: Mapping[str, int]) -> int:
 
 
 def score(order: Order, final: FinalState, bonus: Mapping[str, int]) -> Score:
-    """Score of a final state; ``bonus`` as from item_bonuses. The order of items does not matter."""
+    """Score a final state. The order of items does not matter.
+
+    Args:
+        order: The order that was played.
+        final: What the rules look at.
+        bonus: Points by name of the item, as from ``item_bonuses``.
+
+    Returns:
+        The score, line by line.
+    """
     items = tuple(sorted(final.items, key=lambda item: item.id))
     delivered = _delivered(order, items)
     lines = [

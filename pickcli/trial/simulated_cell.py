@@ -45,7 +45,13 @@ FALLING = 0.2  # m/s
 
 
 class SimulatedArena:
-    """A world in pybullet, with the robot at home and the items where ``scene`` says they truly are."""
+    """A world in pybullet, with the robot at home.
+
+    Args:
+        scene: Where the items truly are.
+        reality: Levels at which the world differs from its model.
+        seed: Seed of these differences.
+    """
 
     def __init__(self, scene: Scene, reality: Reality = DEFAULT, seed: int = 0) -> None:
         home = scene.cell.configurations[HOME]
@@ -73,11 +79,19 @@ class SimulatedArena:
         return self._world.contacts.collisions
 
     def now(self) -> Scene:
-        """Where everything really is, without the item that is held."""
+        """Tell where everything really is.
+
+        Returns:
+            The true scene, without the item that is held.
+        """
         return self._world.now()
 
     def has_vacuum(self) -> bool:
-        """What the vacuum sensor answers now."""
+        """Read the vacuum sensor.
+
+        Returns:
+            What it answers now.
+        """
         devices = self._world.scene.cell.devices.values()
         sensor = next(device.name for device in devices if device.kind is DeviceKind.SENSOR)
         return bool(self._world.act(sensor, "read"))
@@ -87,11 +101,22 @@ class SimulatedArena:
         self._world.close()
 
     def wait(self, duration: float) -> None:
-        """Stand still for a time in s."""
+        """Stand still.
+
+        Args:
+            duration: Simulated s.
+        """
         self._world.wait(duration)
 
     def execute(self, plan: Plan) -> Execution:
-        """Carry out a certified plan to its end or to a stop."""
+        """Carry out a certified plan to its end or to a stop.
+
+        Args:
+            plan: The plan with its certificate.
+
+        Returns:
+            What happened.
+        """
         world = self._world
         try:
             check_start(plan, world)
@@ -102,7 +127,11 @@ class SimulatedArena:
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
     def release(self) -> Execution:
-        """Close the valve where the robot stands and wait until the item is let go."""
+        """Close the valve where the robot stands and wait until the item is let go.
+
+        Returns:
+            What happened.
+        """
         world = self._world
         began, n_releases = world.t, len(world.suction.releases)
         _let_go(world, LET_GO_TIME)
@@ -128,7 +157,11 @@ class SimulatedArena:
         )
 
     def disturbed(self) -> tuple[Disturbance, ...]:
-        """What has moved since the last record, though nobody meant it to: while the robot stood."""
+        """Tell what has moved since the last record, though nobody meant it to: while the robot stood.
+
+        Returns:
+            The items, sorted by id.
+        """
         return disturbances(self._recorded, self.now(), (), Rules.drop_limit)
 
     def _let_fall(self) -> None:
@@ -141,12 +174,24 @@ class SimulatedArena:
             world.wait(FALL_STEP)
 
     def picture(self) -> NDArray[np.uint8]:
-        """The cell as it looks now, with a look into the bins and the tote, (height, width, 3)."""
+        """Take a picture of the cell as it looks now, with a look into the bins and the tote.
+
+        Returns:
+            (height, width, 3) RGB.
+        """
         return overview(self._world.engine, self.now())
 
 
 def crew_of(planner: PlanningContext, arena: SimulatedArena) -> Crew:
-    """The real crew: our planner, the independent verifier, the simulated arena."""
+    """Bring together the real crew: our planner, the independent verifier, the simulated arena.
+
+    Args:
+        planner: The cell with its stored motions.
+        arena: The simulated cell.
+
+    Returns:
+        The crew.
+    """
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
         return plan_pick(planner, scene, query, start, seed)

@@ -69,23 +69,46 @@ class TargetState:
     clearings: int = 0
 
     def tried(self) -> TargetState:
-        """The job after one more attempt."""
+        """Count one more attempt.
+
+        Returns:
+            The job after it.
+        """
         return replace(self, attempts=self.attempts + 1)
 
     def timed(self, seconds: float) -> TargetState:
-        """The job with the duration of a plan for it in place of the estimate."""
+        """Put the duration of a plan for it in place of the estimate.
+
+        Args:
+            seconds: Duration of the plan, s.
+
+        Returns:
+            The job with it.
+        """
         return replace(self, seconds=seconds)
 
     def failed(self) -> TargetState:
-        """The job after a motion in vain."""
+        """Count one more motion in vain.
+
+        Returns:
+            The job after it.
+        """
         return replace(self, failures=self.failures + 1)
 
     def refused(self) -> TargetState:
-        """The job after a look that led to no plan."""
+        """Count one more look that led to no plan.
+
+        Returns:
+            The job after it.
+        """
         return replace(self, refusals=self.refusals + 1)
 
     def renewed(self) -> TargetState:
-        """The job in a scene that has changed where it matters."""
+        """Forget the looks at a scene that has changed where it matters.
+
+        Returns:
+            The job in the new scene.
+        """
         return replace(self, refusals=0, clearings=0)
 
     @property
@@ -104,17 +127,34 @@ class TargetState:
 
 @dataclass
 class Experience:
-    """How often executed attempts at an item, and in a bin, went well and ill in this trial."""
+    """How often executed attempts at an item, and in a bin, went well and ill in this trial.
+
+    Attributes:
+        successes: Number of attempts that went well, by name of the item and by name of the bin.
+        failures: The same of those that went ill.
+    """
 
     successes: Counter[str] = field(default_factory=Counter)
     failures: Counter[str] = field(default_factory=Counter)
 
     def note(self, target: Target, is_success: bool) -> None:
-        """Learn from one executed attempt."""
+        """Learn from one executed attempt.
+
+        Args:
+            target: What was attempted.
+            is_success: Whether it went well.
+        """
         (self.successes if is_success else self.failures).update((target.item, target.bin))
 
     def chance(self, target: Target) -> float:
-        """That an attempt at the target goes well, for all that happened to others like it."""
+        """Estimate the chance that an attempt goes well, from all that happened to others like it.
+
+        Args:
+            target: What would be attempted.
+
+        Returns:
+            Chance between 0 and 1.
+        """
         shares = [
             (PRIOR + self.successes[name]) / (PRIOR + self.successes[name] + self.failures[name])
             for name in (target.item, target.bin)
@@ -124,7 +164,13 @@ class Experience:
 
 @dataclass(frozen=True)
 class Option:
-    """One thing that could be done next. rate: expected points per second."""
+    """One thing that could be done next.
+
+    Attributes:
+        job: The target that it is done for.
+        move: What is done.
+        rate: Expected points per second.
+    """
 
     job: TargetState
     move: Move
@@ -132,7 +178,16 @@ class Option:
 
 
 def options(jobs: Iterable[TargetState], experience: Experience, may_clear: bool) -> Iterator[Option]:
-    """All that is worth trying for the open jobs."""
+    """List all that is worth trying for the open jobs.
+
+    Args:
+        jobs: The open jobs.
+        experience: What went well and ill so far.
+        may_clear: Whether items may be moved aside.
+
+    Yields:
+        What could be done next.
+    """
     for job in jobs:
         chance = experience.chance(job.target) * RETRY_CHANCE**job.failures if job.can_hold else 0.0
         if job.can_pick:
@@ -145,17 +200,40 @@ def options(jobs: Iterable[TargetState], experience: Experience, may_clear: bool
 
 
 def best_option(found: Iterable[Option]) -> Option | None:
-    """The option with the most points per second; the earlier line of the order where equal."""
+    """Choose the option with the most points per second; the earlier line of the order where equal.
+
+    Args:
+        found: What could be done.
+
+    Returns:
+        The option, None if there is none.
+    """
     return max(found, key=lambda o: (o.rate, -o.job.index, o.move is Move.PICK), default=None)
 
 
 def may_move_others(year: int) -> bool:
-    """Whether the rules let items that are no targets go elsewhere: 2015 took 12 points for each."""
+    """Tell whether the rules let items that are no targets go elsewhere: 2015 took 12 points for each.
+
+    Args:
+        year: 2015 or 2016.
+
+    Returns:
+        Whether they may.
+    """
     return year != 2015
 
 
 def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[TargetState, ...]:
-    """One job per line of a pick order."""
+    """Make one job per line of a pick order.
+
+    Args:
+        order: The order.
+        cell: The cell, for its items.
+        bonus: Points by name of the item, as from ``item_bonuses``.
+
+    Returns:
+        The jobs, in the order of the lines.
+    """
     jobs = []
     for index, target in enumerate(order.work_order):
         item = cell.item(target.item, order.year)
@@ -168,31 +246,56 @@ def jobs_of(order: Order, cell: Cell, bonus: Mapping[str, int]) -> tuple[TargetS
 
 @dataclass(frozen=True)
 class TrialClock:
-    """The clock of a trial: simulated time and a fixed charge per planning call, never wall time."""
+    """The clock of a trial: simulated time and a fixed charge per planning call, never wall time.
 
-    limit: float  # s
-    simulated: float = 0.0  # s
+    Attributes:
+        limit: s, when the trial ends.
+        simulated: s of simulated time so far.
+        n_plans: Number of planning calls so far.
+        charge: s per planning call.
+    """
+
+    limit: float
+    simulated: float = 0.0
     n_plans: int = 0
     charge: float = PLANNING_CHARGE
 
     @property
     def now(self) -> float:
-        """s since the start of the trial."""
+        """Time since the start of the trial, s."""
         return self.simulated + self.n_plans * self.charge
 
     @property
     def left(self) -> float:
-        """s until the limit; never negative."""
+        """Time until the limit, s; never negative."""
         return max(0.0, self.limit - self.now)
 
     def planned(self) -> TrialClock:
-        """The clock after one more planning call."""
+        """Count one more planning call.
+
+        Returns:
+            The clock after it.
+        """
         return replace(self, n_plans=self.n_plans + 1)
 
     def moved(self, seconds: float) -> TrialClock:
-        """The clock after some simulated seconds."""
+        """Let simulated time pass.
+
+        Args:
+            seconds: Simulated s.
+
+        Returns:
+            The clock after them.
+        """
         return replace(self, simulated=self.simulated + seconds)
 
     def has_time_for(self, seconds: float) -> bool:
-        """Whether something that long still ends within the limit."""
+        """Tell whether something still ends within the limit.
+
+        Args:
+            seconds: How long it takes, s.
+
+        Returns:
+            Whether it does.
+        """
         return self.now + seconds <= self.limit

@@ -25,7 +25,15 @@ NAMES = ("output.json", "scene.json", "after.json", "trial.json", "before.png", 
 
 
 def refuse_existing_folder(folder: Path, overwrite: bool) -> None:
-    """Raise InputError, before any work is done, where the results could not be written in the end."""
+    """Refuse a folder, before any work is done, in which the results could not be written in the end.
+
+    Args:
+        folder: The folder, which need not exist.
+        overwrite: Whether files that are there may be replaced.
+
+    Raises:
+        InputError: It is a file, is not empty and must not be overwritten, or cannot be written.
+    """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is a file; name a folder with -o")
     if folder.exists() and any(folder.iterdir()) and not overwrite:
@@ -52,12 +60,20 @@ def write_folder(
     pictures: Mapping[str, NDArray[np.uint8]],
     replace: bool = True,
 ) -> tuple[Path, ...]:
-    """Write all files of a trial, each whole or not at all, and return their paths.
+    """Write all files of a trial, each whole or not at all.
 
-    pictures: by name, (height, width, 3)
-    replace: whether files that are there may be replaced
-    Raises InputError where a file cannot be written, after all others
-    were: it names both kinds.
+    Args:
+        folder: Where to write; it is made if need be.
+        result: What happened.
+        record: The record of the trial, as JSON values.
+        pictures: (height, width, 3) RGB, by name.
+        replace: Whether files that are there may be replaced.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: A file cannot be written, after all others were: it names both kinds.
     """
     from pickcli.simulation.camera import write_png
 

@@ -34,16 +34,21 @@ LET_GO_TIME = 0.5  # s after which a closed valve has let go of anything
 class Execution:
     """What happened while something was carried out. Times are simulated seconds.
 
-    stopped: why it ended before the plan did, "" if it did not
-    stop_cause: the same as a kind, None if it did not stop or never started
-    has_item: what the vacuum sensor said at the end of the retreat, None if it was not read
-    events: one mapping per fired event, with its device, action and distance from where it was due
-    missed: events that never fired
-    max_lag: m, farthest that the tool was from where it was told to be
-    collisions: contacts that no plan allowed and that began or went on in this time, as far as they had come
-    max_load: worst share of the cup's limits while something was held
-    disturbed: items that moved since the record before, though nobody meant them to
-    path_time: where it came to rest after a stop, as a time of the plan's trajectory, s; None without one
+    Attributes:
+        duration: s.
+        stopped: Why it ended before the plan did, "" if it did not.
+        has_item: What the vacuum sensor said at the end of the retreat, None if it was not read.
+        collisions: Contacts that no plan allowed and that began or went on in this time, as far as they had
+            come.
+        limit_violations: What went beyond a limit, in words.
+        drops: Free falls of items.
+        events: One mapping per fired event, with its device, action and distance from where it was due.
+        missed: Events that never fired.
+        max_lag: m, farthest that the tool was from where it was told to be.
+        max_load: Worst share of the cup's limits while something was held.
+        stop_cause: Why it stopped, as a kind; None if it did not stop or never started.
+        path_time: Where it came to rest after a stop, as s of the plan's trajectory; None without one.
+        disturbed: Items that moved since the record before, though nobody meant them to.
     """
 
     duration: float
@@ -81,47 +86,128 @@ class Arena(Protocol):
         """Every contact so far that no plan allowed, in motion or not: for damage and score alone."""
 
     def now(self) -> Scene:
-        """Where everything really is, without the item that is held: for perception and the score."""
+        """Tell where everything really is: for perception and the score.
+
+        Returns:
+            The true scene, without the item that is held.
+        """
 
     def disturbed(self) -> tuple[Disturbance, ...]:
-        """What has moved since the last record, though nobody meant it to: for the score alone."""
+        """Tell what has moved since the last record, though nobody meant it to: for the score alone.
+
+        Returns:
+            The items.
+        """
 
     def has_vacuum(self) -> bool:
-        """What the vacuum sensor answers now."""
+        """Read the vacuum sensor.
+
+        Returns:
+            What it answers now.
+        """
 
     def wait(self, duration: float) -> None:
-        """Stand still for a time in s."""
+        """Stand still.
+
+        Args:
+            duration: Simulated s.
+        """
 
     def execute(self, plan: Plan) -> Execution:
-        """Carry out a certified plan to its end or to a stop."""
+        """Carry out a certified plan to its end or to a stop.
+
+        Args:
+            plan: The plan with its certificate.
+
+        Returns:
+            What happened.
+        """
 
     def release(self) -> Execution:
-        """Close the valve where the robot stands and wait until the item is let go."""
+        """Close the valve where the robot stands and wait until the item is let go.
+
+        Returns:
+            What happened.
+        """
 
 
 class PlanPick(Protocol):
-    """Asks for a pick as ``planning.pick.plan_pick`` does. Raises NoPlanError."""
+    """Plans a pick, as ``planning.plan_pick`` does."""
 
-    def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan: ...
+    def __call__(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
+        """Plan a pick.
+
+        Args:
+            scene: The scene as it is seen.
+            query: What is to be moved, from where and where to.
+            start: Configuration and tool state to start from.
+            seed: Seed of the plan.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is none; with the reasons.
+        """
+        ...
 
 
 class PlanRecovery(Protocol):
-    """Asks for a way out with the empty tool, on one level, from wherever it is. Raises NoPlanError."""
+    """Plans a way out with the empty tool, on one level, from wherever it is."""
 
     def __call__(
         self, scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
-    ) -> Plan: ...
+    ) -> Plan:
+        """Plan a way out.
+
+        Args:
+            scene: The scene as it is seen.
+            start: Configuration and tool state to start from.
+            seed: Seed of the plan.
+            level: How the way out is to be searched.
+            stopped: The motion that stopped, None if the way out need not lead along it.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is none; with the reasons.
+        """
+        ...
 
 
 class PlanBringing(Protocol):
-    """Asks for the rest of a stopped motion, or the way back of it, with its item. Raises NoPlanError."""
+    """Plans the rest of a stopped motion, or the way back of it, with its item."""
 
-    def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan: ...
+    def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+        """Plan to bring the item of a stopped motion on or back.
+
+        Args:
+            scene: The scene as it is seen.
+            stopped: The motion that stopped.
+            bringing: Where to bring the item.
+            seed: Seed of the plan.
+
+        Returns:
+            The plan, without a certificate.
+
+        Raises:
+            NoPlanError: There is none; with the reasons.
+        """
+        ...
 
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """Everyone that a trial needs."""
+    """Everyone that a trial needs.
+
+    Attributes:
+        plan: Plans a pick.
+        recover: Plans a way out with the empty tool.
+        bring: Plans the rest of a stopped motion, or the way back of it, with its item.
+        verify: Judges a plan in a scene; the trajectory is that of the stopped motion, if there is one.
+        arena: Where plans are carried out.
+    """
 
     plan: PlanPick
     recover: PlanRecovery

@@ -38,9 +38,15 @@ _PACKAGES = ("numpy", "ompl", "pybullet", "python-fcl", "ruckig")
 
 
 def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[str, Any]:
-    """The whole trial as JSON data, the figures that people ask for first.
+    """Tell the whole trial as JSON data, the figures that people ask for first.
 
-    order_file: name of the order, for the reader; wall_s: duration of the trial by the wall clock, s
+    Args:
+        result: What happened.
+        order_file: Name of the order, for the reader.
+        wall_s: Duration of the trial by the wall clock, s.
+
+    Returns:
+        JSON values by name.
     """
     return {
         "score": result.score.total,
@@ -75,12 +81,28 @@ def trial_record(result: TrialResult, order_file: str, wall_s: float) -> dict[st
 
 
 def record_text(record: Mapping[str, Any]) -> str:
-    """The record as JSON text."""
+    """Write the record as JSON text.
+
+    Args:
+        record: JSON values by name.
+
+    Returns:
+        The text.
+    """
     return json.dumps(record, indent=2, allow_nan=False) + "\n"
 
 
 def write_record(path: Path, record: Mapping[str, Any], replace: bool = True) -> None:
-    """Write the record, as ``write_bytes`` does. Raises InputError where that is impossible."""
+    """Write the record to a file.
+
+    Args:
+        path: Where to write.
+        record: JSON values by name.
+        replace: Whether a file that is there may be replaced.
+
+    Raises:
+        InputError: The place cannot be written.
+    """
     write_text(path, record_text(record), replace)
 
 

@@ -35,9 +35,10 @@ class Outcome(StrEnum):
 class RecoveryStep:
     """One thing that was tried after a stop.
 
-    what: a level of recovery, "bring on", "bring back", "let go" or "wait"
-    reason: why it came to nothing, or stopped; "" if it did not
-    execution: what was carried out, None if nothing was
+    Attributes:
+        what: A level of recovery, "bring on", "bring back", "let go" or "wait".
+        reason: Why it came to nothing, or stopped; "" if it did not.
+        execution: What was carried out, None if nothing was.
     """
 
     what: str
@@ -49,18 +50,27 @@ class RecoveryStep:
 class Attempt:
     """One try at one target, or at moving aside what is in its way.
 
-    item: id of what is to be moved; out_of, into: from where and where to, a bin for what is moved aside
-    number: 1 for the first try at this target
-    t_start: s on the clock of the trial
-    is_aside: whether it was to make room for the target
-    outcome: what the robot believes
-    seen_in, truly_in: where the item was seen afterwards, "" if it was not, and where it really was
-    plan: what was executed (or rejected); recovery: what was tried to bring item and arm out afterwards
-    statistics: wall-clock figures
+    Attributes:
+        target: The target that it was for.
+        item: Id of what is to be moved, "" if there was none.
+        number: 1 for the first try at this target.
+        t_start: s on the clock of the trial.
+        outcome: What the robot believes.
+        reason: Why it did not go as planned, "" if it did.
+        into: Place where to, a bin for what is moved aside.
+        out_of: Place where from.
+        is_aside: Whether it was to make room for the target.
+        plan: What was executed (or rejected).
+        execution: What happened then, None if nothing was executed.
+        recovery: What was tried to bring item and arm out afterwards.
+        seen_in: Where the item was seen afterwards, "" if it was not.
+        truly_in: Where it really was.
+        in_the_way: Ids that the failed plan blames, the most blamed first.
+        statistics: Wall-clock figures.
     """
 
     target: Target
-    item: str  # id, "" if there was none
+    item: str
     number: int
     t_start: float
     outcome: Outcome
@@ -73,7 +83,7 @@ class Attempt:
     recovery: tuple[RecoveryStep, ...] = ()
     seen_in: str = ""
     truly_in: str = ""
-    in_the_way: tuple[str, ...] = ()  # ids that the failed plan blames, the most blamed first
+    in_the_way: tuple[str, ...] = ()
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -87,7 +97,12 @@ class Attempt:
 class TargetResult:
     """One line of the order, played.
 
-    outcome: what the robot believes; points: what it truly gave
+    Attributes:
+        target: The line.
+        outcome: What the robot believes.
+        reason: Why it did not go well, "" if it did.
+        points: What it truly gave.
+        attempts: Everything tried for it, in the order of time.
     """
 
     target: Target
@@ -101,25 +116,37 @@ class TargetResult:
 class TrialResult:
     """A whole trial.
 
-    collisions: every contact that no plan allowed, in motion or not, once, in the order of their start
-    clock: s on the clock of the trial: simulated time and the charge of the planning calls
-    aborted: why the arm stood where it could not be brought out of when the time ended, "" if it did not
-    cut_short: what the end of the time left undone although there was a way, "" if nothing
-    disturbed_last: what moved without being meant to after the last execution, during the last look
+    Attributes:
+        order: The order that was played.
+        seed: Seed of the trial.
+        noise: Bounds of the error of the item poses that were perceived.
+        reality: Levels at which the simulated world differed from its model.
+        targets: In the order of the work order.
+        attempts: In the order of time.
+        before: The true scene before the trial.
+        after: The true scene after it.
+        final: What the rules look at.
+        score: What they give.
+        collisions: Every contact that no plan allowed, in motion or not, once, in the order of their start.
+        simulated: s of simulated time.
+        clock: s on the clock of the trial: simulated time and the charge of the planning calls.
+        aborted: Why the arm stood where it could not be brought out of when the time ended, "" if it did not.
+        cut_short: What the end of the time left undone although there was a way, "" if nothing.
+        disturbed_last: What moved without being meant to after the last execution, during the last look.
     """
 
     order: Order
     seed: int
     noise: PoseNoise
     reality: Reality
-    targets: tuple[TargetResult, ...]  # in the order of the work order
-    attempts: tuple[Attempt, ...]  # in the order of time
+    targets: tuple[TargetResult, ...]
+    attempts: tuple[Attempt, ...]
     before: Scene
     after: Scene
     final: FinalState
     score: Score
     collisions: tuple[Collision, ...]
-    simulated: float  # s
+    simulated: float
     clock: float
     aborted: str
     cut_short: str = ""

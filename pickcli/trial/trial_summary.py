@@ -15,8 +15,14 @@ from pickcli.trial.trial_result import TargetResult, TrialResult
 class Row:
     """One target as people want to read it.
 
-    planning_ms: wall-clock time of all planning calls for it; None if there was none
-    motion_s: simulated seconds of all motion for it
+    Attributes:
+        bin: Name of the bin.
+        item: Name of the item.
+        outcome: What the robot believes, in words.
+        points: What it truly gave.
+        planning_ms: Wall-clock time of all planning calls for it; None if there was none.
+        motion_s: Simulated seconds of all motion for it.
+        reason: Why it did not go well, "" if it did.
     """
 
     bin: str
@@ -29,7 +35,14 @@ class Row:
 
 
 def rows(result: TrialResult) -> tuple[Row, ...]:
-    """One row per target, in the order of the work order."""
+    """Make one row per target.
+
+    Args:
+        result: What happened.
+
+    Returns:
+        The rows, in the order of the work order.
+    """
     return tuple(_row(target) for target in result.targets)
 
 
@@ -45,7 +58,14 @@ def _row(target: TargetResult) -> Row:
 
 
 def summary(result: TrialResult) -> tuple[str, ...]:
-    """The sentences under the table."""
+    """Write the sentences under the table.
+
+    Args:
+        result: What happened.
+
+    Returns:
+        The sentences.
+    """
     n_targets = len(result.targets)
     lines = [
         f"score {result.score.total} of {result.score.maximum} by the rules of {result.order.year}; "
