@@ -23,9 +23,15 @@ PLANNERS = click.Choice([planner.value for planner in PlannerName], case_sensiti
 def build_options(
     output: str, settings: type[RoadmapSettings] | type[TrajectorySettings], one: str
 ) -> Callable[[F], F]:
-    """What both builds take besides the cell, with the defaults of their settings.
+    """Give a command what both builds take besides the cell, with the defaults of their settings.
 
-    output: what is written. one: what the planner looks for, in the singular
+    Args:
+        output: What is written.
+        settings: Class of the settings, for the defaults.
+        one: What the planner looks for, in the singular.
+
+    Returns:
+        A decorator that adds the options.
     """
 
     def decorate(function: F) -> F:
@@ -40,7 +46,14 @@ def build_options(
 
 
 def jobs_option(function: F) -> F:
-    """--jobs N."""
+    """Give a command the option --jobs N.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--jobs", type=NumberType(1, 1024), metavar="N",
         help="Processes that work at once; the bytes are the same.  [default: one per core]",
@@ -48,7 +61,14 @@ def jobs_option(function: F) -> F:
 
 
 def scheduler_option(function: F) -> F:
-    """--scheduler ADDRESS."""
+    """Give a command the option --scheduler ADDRESS.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--scheduler", metavar="ADDRESS",
         help="Let the workers of this Dask scheduler do the tasks, e.g. tcp://host:8786; the bytes are the "

@@ -24,7 +24,21 @@ if TYPE_CHECKING:
 def building(
     label: str, output: Path, jobs: int | None, as_json: bool, scheduler: str | None = None
 ) -> Iterator[RunOptions]:
-    """The means of a build that tells its progress and, where it cannot be finished, how it goes on."""
+    """Provide the means of a build that tells its progress and, where it cannot be finished, how it goes on.
+
+    Args:
+        label: What is done, for the progress.
+        output: The file that is built.
+        jobs: Number of processes that work at once; None for one per core.
+        as_json: Whether progress is told as JSON.
+        scheduler: Address of a Dask scheduler whose workers do the tasks; None for processes of this machine.
+
+    Yields:
+        Who does the tasks, and who is told.
+
+    Raises:
+        UsageError: Both ``jobs`` and ``scheduler`` are given.
+    """
     from pickcli.jobs.job_run import RunOptions
     from pickcli.jobs.journal import journals
 
@@ -65,7 +79,15 @@ def _who_works(jobs: int | None, scheduler: str | None) -> Executor:
 
 @contextmanager
 def build_report(label: str, as_json: bool = False) -> Iterator[BuildObserver]:
-    """Progress on stderr: a line of JSON per task, a bar on a terminal, else a line now and then."""
+    """Show progress on stderr: a line of JSON per task, a bar on a terminal, else a line now and then.
+
+    Args:
+        label: What is done.
+        as_json: Whether lines of JSON are wanted.
+
+    Yields:
+        Whom to tell the progress.
+    """
     if as_json:
         yield _telling_json()
     else:

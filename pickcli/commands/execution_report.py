@@ -15,7 +15,14 @@ CUP = "cup"  # where an item is that is still held
 
 
 def trouble(runs: Sequence[Execution]) -> str:
-    """What must not happen, in one sentence; "" if it did not. A lost item is a result, not trouble."""
+    """Tell what must not happen in one sentence. A lost item is a result, not trouble.
+
+    Args:
+        runs: What was executed.
+
+    Returns:
+        The sentence, "" if nothing of the kind happened.
+    """
     counts = (
         (sum(len(run.collisions) for run in runs), "collision"),
         (sum(len(run.limit_violations) for run in runs), "limit violation"),
@@ -25,7 +32,16 @@ def trouble(runs: Sequence[Execution]) -> str:
 
 
 def execution_summary(plans: Sequence[Plan], runs: Sequence[Execution], world: World) -> dict[str, Any]:
-    """The outcome, and the record of the plan and of the bridge to it, as JSON values."""
+    """Sum up an execution: the outcome, and the record of the plan and of the bridge to it.
+
+    Args:
+        plans: The bridge, if there was one, and the plan.
+        runs: Their executions, as far as they were begun.
+        world: The simulated world afterwards.
+
+    Returns:
+        JSON values by name.
+    """
     bridge, main = _told_apart(plans, runs)
     item, where = _whereabouts(plans[-1], world)
     return {
@@ -42,7 +58,16 @@ def execution_summary(plans: Sequence[Plan], runs: Sequence[Execution], world: W
 
 
 def execution_text(plans: Sequence[Plan], runs: Sequence[Execution], world: World) -> str:
-    """The same in a few lines."""
+    """Sum up an execution in a few lines.
+
+    Args:
+        plans: The bridge, if there was one, and the plan.
+        runs: Their executions, as far as they were begun.
+        world: The simulated world afterwards.
+
+    Returns:
+        The text.
+    """
     lines = []
     for plan, run in zip(plans, runs, strict=False):
         lines += [f"{plan.query}: {run.stopped or 'done'}, {run.duration:.2f} s simulated", *_lines(run)]

@@ -23,7 +23,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def learn_option(function: F) -> F:
-    """--learn."""
+    """Give a command the option --learn.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--learn", is_flag=True,
         help="Keep, beside roadmap and database, what is found and was not stored; use what was kept before.",
@@ -63,6 +70,10 @@ def learning(
 class LearningSession:
     """What one command learns.
 
+    Args:
+        planner: The planner to be used, with what was learned before.
+        learner: The files that what is learned goes to; None for not learning at all.
+
     Attributes:
         planner: The planner to be used, with what was learned before.
     """
@@ -75,7 +86,19 @@ class LearningSession:
 
     @classmethod
     def of(cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
-        """A session that keeps what it learns beside these files. Raises InputError where it cannot."""
+        """Begin to learn into the files beside these.
+
+        Args:
+            planner: The planner as loaded.
+            roadmap: The roadmap that was named; None for the one in the cache.
+            trajectories: The trajectory database that was named; None for the one in the cache.
+
+        Returns:
+            The session.
+
+        Raises:
+            InputError: Nothing can be kept there.
+        """
         from pickcli.precompute.artifact_cache import default_paths
         from pickcli.precompute.experience import ExperienceFiles
         from pickcli.roadmap.merge_edges import with_polylines
@@ -107,7 +130,11 @@ class LearningSession:
             self._unproven += kept.unproven
 
     def finish(self) -> None:
-        """Keep the last edges, make the motions that were missed, and say what was learned."""
+        """Keep the last edges, make the motions that were missed, and say what was learned.
+
+        Raises:
+            ApcError: Something could not be kept, now or before.
+        """
         if self._failed is not None:
             raise self._failed
         self._keep_edges()

@@ -20,7 +20,11 @@ _log = logging.getLogger(__name__)
 
 
 def log_options() -> list[click.Parameter]:
-    """The options --verbose and --debug, which every command takes."""
+    """Make the options --verbose and --debug, which every command takes.
+
+    Returns:
+        The options.
+    """
     return [
         click.Option(
             ["-v", "--verbose"], is_flag=True, is_eager=True, expose_value=False, callback=_verbose,
@@ -44,7 +48,11 @@ def _debug(_: click.Context, __: click.Parameter, is_on: bool) -> None:
 
 
 def show(level: int) -> None:
-    """Let what is logged from this level on appear on stderr; a lower level that was set stays."""
+    """Let what is logged appear on stderr; a lower level that was set stays.
+
+    Args:
+        level: Level of ``logging`` from which on it appears.
+    """
     logger = logging.getLogger(NAME)
     if logger.handlers:
         logger.setLevel(min(level, logger.level))
@@ -55,7 +63,11 @@ def show(level: int) -> None:
 
 
 def stderr_console() -> Console:
-    """The console of progress and logs: shared, so that lines of a log stand above a bar, not within."""
+    """Open the console of progress and logs: shared, so that lines of a log stand above a bar, not within.
+
+    Returns:
+        The console on stderr.
+    """
     return _console_of(sys.stderr)
 
 
@@ -91,6 +103,9 @@ def stage(what: str) -> Iterator[None]:
 
     Args:
         what: A noun, e.g. "verification".
+
+    Yields:
+        Nothing, once; what is timed runs meanwhile.
     """
     _log.debug("%s begins", what)
     began = time.perf_counter()

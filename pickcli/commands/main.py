@@ -43,11 +43,26 @@ class LazyGroup(click.Group):
     """A click group that imports a subcommand's module only when that subcommand is used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of use."""
+        """List the commands.
+
+        Args:
+            ctx: Context of click.
+
+        Returns:
+            Names in the order of use.
+        """
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return one command; None for an unknown name."""
+        """Import one command.
+
+        Args:
+            ctx: Context of click.
+            cmd_name: Name of the command.
+
+        Returns:
+            The command; None for an unknown name.
+        """
         if cmd_name not in COMMANDS:
             return None
         module = importlib.import_module(f"pickcli.commands.{cmd_name.replace('-', '_')}")
@@ -60,13 +75,29 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is named first. Raises UsageError, with what was meant, where there is none."""
+        """Find the command that is named first.
+
+        Args:
+            ctx: Context of click.
+            args: Words of the command line.
+
+        Returns:
+            Name and command, and the words that are left for it.
+
+        Raises:
+            UsageError: There is no such command; with what was meant.
+        """
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             ctx.fail(f"unknown command {args[0]!r}; {suggestion(args[0], COMMANDS)}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list in ``apc --help``, without importing anything."""
+        """Write the list in ``apc --help``, without importing anything.
+
+        Args:
+            ctx: Context of click.
+            formatter: What the list is written to.
+        """
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 

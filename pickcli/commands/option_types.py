@@ -19,7 +19,15 @@ class PathType(click.Path):
         super().__init__(path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path as it was given.
+        """Check a path.
+
+        Args:
+            value: What was written on the command line.
+            param: The option or argument of click.
+            ctx: Context of click.
+
+        Returns:
+            The path as it was given.
 
         Raises:
             BadParameter: It is empty, or `-`.
@@ -35,12 +43,15 @@ PATH = PathType()
 
 
 def refuse_suffix(path: Path, suffixes: Collection[str], what: str) -> None:
-    """Raise InputError, before any work, for an output whose name promises another format.
+    """Refuse, before any work, an output whose name promises another format.
 
     Args:
         path: The output.
         suffixes: In lower case, e.g. `.png`.
         what: What is written, e.g. "a picture".
+
+    Raises:
+        InputError: The name ends with none of the suffixes.
     """
     if path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: {what} is written as {' or '.join(suffixes)}; name such a file")

@@ -19,7 +19,14 @@ CELL_SUFFIXES = (".yaml", ".urdf")  # of the files that describe a cell
 
 
 def cell_option(function: F) -> F:
-    """--cell NAME|PATH."""
+    """Give a command the option --cell NAME|DIR.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--cell", "cell_name", metavar="NAME|DIR", default=DEFAULT_CELL, show_default=True,
         help="Name under data/cells, or the path of a cell's folder.",
@@ -27,7 +34,14 @@ def cell_option(function: F) -> F:
 
 
 def order_argument(function: F) -> F:
-    """ORDER, the path of a file or the name of one under data/tasks."""
+    """Give a command the argument ORDER, the path of a file or the name of one under data/tasks.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the argument.
+    """
     return click.argument("order_path", metavar="ORDER", type=click.Path(), callback=_named_order)(function)
 
 
@@ -43,7 +57,14 @@ def _named_order(_: click.Context, __: click.Parameter, text: str) -> Path:
 
 
 def seed_option(function: F) -> F:
-    """--seed N."""
+    """Give a command the option --seed N.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--seed", type=NumberType(0, 2**31 - 1), default=0, show_default=True, metavar="N",
         help="Every random choice follows from it: same seed, same bytes.",
@@ -51,7 +72,14 @@ def seed_option(function: F) -> F:
 
 
 def reality_option(function: F) -> F:
-    """--reality FILE."""
+    """Give a command the option --reality FILE.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--reality", "reality_path", type=PATH, metavar="FILE",
         help="Levels at which the simulated world differs from its model.  [default: docs/reality.md]",
@@ -59,12 +87,26 @@ def reality_option(function: F) -> F:
 
 
 def json_option(function: F) -> F:
-    """--json."""
+    """Give a command the option --json.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option("--json", "as_json", is_flag=True, help="Print one JSON object to stdout.")(function)
 
 
 def output_option(what: str) -> Callable[[F], F]:
-    """-o FILE with --overwrite."""
+    """Give a command the options -o FILE and --overwrite.
+
+    Args:
+        what: What is written.
+
+    Returns:
+        A decorator that adds the options.
+    """
 
     def decorate(function: F) -> F:
         function = overwrite_option(function)
@@ -77,17 +119,27 @@ def output_option(what: str) -> Callable[[F], F]:
 
 
 def overwrite_option(function: F) -> F:
-    """--overwrite."""
+    """Give a command the option --overwrite.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option("--overwrite", is_flag=True, help="Replace what exists already.")(function)
 
 
 def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> None:
-    """Raise InputError, before any work, where the output could not be written in the end.
+    """Refuse an output, before any work, that could not be written in the end.
 
     Args:
         path: The output.
         overwrite: Whether a file that is there may be replaced.
         *inputs: What the command reads (a cell by its folder or name): never replaced.
+
+    Raises:
+        InputError: The output cannot be written, exists, or is an input.
     """
     from pickcli.files.bounded_reading import refuse_special_file
 
@@ -108,14 +160,29 @@ def refuse_output(path: Path, overwrite: bool, *inputs: Path | str | None) -> No
 
 
 def refuse_reading(path: Path, *inputs: Path | str | None) -> None:
-    """Raise InputError for an output that is, or links to, an input (a cell by its folder or name)."""
+    """Refuse an output that is, or links to, an input.
+
+    Args:
+        path: The output.
+        *inputs: What the command reads (a cell by its folder or name); None for what was not given.
+
+    Raises:
+        InputError: The output is an input.
+    """
     for read in _files(inputs):
         if path.exists() and read.exists() and path.samefile(read):
             raise InputError(f"{path}: is what this command reads ({read}); name another file")
 
 
 def refuse_same(*outputs: Path) -> None:
-    """Raise InputError for two outputs that are one file, also through links."""
+    """Refuse two outputs that are one file, also through links.
+
+    Args:
+        *outputs: Everything that the command writes.
+
+    Raises:
+        InputError: Two of them are one.
+    """
     by_target: dict[str, Path] = {}
     for output in outputs:
         first = by_target.setdefault(os.path.realpath(output), output)
@@ -137,7 +204,16 @@ def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:
 
 
 def refuse_unwritable(folder: Path, output: Path, option: str = "-o") -> None:
-    """Raise InputError if no file can be made in a folder. Tries it: permissions alone do not tell."""
+    """Refuse a folder in which no file can be made. Tries it: permissions alone do not tell.
+
+    Args:
+        folder: The folder.
+        output: What is to be written there, for the message.
+        option: The option that names another place, for the message.
+
+    Raises:
+        InputError: Nothing can be written in the folder.
+    """
     import tempfile
 
     try:

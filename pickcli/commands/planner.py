@@ -37,7 +37,16 @@ CONFIGURATION_HELP = (
 
 
 def artifact_options(function: F) -> F:
-    """--roadmap and --trajectories; by default the cell's folder in the user's cache, if built."""
+    """Give a command the options --roadmap and --trajectories.
+
+    By default, they are those in the cell's folder in the user's cache, if built.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
     for name, what in (("trajectories", "trajectory database"), ("roadmap", "roadmap")):
         function = click.option(
             f"--{name}", type=PATH, metavar="FILE",
@@ -47,7 +56,14 @@ def artifact_options(function: F) -> F:
 
 
 def verify_option(function: F) -> F:
-    """--no-verify."""
+    """Give a command the option --no-verify.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
     return click.option(
         "--no-verify", is_flag=True, help="Write the plan without asking the verifier: no certificate."
     )(function)
@@ -56,11 +72,22 @@ def verify_option(function: F) -> F:
 def load_planner(
     cell: Cell, roadmap: Path | None, trajectories: Path | None, build_missing: bool = False
 ) -> PlanningContext:
-    """A planner with the named artifacts, or those in the cache where they are built.
+    """Load a planner with the named artifacts, or those in the cache where they are built.
 
-    build_missing: build those in the cache that are needed and not there; else plan without, and say so
-    Raises InputError for a named file that is missing, StaleError or DamagedError for one that must not
-    be used.
+    Args:
+        cell: The cell.
+        roadmap: The roadmap that was named; None for the one in the cache.
+        trajectories: The trajectory database that was named; None for the one in the cache.
+        build_missing: Whether to build those in the cache that are needed and not there; else the planner
+            does without, and a note says so.
+
+    Returns:
+        The planner.
+
+    Raises:
+        InputError: A named file is missing.
+        StaleError: A file was made for another cell or by another version of the format.
+        DamagedError: A file is not what was written.
     """
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.precompute.artifact_cache import default_paths
@@ -107,13 +134,16 @@ def _build_missing(cell: Cell) -> None:
 
 
 def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -> Plan:
-    """The plan with the verifier's certificate.
+    """Have a plan verified.
 
     Args:
         plan: The plan.
         scene: What it is to be carried out in.
         advice: What to do where it is rejected.
         path: Its file; None for a plan that was made just now.
+
+    Returns:
+        The plan with the verifier's certificate.
 
     Raises:
         RejectedError: With every reason and the advice.
@@ -134,7 +164,20 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
 def deliver(
     plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool
 ) -> None:  # fmt: skip
-    """Have a plan verified, write it and print what it is. Raises RejectedError; nothing is written then."""
+    """Have a plan verified, write it and print what it is.
+
+    Args:
+        plan: The plan.
+        scene: What it is to be carried out in.
+        output: Where to write it.
+        is_verified: Whether the verifier is asked.
+        as_json: Whether JSON is printed.
+        overwrite: Whether a file that is there may be replaced.
+
+    Raises:
+        RejectedError: The verifier refuses the plan; nothing is written.
+        InputError: The place cannot be written.
+    """
     from pickcli.motion.plan_file import write_plan
 
     if is_verified:
@@ -157,7 +200,18 @@ def _advice(plan: Plan, cell: Cell) -> str:
 
 
 def named_state(cell: Cell, text: str | None) -> ToolState:
-    """A state of the cell's tool by its name, the default state for None. Raises UnknownNameError."""
+    """Find a state of the cell's tool by its name.
+
+    Args:
+        cell: The cell.
+        text: The name; None for the default state.
+
+    Returns:
+        The state.
+
+    Raises:
+        UnknownNameError: The tool has no such state.
+    """
     tool = cell.robot.tool
     names = {state.name: state for state in tool.states}
     if text is not None and text not in names:
@@ -166,8 +220,18 @@ def named_state(cell: Cell, text: str | None) -> ToolState:
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
-    """A named configuration with its cup, or n numbers with commas (any cup: None). Raises InputError."""
+    """Read a configuration: the name of one of the cell's, or n numbers with commas.
 
+    Args:
+        cell: The cell.
+        text: What was written on the command line.
+
+    Returns:
+        Configuration (n,) in rad and m, and the state of the tool; None for numbers, which say nothing of it.
+
+    Raises:
+        InputError: The name is unknown, or the numbers are no configuration within the joint limits.
+    """
     if text in cell.configurations:
         named = cell.configurations[text]
         return named.q, named.tool_state

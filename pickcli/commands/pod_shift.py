@@ -18,7 +18,14 @@ RANDOM, NONE = "random", "none"
 
 
 def pod_shift_option(default: str) -> Callable[[F], F]:
-    """--pod-shift X,Y,YAW|random|none. default: as the help tells it."""
+    """Give a command the option --pod-shift X,Y,YAW|random|none.
+
+    Args:
+        default: What holds without the option, as the help tells it.
+
+    Returns:
+        A decorator that adds the option.
+    """
     return click.option(
         "--pod-shift", metavar="X,Y,YAW|random|none", callback=parse_pod_shift,
         help="How far the pod stands from its place: mm, mm and degrees, or at random within what the cell "
@@ -29,7 +36,19 @@ def pod_shift_option(default: str) -> Callable[[F], F]:
 def parse_pod_shift(
     ctx: click.Context | None, param: click.Parameter | None, value: str | None
 ) -> Displacement | str | None:
-    """A displacement in m and rad, "random", "none", or None where nothing was said. Raises BadParameter."""
+    """Read the value of --pod-shift.
+
+    Args:
+        ctx: Context of click.
+        param: The option.
+        value: What was written on the command line.
+
+    Returns:
+        A displacement in m and rad, "random", "none", or None where nothing was said.
+
+    Raises:
+        BadParameter: It is none of these.
+    """
     from pickcli.cell.pod_tolerance import Displacement
 
     if value is None:
@@ -47,7 +66,19 @@ def parse_pod_shift(
 
 
 def pod_pose(shift: Displacement | str, cell: Cell, seed: int) -> Array:
-    """Where the pod stands, (4, 4) in the world. Raises InputError for a shift beyond the cell's bounds."""
+    """Tell where the pod stands.
+
+    Args:
+        shift: A displacement, "random" or "none".
+        cell: The cell.
+        seed: Seed of a random shift.
+
+    Returns:
+        Pose (4, 4) of the pod in the world.
+
+    Raises:
+        InputError: The shift is beyond the cell's bounds.
+    """
     from pickcli.cell.pod_tolerance import UNMOVED
     from pickcli.trial.pod_shift import random_shift, shifted_pod
 

@@ -17,7 +17,14 @@ LINE_PERIOD = 10.0  # s between two lines where nobody looks at a terminal
 
 @contextmanager
 def progress(label: str) -> Iterator[ProgressObserver]:
-    """Yields whom to tell the progress of some work; it shows all of it on stderr."""
+    """Show all progress of some work on stderr.
+
+    Args:
+        label: What is done.
+
+    Yields:
+        Whom to tell the progress.
+    """
     with _bar(label) if sys.stderr.isatty() else _lines(label) as told:
         yield told
 
@@ -50,7 +57,14 @@ def _bar(label: str) -> Iterator[ProgressObserver]:
 
 
 def duration(seconds: float) -> str:
-    """A time to wait, as precisely as it interests: "95 s", "12 min", "3.5 h"."""
+    """Write a time to wait, as precisely as it interests: "95 s", "12 min", "3.5 h".
+
+    Args:
+        seconds: The time, s.
+
+    Returns:
+        The text.
+    """
     if seconds < 120.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
@@ -72,7 +86,16 @@ def _lines(label: str) -> Iterator[ProgressObserver]:
 
 
 def progress_line(label: str, progress: Progress, elapsed: float) -> str:
-    """One line of a log, after ``elapsed`` s."""
+    """Write one line of a log.
+
+    Args:
+        label: What is done.
+        progress: How far it is.
+        elapsed: s since it began.
+
+    Returns:
+        The line.
+    """
     left = progress.seconds_left(elapsed)
     time_left = "" if left is None else f", about {duration(left)} left"
     detail = progress.detail

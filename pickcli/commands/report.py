@@ -21,16 +21,23 @@ LEAST_ROOM = 30  # columns beside a key that a value has at least
 
 
 def emit_json(value: Any) -> None:
-    """One JSON object on stdout, keys in the order given."""
+    """Print one JSON object to stdout, keys in the order given.
+
+    Args:
+        value: JSON values.
+    """
     click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
 def key_lines(summary: Mapping[str, Any], width: int = LINE_WIDTH) -> list[str]:
-    """``key: value`` lines; what is long or nested goes on below its key.
+    """Write ``key: value`` lines; what is long or nested goes on below its key.
 
     Args:
         summary: What is told, by key.
         width: Columns that a line may have, as far as words can be parted.
+
+    Returns:
+        The lines.
     """
     return [
         line
@@ -76,7 +83,15 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
-    """What the planning commands say of a plan that they wrote."""
+    """Sum up a plan that was written.
+
+    Args:
+        plan: The plan.
+        path: Its file.
+
+    Returns:
+        JSON values by name.
+    """
     grasp, certificate = plan.grasp, plan.certificate
     return {
         "plan": str(path),
@@ -98,7 +113,15 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
 
 
 def plan_text(plan: Plan, path: Path) -> str:
-    """The same for people: what was found, when what happens, and where it is."""
+    """Sum up a plan for people: what was found, when what happens, and where it is.
+
+    Args:
+        plan: The plan.
+        path: Its file.
+
+    Returns:
+        The text.
+    """
     grasp, certificate = plan.grasp, plan.certificate
     trust = (
         "not certified: nothing executes it before apc verify --write accepts it"

@@ -41,7 +41,19 @@ MAX_NOISE = (50.0, 45.0)  # mm, degrees: beyond that a pose says nothing
 
 
 def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value: str) -> PoseNoise:
-    """MM,DEG to metres and radians. Raises BadParameter."""
+    """Read the value of --pose-noise.
+
+    Args:
+        ctx: Context of click.
+        param: The option.
+        value: Millimetres and degrees with a comma, as written on the command line.
+
+    Returns:
+        Bounds of the error of item poses in m and rad.
+
+    Raises:
+        BadParameter: It is not two numbers, or they are out of range.
+    """
     from pickcli.scene.scene import PoseNoise
 
     try:
@@ -58,13 +70,19 @@ def parse_noise(ctx: click.Context | None, param: click.Parameter | None, value:
 def standing(
     asked: Displacement | str | None, reality: Reality, cell: Cell, seed: int
 ) -> tuple[Array, Reality]:
-    """Where the pod stands, (4, 4) in the world, and the levels with whether that is at random.
+    """Tell where the pod stands, and whether that is at random.
 
     Args:
         asked: By --pod-shift, None where nothing was said.
         reality: Levels, whose own shift counts then.
         cell: Whose bounds hold.
         seed: Of a random shift.
+
+    Returns:
+        Pose (4, 4) of the pod in the world, and the levels with what holds of the shift.
+
+    Raises:
+        InputError: The shift is beyond the cell's bounds.
     """
     shift = asked or (RANDOM if reality.pod_shift else NONE)
     return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)

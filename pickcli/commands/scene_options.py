@@ -21,7 +21,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def scene_options(function: F) -> F:
-    """--scene FILE and --cell NAME|DIR."""
+    """Give a command the options --scene FILE and --cell NAME|DIR.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
     function = click.option(
         "--cell", "cell_name", metavar="NAME|DIR",
         help="The scene's cell.  [default: the one under data/cells that it names]",
@@ -33,9 +40,20 @@ def scene_options(function: F) -> F:
 
 
 def open_scene(path: Path, cell_name: str | None) -> Scene:
-    """The scene in a file, of the named cell if one is named. Raises InputError, StaleError.
+    """Read a scene.
 
     Where its pod stands beyond the cell's bounds, a note tells what that means.
+
+    Args:
+        path: The file.
+        cell_name: Name or folder of the cell that it must be of; None for the one that it names.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: The file or the cell cannot be read.
+        StaleError: It was made for another cell.
     """
     from pickcli.cell.cell_file import load_cell
     from pickcli.cell.pod_tolerance import pod_stand
@@ -54,7 +72,15 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
 
 
 def refuse_held(scene: Scene, path: Path) -> None:
-    """Raise InputError for a scene in which the cup holds something, where a command begins with none."""
+    """Refuse a scene in which the cup holds something, where a command begins with an empty one.
+
+    Args:
+        scene: The scene.
+        path: Its file, for the message.
+
+    Raises:
+        InputError: The cup holds something.
+    """
     if scene.held is not None:
         raise InputError(
             f"{path}: held: {scene.held.id} is in the cup, and this command begins with an empty one; put "
@@ -63,6 +89,13 @@ def refuse_held(scene: Scene, path: Path) -> None:
 
 
 def allowed(cell: Cell) -> str:
-    """How far the pod may stand from its place."""
+    """Tell how far the pod may stand from its place.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        The text, in mm and degrees.
+    """
     bounds = cell.pod.displacement
     return f"{1e3 * bounds.x:.1f} mm, {1e3 * bounds.y:.1f} mm and {degrees(bounds.yaw):.2f} degrees"

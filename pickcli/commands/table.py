@@ -14,25 +14,36 @@ FILE_WIDTH = 160  # columns of what does not go to a terminal
 
 
 def stdout_width() -> int:
-    """Columns of the terminal that stdout is, or those of a file."""
+    """Measure the width of stdout.
+
+    Returns:
+        Columns of the terminal that stdout is, or those of a file.
+    """
     return get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
 
 
 def stdout_console() -> Console:
-    """A console as wide as stdout."""
+    """Make a console as wide as stdout.
+
+    Returns:
+        The console.
+    """
     from rich.console import Console
 
     return Console(width=stdout_width())
 
 
 def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int | None = None) -> list[str]:
-    """A line per row below that of the head: first column to the left, figures to the right.
+    """Write a line per row below that of the head: first column to the left, figures to the right.
 
     Args:
         head: The titles.
         rows: The cells, as many per row as there are titles.
         width: Columns that a line may have, those of stdout if None. Where there is too little room, titles
             go on below themselves, and after them cells.
+
+    Returns:
+        The lines.
     """
     width = stdout_width() if width is None else width
     if (lines := _lines(head, rows, width)) is not None:

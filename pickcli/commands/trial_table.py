@@ -15,7 +15,12 @@ WIDE = 120  # columns from which the reasons have a column of their own
 
 
 def print_rows(console: Console, rows: Sequence[Row]) -> None:
-    """One row per target; where there is little room, the reasons follow as a list below."""
+    """Print one row per target; where there is little room, the reasons follow as a list below.
+
+    Args:
+        console: Where to print.
+        rows: The targets.
+    """
     is_wide = console.width >= WIDE
     console.print(_table(rows, is_wide))
     if not is_wide:
