@@ -108,7 +108,7 @@ def corridors(
     Args:
         place: Where the item lies.
         T_entry_item: (4, 4) item in the frame of the way into the place.
-        shape: Of the item, grown by its uncertainty.
+        shape: Shape of the item, grown by its uncertainty.
         leaving: The item where it may touch what it rests on.
         carrying: The item where it may touch nothing.
         first: m, length of the stretch in which touching is allowed; the item moves away from walls and
@@ -189,7 +189,11 @@ def _turns(place: Place, T_entry_item: Array, shape: Shape) -> list[tuple[float,
 def _rolls(place: Place, R: Array, shape: Shape, flattest: float) -> list[tuple[float, float, float]]:
     """The least roll to either side with which an item fits through the mouth that does not as it lies.
 
-    flattest: rad, the pitch with which it is lowest, which is tried as well
+    Args:
+        place: Where the item lies.
+        R: (3, 3) how it lies, in the frame of the way in.
+        shape: Shape of the item, grown by its uncertainty.
+        flattest: rad, the pitch with which the item is lowest, which is tried as well.
     """
     room = np.array([place.access.width, place.access.height]) - 2 * LEAST_LIP_DISTANCE
 
@@ -220,8 +224,13 @@ def _options(
 ) -> list[Corridor] | Reason:
     """Corridors that fit through the mouth, shortest way first.
 
-    low, high: corners (3,) in the bin frame of the box around the item once it is turned, m
-    half_width: m, of the item as it lies
+    Args:
+        place: Where the item lies.
+        low: (3,) m, lower corner in the bin frame of the box around the item once it is turned.
+        high: (3,) m, upper corner of that box.
+        turns: rad, yaw, pitch and roll of the item.
+        first: m, length of the first stretch.
+        half_width: m, of the item as it lies.
     """
     spare = np.array([place.access.width, place.access.height]) - (high - low)[1:]
     if spare.min() < 2 * LEAST_LIP_DISTANCE:
@@ -303,7 +312,10 @@ def _rolling(corridor: Corridor, half_width: float, to_middle: float) -> list[Co
 
     What hardly fits into its bin goes to the middle of it first, and aside only once it has rolled.
 
-    half_width: m, of the item as it lies. to_middle: m along y to the middle of the bin
+    Args:
+        corridor: The corridor.
+        half_width: m, of the item as it lies.
+        to_middle: m along y to the middle of the bin.
     """
     lift, first = corridor.lift, corridor.freed
     if lift[5] == 0.0:

@@ -32,7 +32,8 @@ class AllowedContacts:
     Attributes:
         item: What the held item may touch: body or item by name, and how far it counts as moved out of the
             way; None where it may be touched anyhow.
-        cup: The same for the cup.
+        cup: What the cup may touch: body or item by name, and how far it counts as moved out of the way; None
+            where it may be touched anyhow.
         absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
         opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
             way out of a stop only has to take apart.

@@ -24,10 +24,10 @@ class CheckerCache:
     Scenes and attached items count by identity, as the solids of a scene are kept.
 
     Args:
-        model: What collision checks of one cell share.
+        model: The collision model of one cell.
 
     Attributes:
-        model: What collision checks of one cell share.
+        model: The collision model of one cell.
     """
 
     def __init__(self, model: CollisionModel) -> None:

@@ -37,7 +37,7 @@ class FreeItem:
     """An item that flies freely.
 
     Attributes:
-        item: What flies.
+        item: The item that flies.
         T_world_item: (4, 4) its pose at displacement 0.
         R_world_axes: (3, 3) axes of the displacements.
         inflate: m, uncertainty of that pose.

@@ -34,7 +34,7 @@ class MotionSegment(PathSegment):
     """A segment of a path that is proven free in a mode.
 
     Attributes:
-        mode: What it is proven free for.
+        mode: The mode in which it is proven free.
     """
 
     mode: Mode = field(kw_only=True)
@@ -43,7 +43,7 @@ class MotionSegment(PathSegment):
         """The segment from its end to its start: what is free one way is free the other way.
 
         Args:
-            kind: What it is for when it is gone through that way.
+            kind: Kind of the segment when it is gone through that way.
 
         Returns:
             The reversed segment, in the same mode.

@@ -54,7 +54,7 @@ class GraspTarget:
 
     Attributes:
         id: Id of the item in its scene.
-        item: What it is.
+        item: Kind of the item, with its shape and mass.
         T_entry_item: (4, 4) its pose in the frame of the way into its place, x leading in.
         place: Where it lies.
     """
@@ -83,9 +83,9 @@ def sample_grasps(
     Args:
         target: What is to be grasped.
         tool: What it is grasped with.
-        rng: Source of random places.
-        search: How many candidates.
-        most: Of what the cup bears, that the item at rest may take up.
+        rng: Source of the random places.
+        search: How many places, turns and tilts are tried.
+        most: Largest share of what the cup bears that the item at rest may take up.
 
     Returns:
         Candidates, best first, and why others were dropped.

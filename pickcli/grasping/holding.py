@@ -24,7 +24,7 @@ class Load:
         shear: N across it.
         moment: Nm of bending, about the cup's tip.
         twist: Nm about the cup's axis.
-        ratio: Of all of them together at one time over what the cup bears; it holds up to 1.
+        ratio: Of all figures at one time over what the cup bears; the cup holds up to 1.
     """
 
     pull: float
@@ -63,7 +63,7 @@ class Hold:
     """An item, as heavy as it may be, in the cup.
 
     Attributes:
-        body: How it hangs there.
+        body: The item as a rigid body in the tool frame.
         limits: What the cup bears at full vacuum.
         vacuum_share: What the face under the cup keeps of full vacuum.
     """

@@ -49,9 +49,9 @@ def proven_run(
     """One run whose timed motion is proven free.
 
     Args:
-        context: What times and proves it.
+        context: The cell with the models that time and prove the run.
         scene: What stands around it.
-        segments: What it goes through, from rest to rest.
+        segments: Segments of the run, from rest to rest.
 
     Returns:
         The run, or why it cannot be timed or proven.
@@ -78,9 +78,9 @@ def carried_run(
     the wrench among its limits.
 
     Args:
-        context: What times and proves it.
+        context: The cell with the models that time and prove the run.
         scene: What stands around it.
-        segments: What it goes through, from rest to rest.
+        segments: Segments of the run, from rest to rest.
         grasp: Where the cup sits on the item.
         hold: The item as it hangs in the cup.
 
@@ -129,7 +129,7 @@ def prove(
 
     Args:
         run: The timed run.
-        segments: What it goes through, one for each of its parts.
+        segments: Segments of the run, one for each of its parts.
         checkers: What proves each segment.
 
     Returns:

@@ -25,7 +25,7 @@ def schedule(
     the robot holds still first, for as long as is missing.
 
     Args:
-        context: What it is planned with.
+        context: The cell, its models and its precomputed files.
         segments: The segments with their times.
         trajectory: The timed motion.
 

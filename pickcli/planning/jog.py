@@ -26,7 +26,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
     Args:
         rules: What holds on the level, and where the robot stands.
         label: Name of the plan.
-        seed: Noted in the plan.
+        seed: Seed that is noted in the plan.
 
     Returns:
         The plan, or why none of the edges will do.

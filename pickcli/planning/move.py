@@ -23,9 +23,9 @@ def plan_move(
     """Plan a move of the empty tool from rest to rest, the cup's pivot kept as it is.
 
     Args:
-        context: What it is planned with.
+        context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        start: Where the robot is.
+        start: Configuration and tool state in which the robot is at rest.
         q_goal: (n,) configuration where it ends.
         seed: Seed of all random choices.
         label: Name of the plan, in messages too.

@@ -20,10 +20,10 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
     """Plan one pick, uncertified (``verification.verify`` adds the certificate).
 
     Args:
-        context: What it is planned with.
+        context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
-        query: What is asked.
-        start: Where the robot is.
+        query: The pick that is asked for.
+        start: Configuration and tool state in which the robot is at rest.
         seed: Seed of all random choices.
 
     Returns:

@@ -44,12 +44,12 @@ class PickProblem:
     """Taking one target out of the place that it is in.
 
     Attributes:
-        context: What it is planned with.
+        context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
         place: Where the target is, a bin or the tote.
         target: The item that is picked.
         neighbours: What motions inside the place do about other items.
-        seed: Of all random choices.
+        seed: Seed of all random choices.
     """
 
     context: PlanningContext
@@ -64,9 +64,9 @@ class PickProblem:
         """The problem that a query poses.
 
         Args:
-            context: What it is planned with.
+            context: The cell, its models and its precomputed files.
             scene: Poses as perceived.
-            query: What is asked.
+            query: The pick that is asked for.
             seed: Seed of all random choices.
 
         Returns:

@@ -26,7 +26,7 @@ class PlanningContext:
     """What online queries need, warm and never changed: ``dataclasses.replace`` gives one with other files.
 
     Attributes:
-        cell: What is planned for.
+        cell: The cell that is planned for.
         stored: The cell's roadmap; without one coarse queries have nothing to search.
         database: The cell's trajectory database, if it is built.
         settings: How picks are planned.
@@ -43,7 +43,7 @@ class PlanningContext:
 
     @cached_property
     def roadmap(self) -> Roadmap:
-        """What coarse queries search, empty where none is stored."""
+        """The roadmap that coarse queries search, empty where none is stored."""
         return self.stored or Roadmap.empty(self.cell.robot.joint_names)
 
     @cached_property
@@ -58,7 +58,7 @@ class PlanningContext:
 
     @cached_property
     def model(self) -> CollisionModel:
-        """What collision checks share."""
+        """The collision model of the cell's robot."""
         return CollisionModel(self.cell)
 
     @cached_property

@@ -34,7 +34,7 @@ SPEED_STEP = 1e-3  # s over which a speed is measured
 def mended(
     arm: Arm, contact_speed: float, run: TimedRun, segments: Sequence[MotionSegment]
 ) -> list[MotionSegment] | None:
-    """The segments to be timed again, for the run breaks a promise; None where it keeps them all.
+    """Find the segments to be timed again because a run breaks a promise.
 
     Args:
         arm: Kinematics of the tool.
@@ -43,8 +43,8 @@ def mended(
         segments: What the run was made of.
 
     Returns:
-        The same segments, with narrower blends on and beside a line that is not straight, and a lower speed
-        where the contact is too fast.
+        All segments of the run, with narrower blends on and beside a line that is not straight, and a lower
+        speed where the contact is too fast; None where the run keeps all promises.
     """
     limits = [segment.limits for segment in segments]
     for k, _ in not_straight(arm, run, segments):

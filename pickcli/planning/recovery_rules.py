@@ -30,7 +30,7 @@ class Rules:
     """What holds on one level of recovery from one start.
 
     Attributes:
-        context: What is planned with.
+        context: The cell, its models and its precomputed files.
         scene: The scene as it is seen now.
         start: Where the robot stands.
         level: The level.
@@ -78,7 +78,7 @@ class Rules:
 
     @property
     def all_pairs(self) -> SceneChecker:
-        """What measures all that is near, be it allowed to be."""
+        """The checker that measures all near pairs, those that are allowed to be near included."""
         mode = Mode(self.start.tool_state, reserve=self.reserve)
         return self.context.checker_for(self.seen, mode)
 
@@ -110,7 +110,7 @@ def rules_at(context: PlanningContext, scene: Scene, start: Start, level: Recove
     """Find what a level allows where the robot stands.
 
     Args:
-        context: What is planned with.
+        context: The cell, its models and its precomputed files.
         scene: The scene as it is seen now.
         start: Where the robot stands.
         level: The level.

@@ -72,7 +72,7 @@ class StoppedMotion:
 
     @property
     def has_moved(self) -> bool:
-        """Whether it came to rest anywhere but where it began."""
+        """Whether the robot came to rest anywhere but where the motion began."""
         if self.path_time < FINE:
             return False
         return bool(_way(_cut(self.plan.trajectory, 0.0, self.path_time), 0.0)[-1] >= LEAST_WAY)
@@ -103,8 +103,8 @@ def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: in
     Args:
         stopped: The motion that stopped.
         scene: The scene as it is seen now.
-        limits: Of the joints.
-        seed: Noted in the plan.
+        limits: Limits of the joints.
+        seed: Seed that is noted in the plan.
 
     Returns:
         The plan, uncertified, or why there is none.
@@ -121,8 +121,8 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
             it was to let it go.
         bringing: To where it was to let the item go, or back to where it took it.
         scene: The scene as it is seen now, and with the item that the cup holds.
-        limits: Of the joints.
-        seed: Noted in the plan.
+        limits: Limits of the joints.
+        seed: Seed that is noted in the plan.
 
     Returns:
         The plan, uncertified.

@@ -10,10 +10,10 @@ from pickcli.geometry import Array
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """At rest, in one configuration.
+    """State of the robot at rest, from which a query starts.
 
     Attributes:
-        q: Configuration (n,).
+        q: (n,) configuration, m and rad.
         tool_state: State of the tool.
     """
 

@@ -81,11 +81,11 @@ def stitch_run(
     """Time and prove one run of the empty tool, without events.
 
     Args:
-        context: What times and proves it.
+        context: The cell with the models that time and prove the run.
         scene: What stands around it.
-        segments: What it goes through, from rest to rest.
+        segments: Segments of the run, from rest to rest.
         label: Name of the plan.
-        seed: Noted in the plan.
+        seed: Seed that is noted in the plan.
 
     Returns:
         The plan, uncertified; a reason when start and goal are one or a proof fails.

@@ -37,7 +37,7 @@ def bin_spots(
     """Find where in a bin an item could be let go.
 
     Args:
-        context: What is planned with.
+        context: The cell, its models and its precomputed files.
         scene: Poses as perceived.
         placed: The item where it is now.
         R_bin_item: (3, 3) how it stands now in its own bin.

@@ -35,7 +35,7 @@ class Extraction:
         place: Where the item is.
         T_world_entry: (4, 4) frame of the way into the place, x leading in.
         T_entry_item: (4, 4) pose of the item in that frame.
-        shape: Of the item, grown by its uncertainty.
+        shape: Shape of the item, grown by its uncertainty.
         leaving: The item while it may touch what it rests on, over the first stretch.
         carrying: The item when it may touch nothing any more.
         first: m, length of the first stretch.

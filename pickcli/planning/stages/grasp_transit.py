@@ -48,7 +48,7 @@ def transits_to_grasps(
     Args:
         problem: The pick.
         grasps: Feasible motions in the bin.
-        start: Where the robot is.
+        start: Configuration and tool state in which the robot is at rest.
 
     Yields:
         A grasp with its transit, or why the grasps of one tool state are not reached.

@@ -56,7 +56,7 @@ def planned_corridors(
 
     Args:
         T_bin_item: (4, 4) item in the frame of the way into the place.
-        shape: Of the item, grown by its uncertainty.
+        shape: Shape of the item, grown by its uncertainty.
         leaving: The item where it may touch what it rests on.
         carrying: The item where it may touch nothing.
         first: m, length of the stretch in which touching is allowed.

@@ -43,7 +43,7 @@ class ToolLines:
 
     Attributes:
         grasp: Where the cup sits on the target.
-        press: How it is pressed on there.
+        press: How the cup is pressed on there.
         inward: Ways to the contact, the plainest first.
         outward: Ways out of the bin that leave the lance room, and on which the cup holds.
     """

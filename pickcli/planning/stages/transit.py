@@ -49,8 +49,8 @@ class Coarse:
         """The motion as a segment that is proven in a mode.
 
         Args:
-            kind: What it is for.
-            mode: What it is proven free for.
+            kind: Kind of the segment.
+            mode: The mode in which it is proven free.
 
         Returns:
             The segment.
@@ -70,7 +70,7 @@ def plan_coarse(
     """Find the fastest motion to any of several goals.
 
     Args:
-        context: What is planned with.
+        context: The cell, its models and its precomputed files.
         checker: What proves the motion.
         q_start: (n,) configuration at the start.
         goals: (G, n) configurations.
