@@ -18,7 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import Tool
 from pickcli.errors import NoPlanError
-from pickcli.geometry import inverse
+from pickcli.geometry import GRAVITY, inverse
 from pickcli.grasping.candidates import GraspTarget, sample_grasps
 from pickcli.grasping.search import WIDE
 from pickcli.grasping.surfaces import faces
@@ -33,7 +33,6 @@ from pickcli.simulation.reality import Reality
 from pickcli.trial.blocking_items import from_the_mouth
 from pickcli.trial.pose_noise import DEFAULT_NOISE
 
-GRAVITY = 9.81  # m/s^2
 CANNOT_BE_HELD = "cannot be held"
 NO_PLAN_WHEN_CLEARED = "no plan when cleared"
 CANNOT_BE_CLEARED = "cannot be cleared"  # what is in the way stays, or carries what stays

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 
+GRAVITY = 9.81  # m/s^2, against the world's z
+
 
 def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) -> Array:
     """Rotation matrix of fixed-axis roll, pitch and yaw (URDF's convention).

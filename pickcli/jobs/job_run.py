@@ -56,7 +56,7 @@ class BuildProgress(Progress):
         return figures + (f": {self.what}" if self.what else "")
 
 
-BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # an ProgressObserver will do
+BuildObserver: TypeAlias = Callable[[BuildProgress], None]  # a ProgressObserver will do
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.tip_motion import TipMotion
-
-GRAVITY = 9.81  # m/s^2, against the world's z
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,6 @@ class PickSettings:
         place_speed: m/s of the tool where the item is set down.
         seal_time: s at rest on the item, for the vacuum to build up under the cup.
         release_time: s at rest over the tote, for the vacuum to leak away.
-        start_dwell: s at rest before the motion begins.
         load_ratio: Share of what the cup bears that planned motion may use.
         load_worth: s that a grasp without load gains over one that takes up all that the cup bears.
         wanted: Number of feasible grasps among which the best whole motion is chosen.
@@ -45,7 +44,6 @@ class PickSettings:
     place_speed: float = 0.5
     seal_time: float = 0.25
     release_time: float = 0.15
-    start_dwell: float = 0.0
     load_ratio: float = 0.8
     load_worth: float = 1.0
     wanted: int = 3

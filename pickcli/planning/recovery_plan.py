@@ -29,6 +29,7 @@ from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
 from pickcli.scene.scene import Scene
+from pickcli.scene.scene_file import scene_hash
 from pickcli.seeds import derived_seed
 
 SAFE = "home"
@@ -86,13 +87,7 @@ def plan_recovery(
     if isinstance(found, Failures):
         raise NoPlanError(label, found)
     # The robot stands in the scene as it is, whatever the level makes of it.
-    return replace(found, scene_hash=_hash(scene), recovery=level)
-
-
-def _hash(scene: Scene) -> str:
-    from pickcli.scene.scene_file import scene_hash
-
-    return scene_hash(scene)
+    return replace(found, scene_hash=scene_hash(scene), recovery=level)
 
 
 def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:

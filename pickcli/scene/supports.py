@@ -14,14 +14,13 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.scene.patches import feature, patch
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_contact import SolidContact, bears, can_balance, friction_cones
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.scene.touching import Gaps, PosedSolids, gaps
 
-GRAVITY = 9.81  # m/s^2
 LEAST_TILT = np.radians(1.0)  # of the world, on top of the angle that poses may be off
 CHOCKED = np.radians(10.0)  # the same for what can roll: what keeps it must be more than a bend of the floor
 LEVEL = np.radians(1.0)  # slope of the ground up to which nothing begins to roll

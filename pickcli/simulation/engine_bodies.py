@@ -16,9 +16,8 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.geometry import Array, to_quaternion
+from pickcli.geometry import GRAVITY, Array, to_quaternion
 
-GRAVITY = 9.81  # m/s^2
 SOLVER_ITERATIONS = 50
 STATIC_FRICTION = 0.8  # of the pod, from its published simulation model; the product of two counts
 ITEM_FRICTION = 0.6

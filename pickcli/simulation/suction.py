@@ -14,11 +14,10 @@ import numpy as np
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import Tool
-from pickcli.geometry import Array, inverse, transform_points
+from pickcli.geometry import GRAVITY, Array, inverse, transform_points
 from pickcli.simulation.bellows import FRICTION, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
 from pickcli.simulation.engine import Engine, Touch
-from pickcli.simulation.engine_bodies import GRAVITY
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on

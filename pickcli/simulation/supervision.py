@@ -13,7 +13,7 @@ import numpy as np
 
 from pickcli.cell.robot import JointType
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.seeds import derived_rng
@@ -27,7 +27,6 @@ SPEED_MEMORY = 0.1  # s that a joint's speed still excuses its lag after it has 
 PAYLOAD_FACTOR = 1.5  # of the weight of what is held: its acceleration, and masses known to 10 %
 LET_GO_TIME = 0.5  # s after the plan lets go of something in which its weight may still hang on
 SEAL_GRACE = 0.05  # s after the lift began by which the seal must stand
-GRAVITY = 9.81  # m/s^2
 
 Dynamics = Callable[[Array, Array, Array], Array]  # q, dq, ddq (m,) -> motor torques (m,)
 

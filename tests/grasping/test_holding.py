@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
-from pickcli.geometry import Array, pose, rotation_axis_angle, rotation_rpy
+from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle, rotation_rpy
 from pickcli.grasping.holding import Hold
-from pickcli.kinematics.held_body import GRAVITY
 from pickcli.kinematics.tip_motion import TipMotion
 
 CELL = load_cell("apc2016_delft")

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.tool import ToolState
-from pickcli.geometry import Array, rotation_axis_angle
+from pickcli.geometry import GRAVITY, Array, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
-from pickcli.kinematics.held_body import GRAVITY, HeldBody
+from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from support.tool_states import ALL_STATES, DOWN, STRAIGHT
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pickcli.cell.item import Item
-from pickcli.geometry import Array, inverse
-from pickcli.simulation.engine_bodies import GRAVITY
+from pickcli.geometry import GRAVITY, Array, inverse
 from pickcli.simulation.world import World
 from support.pedestal import BuildWorld, cube, evacuate
 from support.tool_states import STRAIGHT

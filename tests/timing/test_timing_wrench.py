@@ -17,9 +17,9 @@ from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.robot import Limits
 from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError
-from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle
 from pickcli.kinematics.arm import Arm
-from pickcli.kinematics.held_body import GRAVITY, HeldBody
+from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.corner_blending import BlendedPath, blend
