@@ -1,8 +1,8 @@
 """Whether two solids overlap, and how deep.
 
 The least push of the directions tried in ``touching`` is the depth: exact for boxes. Where it parts no round
-solids, they are shrunk by half the tolerance each and parted by Gilbert's algorithm, so bodies that merely
-touch are never called overlapping.
+solids, they are shrunk by the tolerance and parted by Gilbert's algorithm, so bodies that merely touch are
+never called overlapping: a ball alone, which loses as much in every direction, else both by half of it each.
 """
 
 from __future__ import annotations
@@ -67,8 +67,9 @@ class PosedSolid:
 def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> float:
     """How deep two solids stand in each other.
 
-    Exact for two boxes; for round ones never under the true depth, and 0 whenever a motion of the tolerance
-    parts them.
+    Exact for two boxes. For round ones never under the true depth, but for cylinders, of which the rim may
+    stand half as deep again as the tolerance in the corner of a box and count as touching; and 0 whenever a
+    motion of the tolerance parts them.
 
     Args:
         a: One solid.
@@ -83,9 +84,18 @@ def overlap_depth(a: PosedSolid, b: PosedSolid, tolerance: float = TOUCH) -> flo
     if depth <= tolerance:
         return 0.0
     both_boxes = a.shape.kind is ShapeKind.BOX and b.shape.kind is ShapeKind.BOX
-    if not both_boxes and _are_apart(a.shrunk(tolerance / 2), b.shrunk(tolerance / 2)):
+    if not both_boxes and _are_apart(*_shrunk(a, b, tolerance)):
         return 0.0
     return depth
+
+
+def _shrunk(a: PosedSolid, b: PosedSolid, by: float) -> tuple[PosedSolid, PosedSolid]:
+    """Two solids that no motion of at most ``by`` (m) parts, if these are not apart."""
+    if a.shape.kind is ShapeKind.SPHERE and by < a.shape.size[0]:
+        return a.shrunk(by), b
+    if b.shape.kind is ShapeKind.SPHERE and by < b.shape.size[0]:
+        return a, b.shrunk(by)
+    return a.shrunk(by / 2), b.shrunk(by / 2)
 
 
 def _local_support(shape: Shape, n: Array) -> Array:

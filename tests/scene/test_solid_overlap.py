@@ -143,6 +143,7 @@ def test_solids_that_a_plane_parts_but_for_a_touch_do_not_overlap(
     assert overlap_depth(other, one) == 0.0
 
 
+@example(Shape(ShapeKind.BOX, (0.125, 0.125, 0.125)), np.eye(4), np.eye(4), (1.0, 1.0, 1.0), 0.02, 0.1015625)
 @given(boxes, turns, places, directions, st.floats(0.02, 0.2), st.floats(0.1, 0.99))
 def test_a_ball_stands_in_a_box_as_deep_as_its_radius_exceeds_its_distance(
     box: Shape, T: Array, T_world: Array, n: tuple[float, float, float], radius: float, share: float
