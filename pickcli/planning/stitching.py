@@ -92,7 +92,7 @@ def stitch_run(
     """
     segments = _moving(context, segments)
     if not segments:
-        return Reason("nothing to do", label, "start and goal are the same")
+        return Reason("nothing to do", "", "start and goal are the same")
     run = proven_run(context, scene, segments)
     if isinstance(run, Reason):
         return run

@@ -86,7 +86,7 @@ def fill_bin(
         return ()
     if too_much := _too_much(scene.cell, bin_name, [entry.item for entry in contents]):
         raise InputError(too_much)
-    reason = Reason("no room", bin_name, "for all of them at once")
+    reason = Reason("no room for all of them at once")
     for layout in _layouts(scene, bin_name, contents, seed, tell):
         tell()
         rested = settle(scene, layout)
