@@ -76,4 +76,4 @@ def test_text_names_what_is_not_free(tmp_path: Path) -> None:
 
 def test_an_unknown_planner_is_a_usage_error(tmp_path: Path) -> None:
     result = CliRunner().invoke(build_roadmap, ["-o", str(tmp_path / "r.h5"), "--planner", "PRM"])
-    assert result.exit_code == 2 and "RRTConnect" in result.stderr
+    assert result.exit_code == 2 and "'rrtconnect'" in result.stderr
