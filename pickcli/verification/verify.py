@@ -23,7 +23,7 @@ from pickcli.verification.event_check import check_io
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.grasp_check import check_hold
 from pickcli.verification.held_pose import pose_in_tool
-from pickcli.verification.joint_limit_check import check_limits
+from pickcli.verification.joint_limit_check import Ratios, check_limits
 from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release_check import check_release
@@ -105,19 +105,25 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
     )
     if reasons:
         return Verdict(None, reasons)
-    certificate = Certificate(
+    return Verdict(_certificate(plan, scene, digest, states, ratios, clearance.minimum), ())
+
+
+def _certificate(
+    plan: Plan, scene: Scene, digest: str, states: States, ratios: Ratios, min_clearance: float
+) -> Certificate:
+    """What was looked at and found, of a plan without a fault."""
+    return Certificate(
         motion_hash=motion_hash(plan),
         scene_hash=digest,
         cell_fingerprint=scene.cell.fingerprint,
         n_states=len(states.times),
         max_step=states.max_step,
-        min_clearance=clearance.minimum,
+        min_clearance=min_clearance,
         max_velocity_ratio=ratios.velocity,
         max_acceleration_ratio=ratios.acceleration,
         max_jerk_ratio=ratios.jerk,
         checks=CHECKS,
     )
-    return Verdict(certificate, ())
 
 
 def certify(plan: Plan, scene: Scene) -> Plan:
