@@ -26,9 +26,8 @@ from pickcli.storage.table_format import (
     SEAL,
     AnyArray,
     FileFormat,
+    FileHeader,
     content_digest,
-    joints_of,
-    made_of,
     piece_digest,
     row_digests,
     table_digest,
@@ -62,7 +61,7 @@ class IntactRow:
 
 
 @dataclass(frozen=True, eq=False)
-class IntegrityReport:
+class IntegrityReport(FileHeader):
     """What a file holds in spite of its damage.
 
     Attributes:
@@ -83,30 +82,6 @@ class IntegrityReport:
     def is_whole(self) -> bool:
         """Whether nothing is lost."""
         return not any(damage.lost for damage in self.damage)
-
-    @property
-    def fingerprint(self) -> str:
-        """Fingerprint of the cell that the file is valid for."""
-        return self.attributes["cell_fingerprint"]
-
-    @property
-    def made(self) -> dict[str, Any]:
-        """How the file was made.
-
-        Raises:
-            ValueError: If the file does not say so.
-        """
-        return made_of(self.attributes)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, in the order of the columns.
-
-        Raises:
-            ValueError: If the file does not say so.
-            TypeError: If the file does not say so.
-        """
-        return joints_of(self.attributes)
 
 
 def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:

@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -141,38 +142,41 @@ def table_digest(table: AnyArray) -> str:
     return digest.hexdigest()
 
 
-def made_of(attributes: Mapping[str, str]) -> dict[str, Any]:
-    """How a file was made.
+class FileHeader:
+    """What the attributes of a stored file say of it, whether they were read or recovered.
 
-    Args:
+    Attributes:
         attributes: Attributes of the file.
-
-    Returns:
-        JSON values.
-
-    Raises:
-        ValueError: If the file does not say so.
     """
-    made = json.loads(attributes["made"])
-    if not isinstance(made, dict):
-        raise ValueError("made is no JSON object")
-    return made
 
+    attributes: Mapping[str, str]
 
-def joints_of(attributes: Mapping[str, str]) -> tuple[str, ...]:
-    """Names of the joints, in the order of the columns.
+    @property
+    def fingerprint(self) -> str:
+        """Fingerprint of the cell that the file is valid for."""
+        return self.attributes["cell_fingerprint"]
 
-    Args:
-        attributes: Attributes of the file.
+    @cached_property
+    def made(self) -> dict[str, Any]:
+        """How the file was made, JSON values.
 
-    Returns:
-        The names.
+        Raises:
+            ValueError: If the file does not say so.
+        """
+        made = json.loads(self.attributes["made"])
+        if not isinstance(made, dict):
+            raise ValueError("made is no JSON object")
+        return made
 
-    Raises:
-        ValueError: If the file does not say so.
-        TypeError: If the file does not say so.
-    """
-    return tuple(str(name) for name in json.loads(attributes["joint_names"]))
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of the columns.
+
+        Raises:
+            ValueError: If the file does not say so.
+            TypeError: If the file does not say so.
+        """
+        return tuple(str(name) for name in json.loads(self.attributes["joint_names"]))
 
 
 def content_digest(attributes: Mapping[str, str]) -> str:

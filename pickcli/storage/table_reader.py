@@ -6,9 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,16 +16,15 @@ from pickcli.storage.safe_open import Dataset, open_datasets, opened, read_attri
 from pickcli.storage.table_format import (
     AnyArray,
     FileFormat,
+    FileHeader,
     content_digest,
-    joints_of,
-    made_of,
     piece_digest,
     table_digest,
 )
 
 
 @dataclass(frozen=True)
-class StoredFile:
+class StoredFile(FileHeader):
     """An open file whose tables are verified. Its pieces are verified when they are read.
 
     Attributes:
@@ -43,30 +40,6 @@ class StoredFile:
     tables: Mapping[str, AnyArray]
     datasets: Mapping[str, Dataset]
     seal: str
-
-    @property
-    def fingerprint(self) -> str:
-        """Fingerprint of the cell that the file is valid for."""
-        return self.attributes["cell_fingerprint"]
-
-    @cached_property
-    def made(self) -> dict[str, Any]:
-        """How the file was made.
-
-        Raises:
-            ValueError: If the file does not say so.
-        """
-        return made_of(self.attributes)
-
-    @cached_property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, in the order of the columns.
-
-        Raises:
-            ValueError: If the file does not say so.
-            TypeError: If the file does not say so.
-        """
-        return joints_of(self.attributes)
 
     def texts(self, table: str, field: str) -> tuple[str, ...]:
         """A TEXT column.
