@@ -31,6 +31,7 @@ from typing import Any
 from bench.warm import fresh_scene, planner
 from pickcli.cell.cell_file import load_cell
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.progress import Progress
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.simulated_cell import SimulatedArena, crew_of
@@ -69,11 +70,11 @@ def play(seed: int, time_limit: float | None, takes_pictures: bool, is_bare: boo
     order, scene = fresh_scene(warm.cell, seed)
     arena = SimulatedArena(scene, seed=seed)
 
-    def look(done: int, total: int, what: str) -> None:
+    def look(progress: Progress, /) -> None:
         if takes_pictures:
             arena.picture()
 
-    look(0, 0, "")
+    look(Progress(0, 0))
     result = run_trial(order, crew_of(warm, arena), TrialSettings(seed, time_limit=time_limit), look)
     record = trial_record(result, order.kind, 0.0)
     del record["statistics"]
