@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -96,7 +96,8 @@ def compared(planner: PlanningContext, recorder: Recorder, item: str, planning_m
     free = scaled_run(planner, scene, segments, hold, scale)
     if free is None:
         return None
-    (duration, ratio), slowed = free, free
+    duration, ratio = free
+    slowed: tuple[float, float] | None = free
     while slowed is not None and slowed[1] > most and scale >= SLOWEST:
         scale *= SLOWER
         slowed = scaled_run(planner, scene, segments, hold, scale)
@@ -157,9 +158,9 @@ def measure(year: int = 2016, seeds: Sequence[int] = range(12), n_grasps: int = 
     }
 
 
-def _mean(values: Iterator[float]) -> float | None:
-    values = list(values)
-    return float(np.mean(values)) if values else None
+def _mean(values: Iterable[float]) -> float | None:
+    found = list(values)
+    return float(np.mean(found)) if found else None
 
 
 def _spread(values: Sequence[float]) -> list[float]:

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
@@ -38,7 +39,6 @@ from bench.deliverable import (
 from bench.played import OVER_BY, OVER_PLAN, Played, balls, read_played
 from bench.warm import planner
 from pickcli.cell.data_path import data_path
-from pickcli.geometry import Array
 from pickcli.jobs.job import sources_digest
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import Scene
@@ -81,10 +81,10 @@ class Job:
 
 def jobs(seeds: Sequence[int], year: int, reality: Path | None, folder: Path = FOLDER) -> list[Job]:
     """One trial per seed, kept apart from those of other code, data and levels."""
-    parts = [sources_digest(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
+    parts = [sources_digest().encode(), *(p.read_bytes() for p in sorted(data_path().rglob("*.yaml")))]
     if reality is not None:
         parts.append(reality.read_bytes())
-    made_with = hashlib.sha256(b"\x1f".join(p if isinstance(p, bytes) else p.encode() for p in parts))
+    made_with = hashlib.sha256(b"\x1f".join(parts))
     home = folder / made_with.hexdigest()[:12]
     return [Job(seed, year, home / f"{year}-{seed}", reality) for seed in seeds]
 
@@ -221,7 +221,7 @@ def summary(trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _share(holds: Array) -> float | None:
+def _share(holds: npt.NDArray[np.bool_]) -> float | None:
     """Of how many it is so; None of none at all."""
     return float(np.mean(holds)) if len(holds) else None
 

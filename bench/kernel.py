@@ -137,7 +137,9 @@ BOXES = [*shelf(), *surroundings()]
 
 def make_kernel() -> tuple[Chain, Checker]:
     """The scene for the kernel; the robot's base stands on the rail and does not see the surroundings."""
-    chain = Chain(np.array(TYPES), np.stack([pose(o) for o in ORIGINS]), np.array(AXES), np.arange(8))
+    chain = Chain(
+        np.array(TYPES), np.stack([pose(o) for o in ORIGINS]), np.array(AXES), np.arange(8, dtype=np.int32)
+    )
     cover = [(*capsule.spheres(), link) for link, capsules in enumerate(LINKS) for capsule in capsules]
     centers, radii = np.concatenate([c for c, _, _ in cover]), np.concatenate([r for _, r, _ in cover])
     frame = np.concatenate([np.full(len(r), link) for _, r, link in cover])
@@ -214,8 +216,8 @@ def pybullet_check(paths: list[Array]) -> Callable[[], int]:
         shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=b.half, physicsClientId=client)
         p.createMultiBody(0, shape, basePosition=b.center, physicsClientId=client)
     wanted = {frozenset(pair) for pair in SELF_PAIRS}
-    for a, b in combinations(range(8), 2):
-        p.setCollisionFilterPair(robot, robot, a, b, int(frozenset((a, b)) in wanted), physicsClientId=client)
+    for i, j in combinations(range(8), 2):
+        p.setCollisionFilterPair(robot, robot, i, j, int(frozenset((i, j)) in wanted), physicsClientId=client)
     joints = list(range(8))
 
     def check() -> int:

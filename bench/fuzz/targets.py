@@ -134,7 +134,7 @@ class _Maker:
             "cell": _plain(validate(read_yaml(cell / "cell.yaml"), CellModel)),
             "items": _plain(validate(read_yaml(items), ItemsModel)),
         }
-        made = of.cell.fingerprint, {}
+        made: tuple[str, dict[str, Any]] = (of.cell.fingerprint, {})
         self._stores = (
             self._written("roadmap.h5", lambda path: write_roadmap(path, _roadmap(of.cell), *made)),
             self._written("database.h5", lambda path: write_database(path, _database(of.cell), *made)),

@@ -124,8 +124,8 @@ def _with_op(k: int, op: type[ast.cmpop]) -> Edit:
     return lambda n: ast.Compare(n.left, [op() if i == k else o for i, o in enumerate(n.ops)], n.comparators)
 
 
-def _with_test(node: Any, value: bool) -> ast.AST:
-    changed = copy.deepcopy(node)
+def _with_test(node: ast.If | ast.IfExp, value: bool) -> ast.AST:
+    changed: ast.If | ast.IfExp = copy.deepcopy(node)
     changed.test = ast.Constant(value)
     return changed
 
@@ -134,11 +134,11 @@ def _other_number(value: float) -> float:
     return value + 1 if isinstance(value, int) else 2.0 * value if value else 1.0
 
 
-def _other_call(node: Any) -> ast.AST:
+def _other_call(node: ast.Call) -> ast.AST:
     changed = copy.deepcopy(node)
     if isinstance(changed.func, ast.Attribute):
         changed.func.attr = _CALLS[changed.func.attr]
-    else:
+    elif isinstance(changed.func, ast.Name):
         changed.func.id = _CALLS[changed.func.id]
     return changed
 

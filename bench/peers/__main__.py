@@ -167,7 +167,7 @@ _work: tuple[list[Row], list[Scene], list[Query]]
 
 def _set_work(*work: Any) -> None:
     global _work
-    _work = work  # type: ignore[assignment]
+    _work = work
 
 
 def _judgements(number: int) -> list[tuple[Judgement | None, Judgement | None]]:

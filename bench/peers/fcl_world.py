@@ -21,7 +21,7 @@ class FclScene:
             [(_object(shape, np.eye(4)), np.array(shape["T"])) for shape in link["shapes"]]
             for link in self.links
         ]
-        solids = {s["name"]: [] for s in world}
+        solids: dict[str, list[Any]] = {s["name"]: [] for s in world}
         for solid in world:
             if solid["name"] not in query["without"]:
                 solids[solid["name"]].append(_object(solid, np.array(solid["T"]), margin))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from fcl_world import FclScene
 from ompl import util
-from ompl_peer import OmplPeer
+
+from bench.peers.fcl_world import FclScene
+from bench.peers.ompl_peer import OmplPeer
 
 PACKAGES = ("ompl", "python-fcl")
 

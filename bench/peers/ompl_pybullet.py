@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pybullet
 from ompl import util
-from ompl_peer import OmplPeer
+
+from bench.peers.ompl_peer import OmplPeer
 
 PACKAGES = ("ompl", "pybullet")
 
@@ -25,7 +26,7 @@ class Peer(OmplPeer):
         """Everything that does not count as planning."""
         util.RNG.setSeed(number + 1)
         pybullet.resetSimulation()
-        self._world = {}
+        self._world: dict[str, list[int]] = {}
         for solid in self.problem["scenes"][query["scene"]]:
             if solid["name"] not in query["without"]:
                 self._world.setdefault(solid["name"], []).append(_body(solid, self.problem["margin"]))

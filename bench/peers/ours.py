@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from bench.peers.queries import Query
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
@@ -25,12 +25,12 @@ def answer(planner: PlanningContext, query: Query, seed: int) -> dict[str, Any]:
         planner, query.checker, query.q_start, query.q_goal[None], [0.0], seed, "coarse motion"
     )
     whole_s = time.perf_counter() - began
-    is_found = not isinstance(whole, Reason)
+    path = None if isinstance(whole, Failures) else whole
     return {
         "first": None if first is None else first.waypoints.tolist(),
         "first_s": first_s,
         "first_cpu_s": first_cpu_s,
-        "short": whole.waypoints.tolist() if is_found else None,
+        "short": None if path is None else path.waypoints.tolist(),
         "short_s": whole_s,
-        "source": whole.source if is_found else "nobody",
+        "source": "nobody" if path is None else path.source,
     }

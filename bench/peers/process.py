@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-WORKER = Path(__file__).with_name("worker.py")
+ROOT = Path(__file__).parents[2]  # where the worker is imported from: its environment has no pickcli
 SETTING_UP = 60.0  # s that a peer may take on top of its time limits before it counts as hung
 DEATHS = 3  # that a peer may die
 
@@ -20,6 +20,7 @@ class PeerProcess:
     """One peer.
 
     python: of the environment that it is installed in
+    exchange: the queries' file, an absolute path
     broken: why it answers no more, "" as long as it does
     """
 
@@ -59,10 +60,11 @@ class PeerProcess:
         if not self.python.exists():
             self.broken = f"not installed: no {self.python}"
             return False
-        command = [str(self.python), str(WORKER), self.module, str(self.exchange)]
+        command = [str(self.python), "-m", "bench.peers.worker", self.module, str(self.exchange)]
+        pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )  # fmt: skip
+            command, cwd=ROOT, stdin=pipe, stdout=pipe, stderr=nowhere, text=True
+        )
         hello = self._line(SETTING_UP)
         if hello is None or "error" in hello:
             self.broken = "does not start: " + (hello or {"error": "it ended without a word"})["error"]

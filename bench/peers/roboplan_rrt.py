@@ -69,9 +69,9 @@ def _with_world(robot: dict[str, Any], solids: dict[str, Any], margin: float) ->
     for name, solid in solids.items():
         link = ElementTree.SubElement(document, "link", name=name)
         collision = ElementTree.SubElement(link, "collision")
-        ElementTree.SubElement(collision, "origin", **solid["origin"])
+        ElementTree.SubElement(collision, "origin", solid["origin"])
         geometry = ElementTree.SubElement(collision, "geometry")
-        ElementTree.SubElement(geometry, solid["kind"], **_grown(solid["kind"], solid["size"], margin))
+        ElementTree.SubElement(geometry, solid["kind"], _grown(solid["kind"], solid["size"], margin))
         joint = ElementTree.SubElement(document, "joint", name=f"to_{name}", type="fixed")
         ElementTree.SubElement(joint, "parent", link=robot["links"][0]["name"])
         ElementTree.SubElement(joint, "child", link=name)

@@ -28,7 +28,9 @@ def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> 
     allowed: pairs of a link and a body of the world, the same
     """
     robot = cell.robot
-    links = [{"name": BASE, "joint": None, "shapes": _shapes(robot.links[0].shapes, robot.T_world_base)}]
+    links: list[dict[str, Any]] = [
+        {"name": BASE, "joint": None, "shapes": _shapes(robot.links[0].shapes, robot.T_world_base)}
+    ]
     origins = [joint.T_parent_joint @ _turned(cell, joint, tool_state) for joint in robot.joints]
     origins[0] = robot.T_world_base @ origins[0]
     for joint, link, T in zip(robot.joints, robot.links[1:], origins, strict=True):
@@ -36,7 +38,7 @@ def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> 
         links.append({"name": link.name, "joint": _joint(cell, joint, T), "shapes": shapes})
     bodies = [0, *bodies_of_frames(robot)]
     allowed = {frozenset((pair.a, pair.b)) for pair in cell.allowed_pairs}
-    names = [str(link["name"]) for link in links]
+    names = [link["name"] for link in links]
     pairs = list(combinations(range(len(names)), 2))
     untested = [(i, j) for i, j in pairs if bodies[j] - bodies[i] < 2 or {names[i], names[j]} in allowed]
     if held is not None:
@@ -54,8 +56,7 @@ def robot_json(cell: Cell, tool_state: ToolState, held: AttachedItem | None) -> 
 
 def shape_json(shape: Shape, T: Array) -> dict[str, Any]:
     """A posed shape: kind, size as ``Shape`` has it, pose in its parent as (4, 4) and as URDF's origin."""
-    T = np.asarray(T).tolist()
-    return {"kind": str(shape.kind), "size": list(shape.size), "T": T, "origin": _origin(T)}
+    return {"kind": str(shape.kind), "size": list(shape.size), "T": T.tolist(), "origin": _origin(T)}
 
 
 def urdf(links: list[dict[str, Any]], joint_names: tuple[str, ...], lower: Array, upper: Array) -> str:
@@ -69,11 +70,11 @@ def urdf(links: list[dict[str, Any]], joint_names: tuple[str, ...], lower: Array
         joint = SubElement(robot, "joint", name=name, type=kind)
         SubElement(joint, "parent", link=parent["name"])
         SubElement(joint, "child", link=link["name"])
-        SubElement(joint, "origin", **_origin(link["joint"]["T"]))
+        SubElement(joint, "origin", _origin(np.array(link["joint"]["T"])))
         if q >= 0:
             SubElement(joint, "axis", xyz=_numbers(link["joint"]["axis"]))
             bounds = {"lower": repr(float(lower[q])), "upper": repr(float(upper[q]))}
-            SubElement(joint, "limit", **bounds, velocity="1", effort="1000")
+            SubElement(joint, "limit", bounds, velocity="1", effort="1000")
     return tostring(robot, encoding="unicode")
 
 
@@ -84,7 +85,7 @@ def _urdf_link(robot: Element, link: dict[str, Any]) -> None:
     SubElement(inertial, "inertia", ixx="0.01", iyy="0.01", izz="0.01", ixy="0", ixz="0", iyz="0")
     for shape in link["shapes"]:
         collision = SubElement(element, "collision")
-        SubElement(collision, "origin", **shape["origin"])
+        SubElement(collision, "origin", shape["origin"])
         geometry, size = SubElement(collision, "geometry"), shape["size"]
         if shape["kind"] == ShapeKind.BOX:
             SubElement(geometry, "box", size=_numbers(size))
@@ -94,8 +95,7 @@ def _urdf_link(robot: Element, link: dict[str, Any]) -> None:
             SubElement(geometry, "sphere", radius=repr(size[0]))
 
 
-def _origin(T: list[list[float]]) -> dict[str, str]:
-    T_parent_child = np.array(T)
+def _origin(T_parent_child: Array) -> dict[str, str]:
     return {"xyz": _numbers(T_parent_child[:3, 3]), "rpy": _numbers(_rpy(T_parent_child[:3, :3]))}
 
 

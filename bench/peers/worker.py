@@ -1,6 +1,6 @@
 """A peer in a process and an environment of its own; started by ``bench.peers.process``.
 
-    python bench/peers/worker.py PEER QUERIES.json
+    python -m bench.peers.worker PEER QUERIES.json
 
 Answers on stdout, a line of JSON each: first its versions, or why it cannot work; then, for each line with
 the number of a query on stdin, the paths and the seconds they took. What a library prints goes to stderr.
@@ -25,7 +25,7 @@ def main() -> None:
     with os.fdopen(os.dup(1), "w") as out:
         os.dup2(2, 1)
         try:
-            module = importlib.import_module(sys.argv[1])
+            module = importlib.import_module(f"bench.peers.{sys.argv[1]}")
             problem = json.loads(Path(sys.argv[2]).read_text())
             peer = module.Peer(problem)
         except Exception as error:
