@@ -31,7 +31,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import RESERVE, PlanningContext
 from pickcli.planning.stages.grasp_selection import feasible_grasps
 from pickcli.planning.stages.placement import plan_placement
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_rng, derived_seed
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial.order_file import Order, read_order
@@ -84,7 +84,7 @@ def _of_pick(
     """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
     placed = scene.find(target)
     cell_bin = planner.cell.pod.bins[placed.location]
-    asked = PickProblem(planner, scene, cell_bin, placed, seed=number)
+    asked = PickProblem(planner, scene, cell_bin, placed, planner.cell.tote.place, seed=number)
     feasible, _ = feasible_grasps(asked, ())
     if not feasible:
         return []
@@ -93,7 +93,7 @@ def _of_pick(
     start = _start(planner, scene, tool_state, rng)
     there = _nearest(planner, start, [f.start for f in kin])
     chosen = kin[there]
-    landings = plan_placement(asked, chosen, TOTE)
+    landings = plan_placement(asked, chosen)
     if isinstance(landings, Failures):
         return []
     out = chosen.end

@@ -38,12 +38,12 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
     grasps, failures = feasible_grasps(problem, query.exclude)
     grasped = time.perf_counter()
     for reached in transits_to_grasps(problem, grasps, start):
-        motion = reached if isinstance(reached, Failures) else plan_transfer(problem, reached, query.into)
+        motion = reached if isinstance(reached, Failures) else plan_transfer(problem, reached)
         if isinstance(motion, Failures):
             failures += motion
             continue
         carried = time.perf_counter()
-        plan = stitch_pick(problem, motion, query.into)
+        plan = stitch_pick(problem, motion)
         if isinstance(plan, Reason):
             failures += plan
             continue
@@ -54,4 +54,4 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
             planning_ms=1e3 * (time.perf_counter() - began),
         )
         return plan
-    raise NoPlanError(problem.label(query.into), failures)
+    raise NoPlanError(problem.label, failures)

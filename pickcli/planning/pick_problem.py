@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,13 +41,14 @@ class PickQuery:
 
 @dataclass(frozen=True, eq=False)
 class PickProblem:
-    """Taking one target out of the place that it is in.
+    """Taking one target out of the place that it is in, to another.
 
     Attributes:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
         place: Where the target is, a bin or the tote.
         target: The item that is picked.
+        destination: Where the target is brought.
         neighbours: What motions inside the place do about other items.
         seed: Seed of all random choices.
     """
@@ -56,6 +57,7 @@ class PickProblem:
     scene: Scene
     place: Place
     target: PlacedItem
+    destination: Place
     neighbours: Neighbours = Neighbours.AVOID
     seed: int = 0
 
@@ -70,7 +72,7 @@ class PickProblem:
             seed: Seed of all random choices.
 
         Returns:
-            The problem, with the place and the target that the query names.
+            The problem, with the places and the target that the query names.
 
         Raises:
             UnknownNameError: If the bin, the item, or the place where it is brought is not there.
@@ -80,19 +82,26 @@ class PickProblem:
             if name not in places:
                 raise UnknownNameError(kind, name, list(places))
         target = scene.find(query.item, query.out_of)
-        return cls(context, scene, places[query.out_of], target, query.neighbours, seed)
+        place, destination = places[query.out_of], places[query.into]
+        return cls(context, scene, place, target, destination, query.neighbours, seed)
 
-    def label(self, into: str) -> str:
-        """What plans and messages call the pick.
+    def back_from(self, placed: PlacedItem) -> PickProblem:
+        """The pick that undoes this one.
 
         Args:
-            into: Where the item is brought.
+            placed: The target where it was set down at the destination.
 
         Returns:
-            A few words, for example "pick ITEM from BIN".
+            The pick of the target from there to where it is now.
         """
+        moved = self.scene.moved(placed)
+        return replace(self, scene=moved, place=self.destination, target=placed, destination=self.place)
+
+    @property
+    def label(self) -> str:
+        """What plans and messages call the pick: "pick ITEM from PLACE", and into which bin, if into one."""
         told = f"pick {self.target.id} from {self.place.name}"
-        return told if into == TOTE else f"{told} into {into}"
+        return told if self.destination.access.is_from_above else f"{told} into {self.destination.name}"
 
     @cached_property
     def T_world_entry(self) -> Array:

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.place import Place
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.checker_cache import CheckerCache
 from pickcli.collision.motion_segment import Mode
 from pickcli.collision.robot_model import CollisionModel
+from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.pick_settings import DEFAULTS, PickSettings
@@ -65,6 +67,21 @@ class PlanningContext:
     def checkers(self) -> CheckerCache:
         """The checkers of the cell's model, of which the last ones are kept."""
         return CheckerCache(self.model)
+
+    def configurations_at(self, place: Place) -> list[Array]:
+        """Configurations that the cell names for a place.
+
+        Args:
+            place: The place.
+
+        Returns:
+            (n,) each: above a place with access from above, else in front of its mouth. A cell need not name
+            any.
+        """
+        named = self.cell.configurations.values()
+        if place.access.is_from_above:
+            return [c.q for c in named if c.kind in ("tote", "drop")]
+        return [c.q for c in named if c.name == place.name]
 
     def checker_for(self, scene: Scene, mode: Mode) -> SceneChecker:
         """The checker of motions of the robot in one mode in a scene.

@@ -28,13 +28,12 @@ from pickcli.timing.concatenation import concatenate
 from pickcli.timing.timed_run import TimedRun
 
 
-def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | Reason:
+def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Reason:
     """Time and prove a pick, and bind its events.
 
     Args:
         problem: The pick.
         motion: Its geometry.
-        into: Where the item is brought.
 
     Returns:
         The plan, uncertified; a reason when the cup cannot hold at any speed or a proof fails.
@@ -62,7 +61,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion, into: str) -> Plan | R
         return scheduled
     segments, trajectory, events = scheduled
     plan = Plan(
-        query=problem.label(into),
+        query=problem.label,
         cell_fingerprint=context.cell.fingerprint,
         scene_hash=scene_hash(scene),
         seed=problem.seed,

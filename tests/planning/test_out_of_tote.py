@@ -93,7 +93,8 @@ def test_beside_a_wall_it_moves_away_from_it_before_it_rises(
     item = planner.cell.item(CRAYONS)
     x = float(planner.cell.places[TOTE].room.size[0] - item.shape.extents[0]) / 2 - 0.002
     scene = in_tote((CRAYONS, x, 0.0, 0.0))
-    problem = PickProblem(planner, scene, planner.cell.places[TOTE], scene.find(CRAYONS))
+    tote = planner.cell.places[TOTE]
+    problem = PickProblem(planner, scene, tote, scene.find(CRAYONS), tote)
     ways = problem.extraction.corridors
     assert not isinstance(ways, Reason)
     for way in ways:

@@ -2,5 +2,6 @@
 
 ``grasp_selection`` (``tool_clearance`` before any inverse kinematics, ``grasp_motion`` for the lines of one
 grasp), ``extraction`` (``planned_extraction`` and ``lift_sampling`` where no simple corridor is free),
-``transit`` to the grasp and from it, and where the item is let go: ``tote_placements`` or ``bin_placements``.
+``transit`` to the grasp and from it, and ``placement``, where the item is let go: at ``drop_placements`` from
+above, else at ``floor_placements``.
 """

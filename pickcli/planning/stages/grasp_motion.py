@@ -97,12 +97,8 @@ def plan_grasp_motion(
 
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
     """Configurations in front of the place, the first also elsewhere along the rail, and random ones."""
-    arm, configurations = problem.context.arm, problem.context.cell.configurations.values()
-    if problem.place.access.is_from_above:
-        fronts = [c.q for c in configurations if c.kind in ("tote", "drop")]
-    else:
-        fronts = [c.q for c in configurations if c.name == problem.place.name]
-    if not fronts:  # a cell need not name any: chance then has to do alone
+    arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
+    if not fronts:  # chance then has to do alone
         return arm.random_seeds(rng, 12)
     along = np.repeat(fronts[:1], 4, axis=0)
     along[:, 0] = np.linspace(0.25, 1.0, 4)

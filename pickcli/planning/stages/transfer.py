@@ -35,19 +35,18 @@ class PickMotion:
     placement: PlaceMotion
 
 
-def plan_transfer(problem: PickProblem, reached: GraspTransit, into: str) -> PickMotion | Failures:
+def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:
     """Complete the motion for one grasp, with the best placement that can be reached.
 
     Args:
         problem: The pick.
         reached: The grasp with the transit to it.
-        into: Where the item is brought.
 
     Returns:
         The geometry of the whole pick, or every reason why there is none.
     """
     context, in_bin = problem.context, reached.in_bin
-    placements = plan_placement(problem, in_bin, into)
+    placements = plan_placement(problem, in_bin)
     if isinstance(placements, Failures):
         return placements
     contacts = problem.contacts.while_transferring()

@@ -1,4 +1,4 @@
-"""Where in the tote an item is released."""
+"""Where an item is dropped into a place that is open above: low over the least pile, between the walls."""
 
 from __future__ import annotations
 
@@ -7,31 +7,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cartesian.line import shifted
+from pickcli.cell.place import Place
 from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
-from pickcli.scene.scene import TOTE, Scene
+from pickcli.scene.scene import Scene
 
-WALL = 0.02  # m between the held item's box and the tote's walls, where there is room
+WALL = 0.02  # m between the held item's box and the walls, where there is room
 LEAST_WALL = 0.008
 ABOVE_PILE = 0.025  # m between the item and what lies below it when it is released
 ABOVE_RIM = 0.03  # m between the item and the rim while it comes in
 LEAST_RISE = 0.02  # m of straight way down to the release and up again
-LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the tote
+LANCE_ABOVE_RIM = 0.04  # m between the tip and the rim when the lance lies level over the place
 LANCE_TURN_COST = 0.03  # m of drop that a turn of 1 rad is worth
 PER_ORIENTATION = 2
-MAX_DROP = 0.28  # m from the item's lowest point to the tote's floor (the rules: 0.3)
+MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
-LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from pointing across the tote
+LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from pointing across the place
 
 
 @dataclass(frozen=True, eq=False)
-class TotePlacement:
+class DropPlacement:
     """One way to release the item.
 
     Attributes:
-        above: (4, 4) pose of the tool frame in the world above the tote.
+        above: (4, 4) pose of the tool frame in the world above the place.
         release: (4, 4) pose of the tool frame in the world at release.
         cost: m, height of the pile and turns of the wrist weighed together; the least is best.
     """
@@ -43,22 +44,28 @@ class TotePlacement:
 
 @dataclass(frozen=True, eq=False)
 class _Pile:
-    """What lies in the tote, as boxes along the world's axes."""
+    """What lies in a place, as boxes along the world's axes, and the room around it. In m, in the world."""
 
     centres: Array  # (K, 2)
     half: Array  # (K, 2)
     tops: Array  # (K,)
+    middle: Array  # (2,) of the room
+    half_room: Array  # (2,)
     floor: float
+    rim: float
 
     @classmethod
-    def of(cls, scene: Scene) -> _Pile:
-        placed = scene.in_location(TOTE)
+    def of(cls, scene: Scene, place: Place) -> _Pile:
+        placed = scene.in_location(place.name)
         reach = [i.item.shape.reach(i.T_world_item[:3, :3]) + scene.noise.bound(i.item) for i in placed]
         at = np.array([i.T_world_item[:3, 3] for i in placed]).reshape(-1, 3)
         half = np.array(reach).reshape(-1, 3)
-        return cls(
-            at[:, :2], half[:, :2], at[:, 2] + half[:, 2], float(scene.cell.tote.place.T_carrier_place[2, 3])
-        )
+        room, T_world_place = place.room, scene.T_world_place(place)
+        middle = (T_world_place @ [*(room.low + room.high)[:2] / 2, 0.0, 1.0])[:2]
+        floor = float(T_world_place[2, 3]) + room.floor_back
+        rim = floor + float(room.size[2])
+        tops = at[:, 2] + half[:, 2]
+        return cls(at[:, :2], half[:, :2], tops, middle, room.size[:2] / 2, floor, rim)
 
     def heights(self, centres: Array, half: Array) -> Array:
         """(M,) height in the world of the highest item under each footprint, else the floor.
@@ -70,36 +77,37 @@ class _Pile:
         return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
 
 
-def spots(
-    scene: Scene, held: AttachedItem, tool_state: ToolState, n_most: int = 30
-) -> tuple[TotePlacement, ...] | Reason:
-    """Find places in the tote where the item fits between the walls.
+def drop_placements(
+    scene: Scene, place: Place, held: AttachedItem, tool_state: ToolState, n_most: int = 30
+) -> tuple[DropPlacement, ...] | Reason:
+    """Find where the item fits between the walls of a place that is open above.
 
     Of each tool orientation only the best few are kept: what the arm cannot reach in one turn of the wrist it
     cannot reach next to it either.
 
     Args:
         scene: Poses as perceived.
+        place: Where the item is brought, with the axes of the world.
         held: The item in the cup.
         tool_state: State of the tool.
-        n_most: Most places.
+        n_most: Most placements.
 
     Returns:
         The placements, lowest pile first; or why there is none.
     """
-    pile = _Pile.of(scene)
+    pile = _Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
-    found = [s for price, R in _orientations(is_level) for s in _best(scene, held, is_level, R, price, pile)]
+    found = [s for price, R in _orientations(is_level) for s in _best(held, is_level, R, price, pile)]
     if not found:
         size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
-        return Reason("does not fit into the tote", "place", f"{held.item.name}, {size} mm")
+        return Reason(f"does not fit into the {place.name}", "place", f"{held.item.name}, {size} mm")
     return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
 
 
 def _orientations(is_level: bool) -> list[tuple[float, Array]]:
     """Tool orientations with the cup pointing straight down, and what each costs.
 
-    A level lance that points across the tote, as the arm comes, is the easiest to reach.
+    A level lance that points across the place, as the arm comes, is the easiest to reach.
 
     Args:
         is_level: Whether the lance lies level then, or stands upright.
@@ -110,32 +118,28 @@ def _orientations(is_level: bool) -> list[tuple[float, Array]]:
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
-def _best(
-    scene: Scene, held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile
-) -> list[TotePlacement]:
+def _best(held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile) -> list[DropPlacement]:
     """The best few release poses, on a grid, for one tool orientation."""
-    tote = scene.cell.tote
     T = pose(R=R) @ held.T_tip_item
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
-    spare = np.array(tote.place.room.size[:2]) / 2 - reach[:2]
+    spare = pile.half_room - reach[:2]
     if spare.min() < LEAST_WALL:
         return []
     room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
-    centres = tote.place.T_carrier_place[:2, 3] + room * _places(room)
-    rim = pile.floor + tote.place.room.size[2]
+    centres = pile.middle + room * _places(room)
     height = pile.heights(centres, reach[:2])
     tip = height + ABOVE_PILE + reach[2] - T[2, 3]
     if is_level:
-        tip = np.maximum(tip, rim + LANCE_ABOVE_RIM)
+        tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
     lowest = tip + T[2, 3] - reach[2]
-    rise = np.maximum(LEAST_RISE, rim + ABOVE_RIM - lowest)
+    rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
     cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
     order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
     found = []
     for i in order[:PER_ORIENTATION]:
         release = pose([*(centres[i] - T[:2, 3]), tip[i]], R=R)
         above = shifted(release, np.array([0.0, 0.0, rise[i]]))
-        found.append(TotePlacement(above, release, float(cost[i])))
+        found.append(DropPlacement(above, release, float(cost[i])))
     return found
 
 

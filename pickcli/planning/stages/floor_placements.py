@@ -1,4 +1,4 @@
-"""Where in a bin an item can be set down: free places on the floor, level, at the back and beside a wall.
+"""Where an item can be set down from the front: free floor, level, at the back and beside a wall.
 
 The item keeps the way it stands, so that whatever can hold it where it is can set it down there. It must keep
 its balance there, and what can roll must lie on level ground.
@@ -20,48 +20,48 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
 
-STEP = 0.02  # m between places that are tried
+STEP = 0.02  # m between spots that are tried
 FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
 
 
-def bin_spots(
+def floor_placements(
     context: PlanningContext,
     scene: Scene,
     placed: PlacedItem,
-    R_bin_item: Array,
-    cell_bin: Place,
+    R_place_item: Array,
+    place: Place,
     n_most: int = 8,
 ) -> tuple[PlacedItem, ...] | Reason:
-    """Find where in a bin an item could be let go.
+    """Find where on the floor of a place an item could be let go.
 
     Args:
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived.
         placed: The item where it is now.
-        R_bin_item: (3, 3) how it stands now in its own bin.
-        cell_bin: The bin where it is brought.
-        n_most: Most places.
+        R_place_item: (3, 3) how it is to stand, before it is levelled.
+        place: Where it is brought.
+        n_most: Most placements.
 
     Returns:
-        The item at each place, the best first; or why there is none.
+        The item at each placement, the best first; or why there is none.
     """
-    R = _levelled(R_bin_item)
+    R = _levelled(R_place_item)
     reach = placed.item.shape.reach(R)
     if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
         size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
-        return Reason("would fall over", cell_bin.name, f"{placed.id} stands {size} mm")
-    T_world_bin = scene.T_world_place(cell_bin)
+        return Reason("would fall over", place.name, f"{placed.id} stands {size} mm")
+    T_world_place = scene.T_world_place(place)
     uncertainty = scene.noise.bound(placed.item)
-    free = FreeItem(placed.item, T_world_bin @ pose(R=R), T_world_bin[:3, :3], uncertainty)
-    flying = FreeItemChecker(context.model, scene, free, while_resting_on(cell_bin.support, placed.id))
-    places = _places(cell_bin, reach, uncertainty + HOVER)
-    fitting = [_placed(placed, cell_bin.name, T_world_bin, R, d) for d in places if flying.is_valid(d)]
+    free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
+    flying = FreeItemChecker(context.model, scene, free, while_resting_on(place.support, placed.id))
+    spots = _spots(place, reach, uncertainty + HOVER)
+    fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
     if not fitting:
-        return Reason("no free place on the floor", cell_bin.name, f"{len(places)} places tried")
+        return Reason("no free place on the floor", place.name, f"{len(spots)} places tried")
     staying = tuple(islice((spot for spot in fitting if _stays(scene, spot)), n_most))
-    return staying or Reason("would fall over or roll", cell_bin.name, f"{placed.id} on all free places")
+    return staying or Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
 
 
 def _stays(scene: Scene, spot: PlacedItem) -> bool:
@@ -82,21 +82,21 @@ def _levelled(R: Array) -> Array:
     return np.asarray(rotation_axis_angle(across / sine, float(np.arcsin(min(sine, 1.0)))) @ R)
 
 
-def _places(cell_bin: Place, half: Array, hover: float) -> Array:
-    """(K, 6) displacements from the bin's origin to places on the floor, as of a free flyer.
+def _spots(place: Place, half: Array, hover: float) -> Array:
+    """(K, 6) displacements from the place's origin to spots on its floor, as of a free flyer.
 
     As far back and as near a wall as possible first. half: (3,) of the box around the item, level
     """
-    low, high = cell_bin.room.y_range
-    along_x = _grid(FROM_MOUTH + half[0], cell_bin.room.depth - half[0])
+    low, high = place.room.y_range
+    along_x = _grid(FROM_MOUTH + half[0], place.room.depth - half[0])
     along_y = _grid(low + half[1], high - half[1])
     x, y = (axis.ravel() for axis in np.meshgrid(along_x, along_y, indexing="ij"))
-    height, pitch = cell_bin.room.rest(x, half[0])
+    height, pitch = place.room.rest(x, half[0])
     # An item that hovers over the floor, parallel to what it will lie on.
     above = half[2] + hover
     none = np.zeros(len(x))
     at = (x + above * np.sin(pitch), y, height + above * np.cos(pitch), none, pitch, none)
-    cost = cell_bin.room.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
+    cost = place.room.depth - x + np.minimum(y - along_y.min(initial=0.0), along_y.max(initial=0.0) - y)
     return np.column_stack(at)[np.argsort(cost, kind="stable")]
 
 
@@ -104,6 +104,6 @@ def _grid(low: float, high: float) -> Array:
     return np.linspace(low, high, int((high - low) / STEP) + 1) if high >= low else np.zeros(0)
 
 
-def _placed(placed: PlacedItem, bin_name: str, T_world_bin: Array, R: Array, d: Array) -> PlacedItem:
+def _placed(placed: PlacedItem, place_name: str, T_world_place: Array, R: Array, d: Array) -> PlacedItem:
     pitched = rotation_axis_angle((0.0, 1.0, 0.0), float(d[4])) @ R
-    return replace(placed, location=bin_name, T_world_item=T_world_bin @ pose(d[:3], R=pitched))
+    return replace(placed, location=place_name, T_world_item=T_world_place @ pose(d[:3], R=pitched))

@@ -13,7 +13,13 @@ from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.errors import Reason
 from pickcli.geometry import Array, pose
-from pickcli.planning.stages.tote_placements import ABOVE_PILE, LEAST_WALL, MAX_DROP, TotePlacement, spots
+from pickcli.planning.stages.drop_placements import (
+    ABOVE_PILE,
+    LEAST_WALL,
+    MAX_DROP,
+    DropPlacement,
+    drop_placements,
+)
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from support.tool_states import DOWN, STRAIGHT
 
@@ -42,13 +48,13 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
     return T[:3, 3] - reach, T[:3, 3] + reach
 
 
-def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[TotePlacement, ...]:
-    places = spots(scene, held, tool_state)
+def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[DropPlacement, ...]:
+    places = drop_placements(scene, scene.cell.tote.place, held, tool_state)
     assert not isinstance(places, Reason)
     return places
 
 
-def released_pose(spot: TotePlacement, held: AttachedItem) -> Array:
+def released_pose(spot: DropPlacement, held: AttachedItem) -> Array:
     """Pose (4, 4) in the world of the item at the moment of release."""
     return np.asarray(spot.release @ held.T_tip_item)
 
@@ -88,5 +94,6 @@ def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedI
 def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> None:
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
-    reason = spots(scene_with(), AttachedItem(huge, pose(), 0.0), STRAIGHT)
+    scene, huge_held = scene_with(), AttachedItem(huge, pose(), 0.0)
+    reason = drop_placements(scene, cell.tote.place, huge_held, STRAIGHT)
     assert isinstance(reason, Reason) and "does not fit" in reason.what

@@ -17,7 +17,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.bin_placements import LEAST_SLENDERNESS, bin_spots
+from pickcli.planning.stages.floor_placements import LEAST_SLENDERNESS, floor_placements
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.simulation.settle import settle
@@ -131,7 +131,7 @@ def test_every_place_is_clear_of_what_lies_there(planner: PlanningContext, scene
         ("expo_dry_erase_board_eraser", INTO, 0.35, -0.05),
     )
     placed = scene.items[0]
-    spots = bin_spots(planner, scene, placed, np.eye(3), scene.cell.pod.bins[INTO], n_most=50)
+    spots = floor_placements(planner, scene, placed, np.eye(3), scene.cell.pod.bins[INTO], n_most=50)
     assert not isinstance(spots, Reason) and len(spots) > 5
     for spot in spots:
         reach = spot.item.shape.reach(spot.T_world_item[:3, :3])
@@ -147,7 +147,7 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_wit
         *(("dove_beauty_bar", INTO, x, y) for x in (0.1, 0.22, 0.34) for y in (-0.08, 0.0, 0.08)),
     )
     cell_bin = full.cell.pod.bins[INTO]
-    none = bin_spots(planner, full, full.items[0], np.eye(3), cell_bin)
+    none = floor_placements(planner, full, full.items[0], np.eye(3), cell_bin)
     assert isinstance(none, Reason) and none.what == "no free place on the floor"
     thin = replace(full.items[0], item=full.cell.item("i_am_a_bunny_book"))
     extents = thin.item.shape.extents
@@ -155,7 +155,7 @@ def test_a_full_bin_and_a_thin_thing_say_why(planner: PlanningContext, scene_wit
     R = np.roll(np.eye(3), 2 - (thinnest + 1), axis=0)  # another axis than the thinnest upwards
     reach = thin.item.shape.reach(R)
     assert reach[:2].min() < LEAST_SLENDERNESS * reach[2]
-    falls = bin_spots(planner, full.moved(thin), thin, R, cell_bin)
+    falls = floor_placements(planner, full.moved(thin), thin, R, cell_bin)
     assert isinstance(falls, Reason) and falls.what == "would fall over"
 
 
@@ -168,7 +168,7 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
     (placed,) = scene.items
     lying = rotation_axis_angle((1.0, 0.0, 0.0), np.pi / 2)
     for bin_name in ("bin_A", INTO, "bin_L"):
-        spots = bin_spots(planner, scene, placed, lying, scene.cell.pod.bins[bin_name], n_most=3)
+        spots = floor_placements(planner, scene, placed, lying, scene.cell.pod.bins[bin_name], n_most=3)
         if isinstance(spots, Reason):
             assert spots.what == "would fall over or roll"
             continue
@@ -180,7 +180,7 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
 
 def test_an_item_that_leans_is_set_down_level(planner: PlanningContext, scene: Scene) -> None:
     leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
-    spots = bin_spots(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
+    spots = floor_placements(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
     assert not isinstance(spots, Reason)
     T_world_bin = scene.T_world_place(scene.cell.pod.bins[INTO])
     for spot in spots:
