@@ -42,7 +42,7 @@ def constructor(node: ast.ClassDef, name: str) -> Iterator[tuple[str, ast.Functi
     """The class's own `__init__`, if it has one, with the docstring of the class, which tells them."""
     for function in node.body:
         if isinstance(function, ast.FunctionDef) and function.name == "__init__":
-            yield name, ast.FunctionDef(name, function.args, node.body[:1])
+            yield name, ast.FunctionDef(name, function.args, node.body[:1], [])
 
 
 def parameters(function: ast.FunctionDef) -> list[str]:

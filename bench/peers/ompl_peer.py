@@ -69,7 +69,7 @@ class OmplPath:
         return np.array([[state[j] for j in range(self._n)] for state in self.solution.getStates()])
 
 
-class _Validity(base.StateValidityChecker):
+class _Validity(base.StateValidityChecker):  # type: ignore[misc]
     def __init__(self, information: Any, is_free: Callable[[np.ndarray], bool]) -> None:
         super().__init__(information)
         self._is_free, self._n = is_free, information.getStateDimension()

@@ -107,7 +107,7 @@ def test_play_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         called.append(command)
         return subprocess.CompletedProcess(command, 3, "", "apc: error: no room")
 
-    monkeypatch.setattr(fresh.subprocess, "run", fails)
+    monkeypatch.setattr(subprocess, "run", fails)
     assert fresh.play(job) == "order 7: exit code 3: apc: error: no room"
     assert not job.is_played and {"run-trial", "--overwrite"} <= set(called[0])
     job.folder.mkdir()

@@ -22,8 +22,8 @@ def run(**changes: Any) -> dict[str, Any]:
 
 
 def attempt(item: str = "target", **changes: Any) -> dict[str, Any]:
-    default = {"item": item, "outcome": "in tote", "plan": None, "execution": None, "recovery": []}
-    return {**default, **changes}
+    default: dict[str, Any] = {"outcome": "in tote", "plan": None, "execution": None, "recovery": []}
+    return {"item": item, **default, **changes}
 
 
 def step(execution: dict[str, Any] | None) -> dict[str, Any]:

@@ -107,9 +107,9 @@ def test_the_cup_gives_along_its_axis_and_the_held_item_has_a_leave_of_its_own(
     axis = T_home_tip[:3, 2]
     scene = make_scene((CUBE, T_home_tip @ pose((0, 0, SIDE / 2 - 0.004))))  # the cup is 4 mm in it
 
-    def is_free(by: float, **who: bool) -> bool:
+    def is_free(by: float, item: bool = False, cup: bool = False) -> bool:
         ways = {"item0": by * axis}
-        touching = AllowedContacts.of(*(ways if who.get(part) else None for part in ("item", "cup")))
+        touching = AllowedContacts.of(ways if item else None, ways if cup else None)
         return make_checker(scene, contacts=touching).is_valid(home)
 
     assert not is_free(0.02, item=True)

@@ -30,7 +30,7 @@ def points_of(shape: Shape, rng: np.random.Generator, n: int = 3000) -> Array:
     if shape.kind is ShapeKind.BOX:
         return unit * shape.extents / 2
     if shape.kind is ShapeKind.SPHERE:
-        return shape.size[0] * unit / np.linalg.norm(unit, axis=1, keepdims=True)
+        return np.asarray(shape.size[0] * unit / np.linalg.norm(unit, axis=1, keepdims=True))
     radius, length = shape.size
     angle, rho = np.pi * rng.uniform(-1, 1, n), np.sqrt(np.abs(unit[:, 0])) * radius
     return np.column_stack([rho * np.cos(angle), rho * np.sin(angle), unit[:, 2] * length / 2])
@@ -39,9 +39,9 @@ def points_of(shape: Shape, rng: np.random.Generator, n: int = 3000) -> Array:
 def distance_outside(shape: Shape, points: Array) -> Array:
     """Distance of points to the solid, 0 inside: the textbook formulas, apart from the code under test."""
     if shape.kind is ShapeKind.SPHERE:
-        return np.maximum(np.linalg.norm(points, axis=1) - shape.size[0], 0)
+        return np.asarray(np.maximum(np.linalg.norm(points, axis=1) - shape.size[0], 0))
     if shape.kind is ShapeKind.BOX:
-        return np.linalg.norm(np.maximum(np.abs(points) - shape.extents / 2, 0), axis=1)
+        return np.asarray(np.linalg.norm(np.maximum(np.abs(points) - shape.extents / 2, 0), axis=1))
     radius, length = shape.size
     across = np.maximum(np.hypot(points[:, 0], points[:, 1]) - radius, 0)
     return np.hypot(across, np.maximum(np.abs(points[:, 2]) - length / 2, 0))

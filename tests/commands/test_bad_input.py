@@ -19,7 +19,7 @@ from support.command_line import ITEM, Made, apc, pick, refused
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 INVALID = sorted((Path(__file__).parents[1] / "trial" / "invalid_orders").glob("*.json"))
-NOTHING = {
+NOTHING: dict[str, Callable[[Path], object]] = {
     "missing": lambda path: None,
     "a folder": lambda path: path.mkdir(),
     "empty": lambda path: path.write_bytes(b""),

@@ -118,7 +118,11 @@ def test_an_edited_plan_is_refused(made: Made, tmp_path: Path) -> None:
 
 
 def test_an_edited_plan_is_rejected_without_its_certificate_too(made: Made, tmp_path: Path) -> None:
-    plan = made.changed("plan", tmp_path, lambda p: (_bend(p), p.update(certificate=None)))
+    def edit(plan: dict[str, Any]) -> None:
+        _bend(plan)
+        plan["certificate"] = None
+
+    plan = made.changed("plan", tmp_path, edit)
     before = plan.read_bytes()
     refused(apc("verify", plan, "--scene", made.scene, "--write"), 4, plan, "rejected", "velocity limit")
     answer = apc("execute", plan, "--scene", made.scene)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import click
 import pytest
 
-from pickcli.commands import progress_bar
 from pickcli.commands.building import build_report, building
 from pickcli.commands.progress_bar import progress_line
 from pickcli.errors import InputError
@@ -50,7 +50,7 @@ def test_a_log_gets_a_line_per_period(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([0.0, 4.0, 11.0, 12.0, 30.0])
-    monkeypatch.setattr(progress_bar.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
     with build_report("building") as report:
         for done in (1, 2, 3, 4):
             report(BuildProgress(done, 4, effort_done=done, effort_total=4.0))

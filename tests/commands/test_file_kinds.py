@@ -28,7 +28,7 @@ from pickcli.roadmap.store import write_roadmap
 from support.command_line import ITEM, Made, apc, refused
 
 # What every command reads, by the name of the parameter.
-READ = {
+READ: dict[str, dict[str, FileKind | None]] = {
     "build-roadmap": {"cell_name": CELL},
     "build-trajectories": {"cell_name": CELL},
     "suggest-configurations": {"cell_name": CELL},

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import sys
+import time
 
 import pytest
 from rich.console import Console
@@ -22,7 +24,7 @@ def test_a_log_gets_a_line_per_period(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     clock = iter([0.0, 4.0, 11.0, 12.0, 30.0])
-    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
     with progress("building") as report:
         for done in (1, 2, 3, 4):
             report(Progress(done, 4))
@@ -44,9 +46,9 @@ def test_a_terminal_gets_one_line_that_cuts_the_least_first(
     screen = io.StringIO()
     console = Console(file=screen, width=width, force_terminal=True)
     monkeypatch.setattr(module, "stderr_console", lambda: console)
-    monkeypatch.setattr(module.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     clock = iter([0.0])
-    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock, 700.0))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock, 700.0))
     told = BuildProgress(133, 332, "bin_B, drop_12_down, empty", 33, 2, effort_done=1.0, effort_total=2.0)
     with progress("building the trajectories") as report:
         report(told)

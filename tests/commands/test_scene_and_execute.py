@@ -31,7 +31,7 @@ from support.tool_states import STRAIGHT
 
 @pytest.fixture
 def order(tmp_path: Path) -> Path:
-    bins = {f"bin_{letter}": [] for letter in "ABCDEFGHIJKL"}
+    bins: dict[str, list[str]] = {f"bin_{letter}": [] for letter in "ABCDEFGHIJKL"}
     contents = {**bins, "bin_C": ["dove_beauty_bar", "crayola_24_ct"]}
     work_order = [{"bin": "bin_C", "item": "dove_beauty_bar"}]
     path = tmp_path / "order.json"

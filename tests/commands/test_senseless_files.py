@@ -88,9 +88,9 @@ def test_a_senseless_file_is_refused(
     path = tmp_path / "file.h5"
     write_content(path, DATABASE if "points" in content().pieces else ROADMAP, content())
     if is_damaged:  # in the spare copy of its directory, which costs nothing
-        before = bytearray(path.read_bytes())
-        before[-60] ^= 1
-        path.write_bytes(before)
+        damaged = bytearray(path.read_bytes())
+        damaged[-60] ^= 1
+        path.write_bytes(damaged)
     before = path.read_bytes()
     name, *options = command
     refused(apc(name, path, *options), 4, path, "makes no sense", told, "build it again")

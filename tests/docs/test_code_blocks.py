@@ -53,7 +53,9 @@ class Block:
 
 def blocks(page: Path) -> list[Block]:
     """The fenced blocks of a page."""
-    found, opened, inside = [], None, []
+    found: list[Block] = []
+    opened: int | None = None
+    inside: list[str] = []
     lines = page.read_text().splitlines()
     for number, line in enumerate(lines, 1):
         if opened is None and line.startswith("```"):

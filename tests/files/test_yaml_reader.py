@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -213,7 +214,7 @@ def test_a_source_without_marks_points_to_the_beginning(tmp_path: Path, refused:
 def test_a_file_that_is_cut_off_is_called_by_its_kind(tmp_path: Path, refused: Refused) -> None:
     for name, kind in (("a.json", "JSON"), ("a.yaml", "YAML")):
         (tmp_path / name).write_text('{"a": [1,\n 2\n')
-        assert f"{name}:3:1: not {kind}: " in refused(lambda name=name: read_yaml(tmp_path / name))
+        assert f"{name}:3:1: not {kind}: " in refused(partial(read_yaml, tmp_path / name))
 
 
 @pytest.mark.parametrize("text", ["'a': !!str 1\n", "a: !x 1\n"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -121,14 +121,15 @@ def test_workers_that_are_not_ours_are_one_error(empty: DaskCluster) -> None:
     run = DaskExecutor(empty.address, SHORT).run
     with pytest.raises(InputError, match="has no workers; start some: dask worker tcp://"):
         list(run(Toy(), MANY))
-    for add, wrong in (
+    strangers: tuple[tuple[Callable[[], object], str], ...] = (
         (
             lambda: empty.add_worker("w", code="another"),
             "another version: apc's code another, here the same;",
         ),
         (lambda: empty.add_worker("w", n_threads=3), "has 3 threads, but tasks need a process each"),
         (lambda: empty.add_stranger("w"), "cannot run apc .*install the same version there"),
-    ):
+    )
+    for add, wrong in strangers:
         add()
         with pytest.raises(InputError, match=wrong):
             list(run(Toy(), MANY))

@@ -28,15 +28,15 @@ def _peaks(p: Array) -> object:
 
 
 def _pace(dq: Array) -> object:
-    return fastest_pace(np.arange(float(len(dq))), dq, dq, dq[1:], ONES, ONES, np.zeros(4))
+    return fastest_pace(np.arange(float(len(dq))), dq, dq, dq[1:], ONES, ONES, np.zeros(4, np.int32))
 
 
-def _world(group: Array) -> object:
-    return _checker().set_world(np.zeros((5, 4, 4)), np.ones((5, 3)), group, np.zeros(5, np.uint64))
+def _world(group: Any) -> None:
+    _checker().set_world(np.zeros((5, 4, 4)), np.ones((5, 3)), group, np.zeros(5, np.uint64))
 
 
 def _robot(radii: Array) -> object:
-    return Checker(ARM.chain(), np.zeros((5, 3)), radii, np.zeros(5), np.zeros((0, 2)))
+    return Checker(ARM.chain(), np.zeros((5, 3)), radii, np.zeros(5, np.int32), np.zeros((0, 2), np.int32))
 
 
 # name -> what takes the array, and the shape of one row of it
@@ -78,15 +78,15 @@ def test_rows_without_entries_are_refused(name: str, n_rows: int) -> None:
 )
 def test_no_rows_give_no_results(name: str) -> None:
     takes, row = ROWS[name]
-    for nothing in (np.empty((0, *row)), []):
-        assert len(takes(nothing)) == 0
+    empty_array, empty_list = np.empty((0, *row)), list[float]()
+    assert len(takes(empty_array)) == len(takes(empty_list)) == 0
 
 
 @pytest.mark.parametrize("value", [2**32, 2**31, -(2**31) - 1])
 def test_integers_that_do_not_fit_are_refused(value: int) -> None:
     poses, axes = np.eye(4)[None], np.array([[0.0, 0.0, 1.0]])
     with pytest.raises(ValueError, match="q_index: not an array of int32"):
-        Chain([0], poses, axes, np.array([value]))
+        Chain(np.zeros(1, np.int32), poses, axes, np.array([value]))
 
 
 @pytest.mark.parametrize("distance", [np.nan, -1.0])
@@ -101,10 +101,11 @@ def test_a_distance_that_is_none_is_refused(distance: float) -> None:
 def test_numbers_whose_powers_are_not_finite_are_refused(scale: float, step: float) -> None:
     rest = np.zeros((2, 1))
     with pytest.raises(ValueError, match=r"1e-?60"):
-        quintic_peaks([0.0, step], [[0.0], [scale]], rest, rest)
+        quintic_peaks(np.array([0.0, step]), np.array([[0.0], [scale]]), rest, rest)
 
 
 def test_the_largest_numbers_allowed_give_finite_peaks() -> None:
     values = 1e60 * np.array([[-1.0], [1.0]])
-    for times in ([0.0, 1e-60], [0.0, 1e60]):
-        assert all(np.isfinite(peak).all() for peak in quintic_peaks(times, values, values, values))
+    for duration in (1e-60, 1e60):
+        peaks = quintic_peaks(np.array([0.0, duration]), values, values, values)
+        assert len(peaks) == 3 and all(np.isfinite(peak).all() for peak in peaks)

@@ -59,7 +59,8 @@ def test_sixty_three_frames_and_thirty_two_joints() -> None:
     T[:, 0, 3] = 0.02
     chain = Chain(types, T, np.tile([0.0, 0.0, 1.0], (63, 1)), q_index)
     assert (chain.n, chain.n_frames) == (32, 63)
-    checker = Checker(chain, np.zeros((63, 3)), np.full(63, 0.005), np.arange(63), np.empty((0, 2), np.int32))
+    frame, no_pairs = np.arange(63, dtype=np.int32), np.empty((0, 2), np.int32)
+    checker = Checker(chain, np.zeros((63, 3)), np.full(63, 0.005), frame, no_pairs)
     ignored = np.array([~np.uint64(1 << 62)], np.uint64)  # only the last frame counts
     wall = np.eye(4)[None] * 1.0
     wall[0, :3, 3] = chain.fk(np.zeros(32))[-1][:3, 3]

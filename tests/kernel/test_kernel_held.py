@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from pickcli.geometry import Array, pose, rotation_axis_angle
@@ -38,7 +39,7 @@ SLIDER = Arm(
 AT_ZERO = np.zeros(1)
 
 
-def hold(checker: Checker, solid: Solid, tested: Array = NONE) -> Checker:
+def hold(checker: Checker, solid: Solid, tested: NDArray[np.int32] = NONE) -> Checker:
     checker.set_held_solid(solid.T, solid.half, tested, solid.kind, solid.rounding)
     return checker
 
@@ -226,7 +227,8 @@ def test_a_solid_replaces_spheres_and_is_replaced() -> None:
     checker.set_held(np.zeros((1, 3)), np.array([0.01]), NONE)
     assert checker.clearance(AT_ZERO)[0] == pytest.approx(0.04)
     hold(checker, Solid(np.eye(4), np.full(3, 0.02), SPHERE))
-    assert checker.clearance(AT_ZERO)[:2] == (pytest.approx(0.03), 1)
+    distance, group = checker.clearance(AT_ZERO)[:2]
+    assert distance == pytest.approx(0.03) and group == 1
     checker.set_held(np.empty((0, 3)), np.empty(0), NONE)
     assert checker.clearance(AT_ZERO)[1:] == (-1, -1, -1)
 

@@ -25,7 +25,12 @@ ORIGINS = [
 AXES = [(1, 0, 0), (0, 0, 1), (0, 1, 0), (0, 0, 1), (0, -1, 0), (0, 0, -1), (0, -1, 0), (0, 0, -1)]
 UPPER = np.array([1.15, 3.1415, 1.9198, 2.967, 2.2689, 3.1415, 1.9198, 3.1415])
 LOWER = np.concatenate([[0.05], -UPPER[1:]])
-CHAIN = Chain(np.array([1] + [0] * 7), np.stack([pose(o) for o in ORIGINS]), np.array(AXES), np.arange(8))
+CHAIN = Chain(
+    np.array([1] + [0] * 7),
+    np.stack([pose(o) for o in ORIGINS]),
+    np.array(AXES),
+    np.arange(8, dtype=np.int32),
+)
 LANCE = pose([0, 0, 0.54])
 HOME = np.array([0.158, 0, -0.30, 0, -1.90, 0, 0.03, 0])
 ONES = np.ones(8)
@@ -86,7 +91,9 @@ def test_a_heavy_joint_moves_less() -> None:
 def test_any_turn_up_to_a_half_one_is_found(angle: float, axis: tuple[float, float, float]) -> None:
     """The rotation error is well-behaved at both ends of its range."""
     R = rotation_axis_angle(np.array(axis) / np.linalg.norm(axis), angle)
-    ball = Chain(np.zeros(3, np.int32), np.tile(np.eye(4), (3, 1, 1)), np.eye(3), np.arange(3))
+    ball = Chain(
+        np.zeros(3, np.int32), np.tile(np.eye(4), (3, 1, 1)), np.eye(3), np.arange(3, dtype=np.int32)
+    )
     limit = np.full(3, 10.0)
     seeds = np.random.default_rng(0).uniform(-3, 3, (10, 3))
     found = ball.ik(pose(R=R), np.eye(4), seeds, -limit, limit, np.ones(3))

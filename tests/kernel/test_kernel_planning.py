@@ -104,7 +104,8 @@ def test_a_path_of_one_edge_stays_as_it_is() -> None:
 def test_what_cannot_be_had_is_an_empty_path() -> None:
     _, arm, checker, free = case(1)
     assert connect(checker, free[0], free[1:2], 0, n=0).shape == (0, arm.n)
-    shut_in = rrt_connect(checker, free[0], free[1:2], *[np.full(arm.n, 4.0)] * 2, 0, 50, STEP, 1e3)
+    corner = np.full(arm.n, 4.0)
+    shut_in = rrt_connect(checker, free[0], free[1:2], corner, corner, 0, 50, STEP, 1e3)
     assert shut_in.shape == (0, arm.n)
 
 
@@ -142,7 +143,7 @@ def test_bad_queries_are_refused(changes: dict[str, Any], message: str) -> None:
 )
 def test_bad_polylines_are_refused(changes: dict[str, Any], message: str) -> None:
     _, arm, checker, free = case(1)
-    given = {"Q": 2, "shortcuts": np.zeros((1, 2)), "velocity": 1.0} | changes
+    given: dict[str, Any] = {"Q": 2, "shortcuts": np.zeros((1, 2)), "velocity": 1.0} | changes
     with pytest.raises(ValueError, match=message):
         velocity = np.full(arm.n, given["velocity"])
         shorten(checker, free[: given["Q"]], given["shortcuts"], velocity, 0.05, 1e-3, MARGIN)

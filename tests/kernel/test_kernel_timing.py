@@ -17,7 +17,8 @@ def states(seed: int, n_points: int, n: int) -> Rows:
     """Times (N,), positions, velocities and accelerations (N, n) of a wild trajectory."""
     rng = np.random.default_rng(seed)
     times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.003, 0.5, n_points - 1))])
-    return times, *(rng.normal(size=(n_points, n)) * size for size in (1.0, 2.0, 10.0))
+    q, dq, ddq = (rng.normal(size=(n_points, n)) * size for size in (1.0, 2.0, 10.0))
+    return times, q, dq, ddq
 
 
 def derivatives(rows: Rows, piece: int, u: Array) -> tuple[Array, Array, Array]:

@@ -20,6 +20,7 @@ def oracle_tip(robot: Robot, q: Array, tool_state: ToolState) -> Array:
     """Forward kinematics straight from the URDF's definition, one joint after the other."""
     position = dict(zip(robot.joint_names, q, strict=True))
     still = STRAIGHT if tool_state == MOVING else tool_state
+    assert robot.tool.joint is not None
     position[robot.tool.joint] = robot.tool.positions[still]
     T = robot.T_world_base
     for joint in robot.joints:

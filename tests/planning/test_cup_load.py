@@ -33,7 +33,7 @@ def random_motion(cell: Cell, rng: np.random.Generator, n: int = 6) -> Trajector
     velocities = 0.5 * limits.velocity * rng.uniform(-1.0, 1.0, inner.shape)
     accelerations = 0.5 * limits.acceleration * rng.uniform(-1.0, 1.0, inner.shape)
     velocities[[0, -1]] = accelerations[[0, -1]] = 0.0
-    times = 0.6 * np.arange(n)
+    times = 0.6 * np.arange(float(n))
     return Trajectory(cell.robot.joint_names, times, middle + half * inner, velocities, accelerations)
 
 
@@ -49,12 +49,13 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     trajectory = random_motion(cell, rng)
     face = item.shape.face_names[0]
     hold = Hold.of(item, face, T_tip_item, cell.robot.tool)
-    times = np.arange(1, int(trajectory.duration / STEP) - 1) * STEP
+    times = np.arange(1.0, int(trajectory.duration / STEP) - 1) * STEP
     states = trajectory.sample(np.concatenate([[times[0] - STEP], times, [times[-1] + STEP]]))
     by_verifier = wrenches(
         tip_poses(cell.robot, link_poses(cell.robot, states), tool_state), T_tip_item, item, STEP
     )
-    motion = arm.tip_motion(*(trajectory.sample(times, d) for d in range(3)), tool_state)
+    q, dq, ddq = (trajectory.sample(times, d) for d in range(3))
+    motion = arm.tip_motion(q, dq, ddq, tool_state)
     by_planner = hold.body.wrench(motion)
     # Differences that reach over a point of the trajectory, where the jerk jumps, see a little of both sides.
     smooth = np.abs(times[:, None] - trajectory.times).min(axis=1) > 1.5 * STEP

@@ -45,7 +45,7 @@ MODEL = CollisionModel(CELL)
 
 shares = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 Share = tuple[float, float, float]
-CORNERS = list(product((-1.0, 1.0), repeat=3))
+CORNERS: list[Share] = [(x, y, yaw) for x, y, yaw in product((-1.0, 1.0), repeat=3)]
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
@@ -34,8 +36,8 @@ def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_json_is_one_object_and_the_file_says_how_it_was_made(
-    command, more: list[str], counted: str, tmp_path: Path
-) -> None:  # type: ignore[no-untyped-def]
+    command: click.Command, more: list[str], counted: str, tmp_path: Path
+) -> None:
     output = tmp_path / "out.h5"
     result = CliRunner().invoke(command, ["-o", str(output), "--seed", "3", "--json", *more])
     assert result.exit_code == 0, result.output
@@ -56,8 +58,12 @@ def test_json_is_one_object_and_the_file_says_how_it_was_made(
     ],
 )
 def test_without_options_it_is_what_a_trial_builds(
-    command, make, settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:  # type: ignore[no-untyped-def]
+    command: click.Command,
+    make: Callable[..., object],
+    settings: RoadmapSettings | TrajectorySettings,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     cell = small_cell("home", "bin_A")
     monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
     told, made = tmp_path / "told.h5", tmp_path / "made.h5"

@@ -267,7 +267,8 @@ def _flip(path: Path, place: float, bit: int) -> None:
 
 
 def _test(kind: StoredKind, max_examples: int, n_steps: int) -> type[Any]:
-    case = type("Life", (_Life,), {"kind": kind}).TestCase
+    machine: Any = type("Life", (_Life,), {"kind": kind})
+    case: type[Any] = machine.TestCase
     case.settings = settings(
         max_examples=max_examples, stateful_step_count=n_steps, deadline=None, derandomize=True,
         suppress_health_check=list(HealthCheck),

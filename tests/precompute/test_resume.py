@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,10 @@ import pickcli
 from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.jobs import job
-from pickcli.jobs.executors import ProcessExecutor
+from pickcli.jobs.executors import ProcessExecutor, SerialExecutor
 from pickcli.jobs.job_run import BuildProgress, RunOptions
 from pickcli.jobs.journal import Journal
+from pickcli.kernel import _kernel
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob
 from pickcli.roadmap.store import read_roadmap
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
@@ -76,11 +78,11 @@ def test_an_interrupted_build_does_only_the_rest_and_ends_in_the_same_bytes(
         if progress.done == 4:
             raise KeyboardInterrupt
 
-    runner = {} if n_jobs == 1 else {"runner": ProcessExecutor(n_jobs)}
+    executor = SerialExecutor() if n_jobs == 1 else ProcessExecutor(n_jobs)
     with pytest.raises(KeyboardInterrupt):
-        _built(tmp_path, kind, RunOptions(**runner, report=interrupt))
+        _built(tmp_path, kind, RunOptions(executor, report=interrupt))
     assert not (tmp_path / kind).exists()
-    assert _built(tmp_path, kind, RunOptions(**runner, report=told.append)) == good[kind]
+    assert _built(tmp_path, kind, RunOptions(executor, report=told.append)) == good[kind]
     assert told[0].n_kept == told[0].done == 4
     assert told[-1].done == told[-1].total and told[-1].n_kept == 4
     assert [path.name for path in tmp_path.iterdir()] == [kind]
@@ -108,7 +110,7 @@ def test_another_kernel_is_other_code(monkeypatch: Any, tmp_path: Path) -> None:
     digest = CODE_DIGEST.__wrapped__
     before = digest()
     (tmp_path / "kernel.so").write_bytes(b"another")
-    monkeypatch.setattr(job._kernel, "__file__", str(tmp_path / "kernel.so"))
+    monkeypatch.setattr(_kernel, "__file__", str(tmp_path / "kernel.so"))
     assert digest() != before
 
 
@@ -118,7 +120,7 @@ def test_only_code_that_makes_results_decides_about_kept_tasks(
     """A changed help text leaves every journal and every worker of a cluster usable."""
     package = tmp_path / "pickcli"
     shutil.copytree(Path(pickcli.__file__).parent, package, ignore=shutil.ignore_patterns("*.so", "src"))
-    monkeypatch.setattr(job.pickcli, "__file__", str(package / "__init__.py"))
+    monkeypatch.setattr(pickcli, "__file__", str(package / "__init__.py"))
     digest = CODE_DIGEST.__wrapped__
     before, everything = digest(), job.sources_digest()
     for name in ("commands/plan_pick.py", "trial/score.py", "drawing/png.py"):
@@ -177,10 +179,14 @@ def test_a_killed_build_loses_at_most_what_was_in_hand(
 ) -> None:
     out = tmp_path / "motions.h5"
     journal = Journal(out, MOTIONS.job().inputs)
+
+    def has(n_records: int) -> bool:
+        return len(journal.read()) >= n_records
+
     for n_records in (1, 7):
         command = [sys.executable, "-c", PROGRAM, str(out), str(n_jobs)]
-        _killed_when(subprocess.Popen(command), lambda n=n_records: len(journal.read()) >= n)
-    assert not out.exists() and len(journal.read()) >= 7
+        _killed_when(subprocess.Popen(command), partial(has, n_records))
+    assert not out.exists() and has(7)
     told: list[BuildProgress] = []
     MOTIONS.make(out, RunOptions(report=told.append))
     assert told[0].n_kept >= 7

@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
-from pickcli.jobs.job_run import Build, RunOptions
+from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.precompute.empty_cell_checkers import checker
@@ -103,9 +103,10 @@ def test_the_order_of_the_configurations_changes_no_edge() -> None:
 
 
 def test_progress_counts_each_edge_once() -> None:
-    job, told = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK), []
+    job = RoadmapEdgeJob(small_cell("home", "bin_A", "drop_00_down", "tote"), QUICK)
+    told: list[BuildProgress] = []
     roadmap, report = build_roadmap(job, Build(job, RunOptions(report=told.append)))
-    assert [p.done for p in told] == list(range(told[-1].total + 1))
+    assert [p.done for p in told] == list(range(int(told[-1].total) + 1))
     assert told[-1].total == roadmap.n_edges + len(report.gaps.missing)
     assert told[-1].coverage == 1.0 and told[-1].n_kept == 0
 

@@ -78,7 +78,8 @@ def test_the_same_seed_gives_the_same_and_another_seed_others() -> None:
     def best(seed: int) -> list[float]:
         settings = replace(FEW, n_kept=3, n_poses=5, seed=seed)
         suggester = ConfigurationRanking(small_cell(), "bin_C", STRAIGHT, settings)
-        return suggester.suggest(1)[0].configuration.q.tolist()
+        q: list[float] = suggester.suggest(1)[0].configuration.q.tolist()
+        return q
 
     assert best(3) == best(3) != best(4)
 

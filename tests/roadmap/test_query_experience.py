@@ -12,7 +12,9 @@ from pickcli.roadmap.trajectory_database import PayloadClass
 
 @given(st.lists(st.booleans()))
 def test_everything_is_taken_once_and_in_order(takes: list[bool]) -> None:
-    recorder, taken, recorded = ExperienceRecorder(), [], []
+    recorder = ExperienceRecorder()
+    taken: list[QueryExperience] = []
+    recorded: list[QueryExperience] = []
     for k, is_take in enumerate(takes):
         if is_take:
             taken += recorder.take()

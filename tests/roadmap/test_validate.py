@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -21,9 +22,10 @@ from support.tool_states import ALL_STATES, STRAIGHT
 ROADMAP, DATABASE = roadmap(), database()
 assert DATABASE.points is not None
 POINTS = DATABASE.points
+CHECK_ROADMAP, CHECK_DATABASE = partial(validate.roadmap, ROADMAP), partial(validate.database, DATABASE)
 
 
-def _cell(names: tuple[str, ...] = JOINTS, lower: Any = -1.0, upper: Any = 1.0) -> Cell:
+def _cell(names: Any = JOINTS, lower: Any = -1.0, upper: Any = 1.0) -> Cell:
     """As much of a cell as validation needs."""
     limits = SimpleNamespace(
         lower=np.full(3, lower), upper=np.full(3, upper), velocity=np.ones(3), acceleration=np.ones(3)
@@ -176,20 +178,19 @@ def test_motions_have_at_least_two_waypoints_and_points() -> None:
 @pytest.mark.parametrize("side", ["lower", "upper"])
 def test_every_configuration_lies_within_the_limits_of_its_joints(side: str) -> None:
     """But for the millionth of a radian that a measured start may lie outside."""
-    for stored, check in ((ROADMAP, validate.roadmap), (DATABASE, validate.database)):
-        rows = getattr(stored, "configurations", stored.waypoints)
+    for rows, check in ((ROADMAP.configurations, CHECK_ROADMAP), (DATABASE.waypoints, CHECK_DATABASE)):
         edge = float(rows.min() if side == "lower" else rows.max())
         inwards = 1.0 if side == "lower" else -1.0
-        check(stored, _cell(**{side: edge}))  # type: ignore[operator]
-        check(stored, _cell(**{side: edge + inwards * 0.9e-6}))  # type: ignore[operator]
+        check(_cell(**{side: edge}))
+        check(_cell(**{side: edge + inwards * 0.9e-6}))
         with pytest.raises(ValueError, match="outside of the joint limits"):
-            check(stored, _cell(**{side: edge + inwards * 1.1e-6}))  # type: ignore[operator]
+            check(_cell(**{side: edge + inwards * 1.1e-6}))
 
 
 def test_joints_of_another_order_are_refused() -> None:
-    for stored, check in ((ROADMAP, validate.roadmap), (DATABASE, validate.database)):
+    for check in (CHECK_ROADMAP, CHECK_DATABASE):
         with pytest.raises(ValueError, match="its joints are x y z, not z y x"):
-            check(stored, _cell(("z", "y", "x")))  # type: ignore[operator]
+            check(_cell(("z", "y", "x")))
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

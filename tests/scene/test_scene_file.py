@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -269,7 +270,13 @@ def test_the_hash_sees_every_figure_that_a_plan_depends_on(cell: Cell) -> None:
         replace(tool.cup_limits, **{field.name: 1.01 * getattr(tool.cup_limits, field.name)})
         for field in fields(tool.cup_limits)
     ]
-    figures = {"mass": 0.3, "mass_error": 0.01, "seal_inset": 0.001, "speed_scale": 0.5, "year": 2015}
+    figures: dict[str, Any] = {
+        "mass": 0.3,
+        "mass_error": 0.01,
+        "seal_inset": 0.001,
+        "speed_scale": 0.5,
+        "year": 2015,
+    }
     others = [replace(first.item, **{name: value}) for name, value in figures.items()]
     others.append(replace(first.item, shape=replace(first.item.shape, size=(0.095, 0.07, 0.026))))
     others.append(replace(first.item, seals={**first.item.seals, "+x": 0.123}))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL.GifImagePlugin import GifImageFile
 
 from pickcli.errors import InputError
 from pickcli.simulation.camera import CELL_VIEW, Film, take_picture, write_png
@@ -33,7 +34,7 @@ def test_a_film_has_a_frame_per_period(build_world: BuildWorld, tmp_path: Path) 
     world.wait(0.35, lambda w: film.look(w.engine, w.t))
     film.write(tmp_path / "film.gif")
     with Image.open(tmp_path / "film.gif") as image:
-        assert image.n_frames == 4
+        assert isinstance(image, GifImageFile) and image.n_frames == 4
         assert image.info["duration"] == 100
 
 

@@ -46,7 +46,7 @@ def test_planned_contacts_are_those_of_cup_and_held_item_only() -> None:
     allowed = frozenset({"box"})
     contacts = log()
     contacts.update([touch(b="box"), touch(a="tea", link="", b="box")], allowed, "tea", 0.0)
-    assert contacts.collisions == ()
+    assert not contacts.collisions
     contacts.update([touch(link="lance", b="box")], allowed, "tea", 0.1)
     assert [c.a for c in contacts.collisions] == ["lance"]
 
@@ -55,7 +55,7 @@ def test_a_planned_contact_that_presses_harder_than_the_bellows_is_a_collision()
     allowed = frozenset({"shelf"})
     contacts = log()
     contacts.update([replace(touch(), force=7.9)], allowed, None, 0.0)
-    assert contacts.collisions == ()
+    assert not contacts.collisions
     contacts.update([replace(touch(), force=8.1)], allowed, None, 0.1)
     assert [(c.a, c.b) for c in contacts.collisions] == [("cup", "shelf")]
 
@@ -64,7 +64,7 @@ def test_a_held_item_that_is_driven_into_what_it_may_touch_is_a_collision() -> N
     allowed = frozenset({"shelf"})
     contacts = log()
     contacts.update([replace(touch(a="tea", link=""), force=HELD_PRESS)], allowed, "tea", 0.0)
-    assert contacts.collisions == ()
+    assert not contacts.collisions
     contacts.update([replace(touch(a="tea", link=""), force=HELD_PRESS + 0.1)], allowed, "tea", 0.1)
     (found,) = contacts.collisions
     assert (found.a, found.b, found.force) == ("tea", "shelf", HELD_PRESS + 0.1)
@@ -86,7 +86,7 @@ def test_links_of_the_robot_that_meet_are_named() -> None:
 def test_exempt_pairs_and_the_grip_itself_never_count() -> None:
     contacts = log()
     contacts.update([touch(link="carriage", b="rail"), touch(b="tea")], NONE, "tea", 0.0)
-    assert contacts.collisions == ()
+    assert not contacts.collisions
 
 
 def push_forward(world: World, distance: float) -> None:

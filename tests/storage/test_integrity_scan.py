@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from pickcli.errors import ApcError, DamagedError, InputError, Reason, StaleError
+from pickcli.roadmap.database_tables import DATABASE
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.recovered_content import intact_roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.store import (
-    DATABASE,
     FORMATS,
     read_database,
     read_motion,
@@ -32,7 +32,8 @@ from pickcli.storage.integrity_scan import IntegrityReport, scan_integrity
 from support.stored_samples import FINGERPRINT, JOINTS, MADE, database, roadmap
 
 MISSING = ((MotionKey("a", "z", PayloadClass.EMPTY), Reason("no path", "a to z", "gave up")),)
-GAPS = RoadmapGaps(*([(names, MISSING[0][1])] for names in (("z",), ("a", "z"), ("b", "z"))))
+WHY = MISSING[0][1]
+GAPS = RoadmapGaps(refused=((("z",), WHY),), missing=((("a", "z"), WHY),), alone=((("b", "z"), WHY),))
 
 
 @pytest.fixture
@@ -92,8 +93,9 @@ def _assert_read_or_refused(kind: str, path: Path) -> None:
             np.testing.assert_array_equal(read_roadmap(path).waypoints, roadmap().waypoints)
         else:
             read = read_database(path, points=True)
-            assert read.points is not None and database().points is not None
-            np.testing.assert_array_equal(read.points.positions, database().points.positions)
+            points = database().points
+            assert read.points is not None and points is not None
+            np.testing.assert_array_equal(read.points.positions, points.positions)
     except ApcError:
         pass
 

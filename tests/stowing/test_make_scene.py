@@ -173,7 +173,8 @@ def test_make_scene_leaves_no_pile_that_creeps() -> None:
 
 
 def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() -> None:
-    contents, told = {"bin_D": ("dove_beauty_bar", "crayola_24_ct")}, []
+    contents = {"bin_D": ("dove_beauty_bar", "crayola_24_ct")}
+    told: list[Progress] = []
     scene = make_scene(contents, CELL, 3, on_progress=told.append)
     assert set(told) == {Progress(0, 1, "bin_D")} and len(told) > 20
     same = make_scene(contents, CELL, 3)

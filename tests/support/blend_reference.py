@@ -20,7 +20,7 @@ def evaluate(curve: BlendedPath, s: Array) -> Array:
     out[0] = curve.corners[edge] + curve.directions[edge + 1] * (at - curve.corner_s[edge])[:, None]
     out[1] = curve.directions[edge + 1]
     offset = at[:, None] - curve.corner_s
-    return out + np.einsum("dmk,kn->dmn", _bumps(offset, curve.half_lengths), curve.turns)
+    return np.asarray(out + np.einsum("dmk,kn->dmn", _bumps(offset, curve.half_lengths), curve.turns))
 
 
 def _bumps(offset: Array, h: Array) -> Array:
@@ -65,4 +65,4 @@ def needed_stretch(
     velocity, acceleration = dq * law.ds[:, None], ddq * (law.ds**2)[:, None] + dq * law.dds[:, None]
     found = peaks(Trajectory((), law.t, q, velocity, acceleration))
     ratios = [(peak / limit).max(axis=1) / scale for peak, limit in zip(found, limits, strict=True)]
-    return np.maximum(ratios[0], np.maximum(np.sqrt(ratios[1]), np.cbrt(ratios[2])))
+    return np.asarray(np.maximum(ratios[0], np.maximum(np.sqrt(ratios[1]), np.cbrt(ratios[2]))))

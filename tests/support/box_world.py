@@ -27,7 +27,8 @@ class BoxWorld:
     @property
     def kernel(self) -> Checker:
         n = self.n
-        chain = Chain(np.ones(n, np.int32), np.tile(np.eye(4), (n, 1, 1)), np.eye(3)[:n], np.arange(n))
+        joints = np.arange(n, dtype=np.int32)
+        chain = Chain(np.ones(n, np.int32), np.tile(np.eye(4), (n, 1, 1)), np.eye(3)[:n], joints)
         point = np.zeros((1, 3)), np.full(1, 1e-9), np.array([n - 1], np.int32)
         checker = Checker(chain, *point, np.zeros((0, 2), np.int32))
         lower, upper = np.full((len(self.boxes), 3), -1.0), np.full((len(self.boxes), 3), 1.0)

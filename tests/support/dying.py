@@ -53,6 +53,7 @@ def _mortal(n_calls: int) -> Any:
 
         return wrapped
 
-    return mock.patch.multiple(
-        os, **{name: mortal(getattr(os, name)) for name in ("write", "fsync", "replace", "unlink")}
-    )
+    patches: dict[str, Any] = {
+        name: mortal(getattr(os, name)) for name in ("write", "fsync", "replace", "unlink")
+    }
+    return mock.patch.multiple(os, **patches)

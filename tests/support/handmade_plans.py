@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -37,7 +38,7 @@ def cell() -> Cell:
 def tip(q: Array, tool_state: ToolState = STRAIGHT) -> Array:
     """Pose (4, 4) of the tool frame."""
     robot = cell().robot
-    return tip_poses(robot, link_poses(robot, np.atleast_2d(q)), tool_state)[0]
+    return np.asarray(tip_poses(robot, link_poses(robot, np.atleast_2d(q)), tool_state)[0])
 
 
 def solve(T: Array, q0: Array, tool_state: ToolState = STRAIGHT) -> Array:
@@ -65,12 +66,12 @@ class Builder:
     def __post_init__(self) -> None:
         self.rows.append(np.stack([self.q, 0 * self.q, 0 * self.q]))
 
-    def joint(self, kind: SegmentKind, q: Array, duration: float, **state: object) -> None:
+    def joint(self, kind: SegmentKind, q: Array, duration: float, **state: Any) -> None:
         """A straight joint move to q."""
         self._move(kind, np.linspace(0, 1, 9)[:, None] * (q - self.q) + self.q, duration, **state)
 
     def line(
-        self, kind: SegmentKind, T: Array, duration: float, tool_state: ToolState = STRAIGHT, **state: object
+        self, kind: SegmentKind, T: Array, duration: float, tool_state: ToolState = STRAIGHT, **state: Any
     ) -> None:
         """A straight line of the tool to T."""
         T_a, qs = tip(self.q, tool_state), [self.q]
@@ -80,7 +81,7 @@ class Builder:
             qs.append(solve(pose((1 - s) * T_a[:3, 3] + s * T[:3, 3], R=R), qs[-1], tool_state))
         self._move(kind, np.array(qs), duration, tool_state=tool_state, **state)
 
-    def wait(self, kind: SegmentKind, duration: float, **state: object) -> None:
+    def wait(self, kind: SegmentKind, duration: float, **state: Any) -> None:
         self._move(kind, np.stack([self.q] * 5), duration, **state)
 
     def _move(
@@ -198,7 +199,8 @@ def loaded(plan: Plan, T_tip_item: Array) -> Plan:
     item, robot = cell().item(plan.grasp.item), cell().robot
     held = [s for s in plan.segments if s.held is not None]
     times = np.linspace(held[0].t_start, held[-1].t_end, 8000)
-    motion = Arm(robot).tip_motion(*(plan.trajectory.sample(times, d) for d in range(3)), held[0].tool_state)
+    q, dq, ddq = (plan.trajectory.sample(times, d) for d in range(3))
+    motion = Arm(robot).tip_motion(q, dq, ddq, held[0].tool_state)
     load = Hold.of(item, plan.grasp.face, T_tip_item, robot.tool).in_motion(motion)
     return replace(plan, grasp=load.of(plan.grasp))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pickcli.trial.order_file import BINS, Order, OrderKind, Target
@@ -9,7 +10,7 @@ from pickcli.trial.order_file import BINS, Order, OrderKind, Target
 ITEMS = ("crayola_24_ct", "dove_beauty_bar", "scotch_duct_tape", "dasani_water_bottle", "jane_eyre_dvd")
 
 
-def pick_data(**bins: list[str]) -> dict[str, Any]:
+def pick_data(**bins: list[Any]) -> dict[str, Any]:
     """A valid 2016 pick order as JSON data: a crayola per bin unless said otherwise, one target."""
     contents = {name: ["crayola_24_ct"] for name in BINS} | bins
     return {
@@ -19,7 +20,7 @@ def pick_data(**bins: list[str]) -> dict[str, Any]:
     }
 
 
-def pick_order(contents: dict[str, tuple[str, ...]], *targets: tuple[str, str], year: int = 2016) -> Order:
+def pick_order(contents: Mapping[str, tuple[str, ...]], *targets: tuple[str, str], year: int = 2016) -> Order:
     """A pick order; bins that are not named are empty."""
     bin_contents = {name: contents.get(name, ()) for name in BINS}
     return Order(OrderKind.PICK, year, bin_contents, (), tuple(Target(b, i) for b, i in targets))

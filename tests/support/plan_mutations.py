@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def segment(plan: Plan, kind: SegmentKind) -> int:
     return [s.kind for s in plan.segments].index(kind)
 
 
-def with_segment(k_of: SegmentKind, **changes: object) -> Mutation:
+def with_segment(k_of: SegmentKind, **changes: Any) -> Mutation:
     def change(plan: Plan) -> Plan:
         k = segment(plan, k_of)
         segments = list(plan.segments)
@@ -66,7 +67,7 @@ def with_points(edit: Callable[[dict[str, np.ndarray], Plan], None]) -> Mutation
 
     def change(plan: Plan) -> Plan:
         t = plan.trajectory
-        arrays = {
+        arrays: dict[str, Any] = {
             "times": t.times.copy(),
             "positions": t.positions.copy(),
             "velocities": t.velocities.copy(),
@@ -101,11 +102,14 @@ def scaled(factor: float) -> Mutation:
     return change
 
 
-def with_event(i: int, shift_anchor: float = 0.0, shift_trigger: float = 0.0, **changes: object) -> Mutation:
+def with_event(i: int, shift_anchor: float = 0.0, shift_trigger: float = 0.0, **changes: Any) -> Mutation:
     def change(plan: Plan) -> Plan:
         event = plan.events[i]
         assert event.t_anchor is not None and event.t_trigger is not None
-        times = {"t_anchor": event.t_anchor + shift_anchor, "t_trigger": event.t_trigger + shift_trigger}
+        times: dict[str, Any] = {
+            "t_anchor": event.t_anchor + shift_anchor,
+            "t_trigger": event.t_trigger + shift_trigger,
+        }
         moved = replace(event, **{**times, **changes})
         return replace(plan, events=(*plan.events[:i], moved, *plan.events[i + 1 :]))
 
@@ -144,7 +148,7 @@ def without_the_way_up(plan: Plan) -> Plan:
     return replace(plan, segments=(*plan.segments[: released + 1], *rest))
 
 
-def with_grasp(**changes: object) -> Mutation:
+def with_grasp(**changes: Any) -> Mutation:
     def change(plan: Plan) -> Plan:
         assert plan.grasp is not None
         return replace(plan, grasp=replace(plan.grasp, **changes))

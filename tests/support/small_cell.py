@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
@@ -11,9 +12,8 @@ from pickcli.trajopt.trajectory_settings import TrajectorySettings
 FEW = ("home", "bin_A", "bin_E", "bin_L", "cam_E", "tote", "drop_00", "tote_10h")
 
 # One of everything that is counted: motions that are free, not fast.
-LEAST_EFFORT = TrajectorySettings(
-    **{field.name: 1 for field in fields(TrajectorySettings) if field.name.startswith("n_")}
-)
+COUNTS: dict[str, Any] = {f.name: 1 for f in fields(TrajectorySettings) if f.name.startswith("n_")}
+LEAST_EFFORT = TrajectorySettings(**COUNTS)
 
 
 def small_cell(*names: str) -> Cell:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
@@ -17,15 +18,15 @@ UNIT_BALL = np.random.default_rng(8).uniform(-1.0, 1.0, size=(4000, 3))
 def points_inside(solid: PosedSolid) -> Array:
     """Points of a solid, common frame."""
     local = UNIT_BALL * solid.shape.extents / 2
-    return local[is_inside(solid.shape, local)] @ solid.T[:3, :3].T + solid.T[:3, 3]
+    return np.asarray(local[is_inside(solid.shape, local)] @ solid.T[:3, :3].T + solid.T[:3, 3])
 
 
-def is_inside(shape: Shape, p: Array) -> Array:
+def is_inside(shape: Shape, p: Array) -> NDArray[np.bool_]:
     """Whether points (N, 3) of the shape's frame lie in the shape: its definition, spelled out."""
     if shape.kind is ShapeKind.BOX:
-        return np.all(abs(p) <= shape.extents / 2, axis=1)
+        return np.asarray(np.all(abs(p) <= shape.extents / 2, axis=1))
     if shape.kind is ShapeKind.SPHERE:
-        return np.linalg.norm(p, axis=1) <= shape.size[0]
+        return np.asarray(np.linalg.norm(p, axis=1) <= shape.size[0])
     return (np.hypot(p[:, 0], p[:, 1]) <= shape.size[0]) & (abs(p[:, 2]) <= shape.size[1] / 2)
 
 

@@ -50,7 +50,7 @@ def segment(
 def timed(waypoints: Array, tolerance: float = 0.02, **limited: float) -> TimedRun:
     """One segment, timed."""
     n = waypoints.shape[1]
-    return time_run(names(n), [segment(waypoints, tolerance, **limited)], limits(n))
+    return time_run(names(n), [segment(waypoints, tolerance, SegmentKind.TRANSIT, **limited)], limits(n))
 
 
 @st.composite
@@ -84,4 +84,4 @@ def distance_to_polyline(q: Array, waypoints: Array) -> Array:
         if length2 > 0.0:
             u = np.clip((q - a) @ (b - a) / length2, 0.0, 1.0)
             best = np.minimum(best, np.linalg.norm(q - a - u[:, None] * (b - a), axis=1))
-    return best
+    return np.asarray(best)

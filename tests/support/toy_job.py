@@ -15,7 +15,7 @@ from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
 from pickcli.seeds import derived_rng
 
-MANY = [("number", str(i)) for i in range(24)]
+MANY: list[Key] = [("number", str(i)) for i in range(24)]
 
 
 @dataclass(frozen=True)

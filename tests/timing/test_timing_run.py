@@ -147,7 +147,7 @@ def test_tool_speed_is_capped_where_stated() -> None:
     waypoints = random_walk(2, 6)
 
     def tool_speed(Q: Array, dQ: Array) -> Array:
-        return np.linalg.norm(dQ[:, :3], axis=1)
+        return np.asarray(np.linalg.norm(dQ[:, :3], axis=1))
 
     run = time_run(names(), parts_of(waypoints, 3, max_tool_speed=0.2), limits(), jacobian_speed=tool_speed)
     t = np.linspace(0.0, run.trajectory.duration, 4000)

@@ -26,7 +26,7 @@ def distance_to_path(q: Array, trajectory: Trajectory) -> float:
     """Largest distance of points to a trajectory's path, by brute force."""
     t = np.linspace(0.0, trajectory.duration, 4000)
     path = trajectory.sample(t)
-    step = np.linalg.norm(np.diff(path, axis=0), axis=1).max() / 2
+    step = float(np.linalg.norm(np.diff(path, axis=0), axis=1).max()) / 2
     nearest = max(float(np.linalg.norm(path - one, axis=1).min()) for one in q)
     return max(nearest - step, 0.0)
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from toppra import algorithm, constraint
+from toppra.interpolator import AbstractGeometricPath
 
 from pickcli.geometry import Array
 from pickcli.timing.corner_blending import BlendedPath, blend
@@ -27,10 +29,8 @@ def fine_grid(curve: BlendedPath, n: int = 600) -> PathGrid:
 
 def toppra_profile(curve: BlendedPath, s: Array) -> Array:
     """ds/dt (M,) by toppra on the same gridpoints."""
-    toppra = pytest.importorskip("toppra")
-    from toppra import algorithm, constraint
 
-    class Path(toppra.interpolator.AbstractGeometricPath):  # type: ignore[misc]
+    class Path(AbstractGeometricPath):  # type: ignore[misc]
         dof = curve.corners.shape[1]
         path_interval = np.array([0.0, curve.length])
         waypoints = (np.array([0.0, curve.length]), curve.corners[[0, -1]])

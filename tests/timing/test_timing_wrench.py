@@ -203,7 +203,8 @@ def run_of(waypoints: Array, constraint: WrenchLimit | None) -> TimedRun:
 def ratios(trajectory: Trajectory, constraint: WrenchLimit) -> Array:
     """Load over what the cup bears at every millisecond."""
     t = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration)
-    motion = the_arm().tip_motion(*(trajectory.sample(t, d) for d in range(3)), constraint.tool_state)
+    q, dq, ddq = (trajectory.sample(t, d) for d in range(3))
+    motion = the_arm().tip_motion(q, dq, ddq, constraint.tool_state)
     return constraint.limits.ratio(constraint.body.wrench(motion), constraint.share)
 
 

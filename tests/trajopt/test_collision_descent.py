@@ -13,6 +13,7 @@ from pickcli.path_planning.state_space import JointSpace
 from pickcli.trajopt.collision_descent import depths_of, descend_collisions
 from pickcli.trajopt.parabolic_segment import ParabolicLimits, resting_segment
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
+from support.fake_validator import FakeValidator
 
 PACE = ParabolicLimits(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
 SPACE = JointSpace(("a", "b"), np.full(2, -2.0), np.full(2, 2.0), PACE.velocity, PACE.acceleration)
@@ -20,7 +21,7 @@ ENDS = np.array([-1.5, 0.0]), np.array([1.5, 0.0])
 
 
 @dataclass
-class Grudging:
+class Grudging(FakeValidator):
     """Free everywhere, but only after it has been asked some times."""
 
     n_refused: int

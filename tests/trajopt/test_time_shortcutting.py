@@ -15,13 +15,14 @@ from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.steering import steer_min_time
 from pickcli.trajopt.time_shortcutting import shortcut_time
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
+from support.fake_validator import FakeValidator
 
 PACE = ParabolicLimits(np.ones(2), np.full(2, 4.0), np.full(2, 80.0), 0.05)
 START, GOAL = np.array([-1.5, 0.0]), np.array([1.5, 0.0])
 
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(FakeValidator):
     """Free is what lies farther than a radius from the origin of a plane."""
 
     radius: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.score import Damage
 from pickcli.trial.trial_interfaces import Execution
 from pickcli.trial.trial_record import trial_record
+from pickcli.trial.trial_result import TrialResult
 from pickcli.trial.trial_summary import summary
 from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
@@ -105,7 +107,7 @@ def test_every_item_and_the_shelf_is_damaged_once_by_the_worst_hit() -> None:
     }  # fmt: skip
 
 
-def played(execution: Execution, **levels: object):  # type: ignore[no-untyped-def]
+def played(execution: Execution, **levels: Any) -> TrialResult:
     fake = FakeCrew(SCENE, executions={"crayola_24_ct": [execution]}, collided=execution.collisions)
     return run_trial(ORDER, fake.crew(), TrialSettings(reality=replace(DEFAULT, **levels)))
 

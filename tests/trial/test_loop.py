@@ -137,8 +137,8 @@ def test_what_is_in_the_way_is_moved_into_the_emptiest_bin_once_all_else_is_done
     aside, after = queries.index("pick jane_eyre_dvd into bin_C"), queries.index("pick scotch_duct_tape")
     assert aside > queries.index("pick dasani_water_bottle") and after == aside + 1
     # Empty since the bottle was picked, and the first of several by name.
-    aside = next(a for a in result.attempts if a.outcome is Outcome.MOVED)
-    assert (aside.target.item, aside.item, aside.into) == ("scotch_duct_tape", "jane_eyre_dvd", "bin_C")
+    moved = next(a for a in result.attempts if a.outcome is Outcome.MOVED)
+    assert (moved.target.item, moved.item, moved.into) == ("scotch_duct_tape", "jane_eyre_dvd", "bin_C")
     assert result.final.claim is not None
     assert "jane_eyre_dvd" in result.final.claim.bin_contents["bin_C"]
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,7 +71,8 @@ def test_every_level_is_read_somewhere(level: str) -> None:
 def test_a_level_changes_what_happens(
     level: str, value: float, observed: Callable[[Reality], object]
 ) -> None:
-    assert observed(replace(DEFAULT, **{level: value})) != observed(DEFAULT)
+    change: dict[str, Any] = {level: value}
+    assert observed(replace(DEFAULT, **change)) != observed(DEFAULT)
 
 
 def test_outliers_are_farther_off_the_larger_their_scale() -> None:

@@ -314,7 +314,7 @@ def test_without_an_output_file_and_in_2015_nothing_is_claimed() -> None:
 
 
 def test_stowing_is_told_item_by_item() -> None:
-    contents = {b: ("crayola_24_ct",) if b != "bin_B" else () for b in BINS}
+    contents: dict[str, tuple[str, ...]] = {b: ("crayola_24_ct",) if b != "bin_B" else () for b in BINS}
     tote = ("jane_eyre_dvd", "dove_beauty_bar", "scotch_duct_tape")
     order = Order(OrderKind.STOW, 2016, contents, tote, ())
     state = start_state(order)

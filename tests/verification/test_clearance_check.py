@@ -26,7 +26,7 @@ from pickcli.verification.clearance_check import (
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.held_pose import pose_in_tool
-from pickcli.verification.moving_parts import Part, parts, parts_of_segments
+from pickcli.verification.moving_parts import Fixture, Part, parts, parts_of_segments
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import MAX_STEP
 from pickcli.verification.static_solids import standing
@@ -70,6 +70,7 @@ def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
     states = sampled(plan, scene, all_moving)
     exempt = exemptions(plan, scene, states, all_moving, standing_there)[k]
     moving, world = parts(scene, plan.segments[k], T_tip_item), standing_there.of(k)
+    pairs: list[tuple[Part, Part | Fixture]]
     pairs = [(a, b) for a in moving for b in world if not exempt.is_world_pair_untested(a, b.name)]
     pairs += [(a, b) for a, b in combinations(moving, 2) if not exempt.is_own_pair_untested(a, b)]
     links = link_poses(scene.cell.robot, plan.trajectory.sample(times))
@@ -209,7 +210,8 @@ def near_pairs() -> tuple[tuple[Pair, ...], Plan]:
     arrays = SolidArrays.of(moving)
     i, j = np.triu_indices(len(moving), 1)
     reaches = arrays.relative_reach(i, j)
-    pairs += [Pair(0, *arrays.pair(a, b), states, reach) for a, b, reach in zip(i, j, reaches, strict=True)]
+    own = zip(i.tolist(), j.tolist(), reaches, strict=True)
+    pairs += [Pair(0, *arrays.pair(a, b), states, reach) for a, b, reach in own]
     return tuple(p for p in pairs if 0.0 < p.distance(0) < 0.1 and p.travel[-1] > 0.01), plan
 
 

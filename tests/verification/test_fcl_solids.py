@@ -70,11 +70,11 @@ def surface(shape: Shape, rng: np.random.Generator, n: int = 400) -> Array:
         x[np.arange(n), axis] = np.sign(x[np.arange(n), axis])
         return x * shape.extents / 2
     if shape.kind is ShapeKind.SPHERE:
-        return x / np.linalg.norm(x, axis=1, keepdims=True) * shape.size[0]
+        return np.asarray(x / np.linalg.norm(x, axis=1, keepdims=True) * shape.size[0])
     x[:, :2] /= np.maximum(np.linalg.norm(x[:, :2], axis=1, keepdims=True), 1e-9)
     x[: n // 2, :2] *= np.sqrt(rng.random((n // 2, 1)))  # the ends
     x[: n // 2, 2] = np.sign(x[: n // 2, 2])
-    return x * np.array([shape.size[0], shape.size[0], shape.size[1] / 2])
+    return np.asarray(x * np.array([shape.size[0], shape.size[0], shape.size[1] / 2]))
 
 
 @st.composite
@@ -99,7 +99,7 @@ def nearest(shape: Shape, x: Array) -> Array:
     if shape.kind is ShapeKind.BOX:
         return np.clip(x, -shape.extents / 2, shape.extents / 2)
     if shape.kind is ShapeKind.SPHERE:
-        return x * min(1.0, shape.size[0] / max(1e-12, np.linalg.norm(x)))
+        return np.asarray(x * min(1.0, shape.size[0] / max(1e-12, float(np.linalg.norm(x)))))
     y = x.copy()
     y[:2] *= min(1.0, shape.size[0] / max(1e-12, np.hypot(*x[:2])))
     y[2] = np.clip(y[2], -shape.size[1] / 2, shape.size[1] / 2)

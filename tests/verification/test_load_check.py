@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,7 +54,7 @@ def test_turning_steadily_pulls_outwards() -> None:
     np.testing.assert_allclose(wrench[2], -WEIGHT, rtol=1e-9)  # the cup holds it up, tool z points down
 
 
-def changed(scene: Scene, **changes: object) -> Scene:
+def changed(scene: Scene, **changes: Any) -> Scene:
     target = scene.items[0]
     return scene.moved(replace(target, item=replace(target.item, **changes)))
 
