@@ -24,7 +24,7 @@ import numpy as np
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.collision.motion_segment import MotionSegment
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning import stitching
@@ -69,7 +69,7 @@ class Recorder:
         segments: Sequence[MotionSegment],
         grasp: Grasp,
         hold: Hold,
-    ) -> Carried | Reason:
+    ) -> Carried | Failures:
         carried = carried_run(planner, scene, segments, grasp, hold)
         if isinstance(carried, Carried):
             self.last = scene, segments, grasp, hold, carried
@@ -81,7 +81,7 @@ def scaled_run(
 ) -> tuple[float, float] | None:
     """Seconds and load ratio of a carry with all limits scaled, or None where it is not proven."""
     run = proven_run(planner, scene, [segment.scaled(scale) for segment in segments])
-    if isinstance(run, Reason):
+    if isinstance(run, Failures):
         return None
     load = carried_load(planner.arm, segments[0].mode.tool_state, run.trajectory, hold)
     return run.trajectory.duration, load.ratio

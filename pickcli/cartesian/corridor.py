@@ -7,14 +7,14 @@ holds it back, and every grasp of one that is not follows the same few corridors
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 
 from pickcli.cell.place import Access, Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, rotation_rpy
 
 RETREAT_DISTANCE = 0.02  # m from the mouth to the nearest point of the held item at the end
@@ -25,6 +25,7 @@ TIGHT = 0.10  # m of room in the mouth, below which turning the item is tried
 ASIDE = (0.0, 0.02, -0.02, 0.04, -0.04, 0.07, -0.07)  # m, moves along y that are tried
 MOST_ASIDE = 0.015  # m that an item moves aside in the first stretch, to the middle of the bin
 BACK = (0.0, -0.02, -0.04)  # m, moves towards the mouth that are tried
+N_EXPLAINED = 8  # about, of the corridors where none is free, from the shortest to the longest
 ROLLS = np.radians(np.arange(2.5, 90.1, 2.5))  # about the bin's axis that are tried, to either side
 
 
@@ -102,7 +103,7 @@ def corridors(
     carrying: FreeItemChecker,
     first: float,
     n_most: int,
-) -> tuple[Corridor, ...] | Reason:
+) -> tuple[Corridor, ...] | Failures:
     """Find proven corridors, the shortest first.
 
     Args:
@@ -116,10 +117,11 @@ def corridors(
         n_most: Most corridors.
 
     Returns:
-        The corridors, at least one; or why there is none.
+        The corridors, at least one; or why there is none: what stands in some of those that would fit, or of
+        every turn of the item why it does not fit.
     """
     options: list[Corridor] = []
-    reasons: list[Reason] = []
+    failures = Failures()
     half_width = float(shape.reach(T_entry_item[:3, :3])[1])
     for turns in _turns(place, T_entry_item, shape):
         reach = shape.reach(_turned(*turns) @ T_entry_item[:3, :3])
@@ -129,21 +131,15 @@ def corridors(
         else:
             fitting = _options(place, low, high, turns, first, half_width)
         if isinstance(fitting, Reason):
-            reasons.append(fitting)
+            failures += fitting
         else:
             options += fitting
     if not options:
-        return reasons[-1]
-    found: list[Corridor] = []
-    nearest: Reason | None = None
-    for corridor in options:
-        if carrying.is_valid(corridor.lift) and _is_proven(corridor, leaving, carrying):
-            found.append(corridor)
-        elif nearest is None:
-            nearest = _explained(corridor, carrying)
-        if len(found) == n_most:
-            break
-    return tuple(found) if found else nearest or Reason("no way out", "lift")
+        return failures
+    proven = (c for c in options if carrying.is_valid(c.lift) and _is_proven(c, leaving, carrying))
+    # The shortest ones may all meet a wall, and only longer ones the neighbour that could be moved aside.
+    explained = options[:: 1 + len(options) // N_EXPLAINED]
+    return tuple(islice(proven, n_most)) or Failures(tuple(_explained(c, carrying) for c in explained))
 
 
 def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:
@@ -153,7 +149,7 @@ def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker)
 
 
 def _explained(c: Corridor, carrying: FreeItemChecker) -> Reason:
-    """What is in the way of the shortest corridor, and where it is worst."""
+    """What is in the way of a corridor, and where it is worst."""
     places = {"after the first stretch": c.freed, "at the end of the lift": c.lift}
     places |= {
         f"{100 * s:.0f} % along the retreat": (1 - s) * c.lift + s * c.retreat[-1]

@@ -89,6 +89,17 @@ class MotionValidator(Protocol):
             Which part of the body, which obstacle, how deep.
         """
 
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        """Why a straight edge is not proven free.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            Which part of the body, which obstacle, how deep, and where on the edge.
+        """
+
 
 @dataclass(frozen=True)
 class Contact:

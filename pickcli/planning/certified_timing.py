@@ -10,7 +10,7 @@ import numpy as np
 from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm
@@ -45,7 +45,7 @@ class Carried:
 
 def proven_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
-) -> TimedRun | Reason:
+) -> TimedRun | Failures:
     """One run whose timed motion is proven free.
 
     Args:
@@ -54,24 +54,24 @@ def proven_run(
         segments: Segments of the run, from rest to rest.
 
     Returns:
-        The run, or why it cannot be timed or proven.
+        The run, or every reason why it cannot be timed or proven.
     """
     checkers = _checkers(context, scene, segments)
-    failed: Reason | None = None
+    failures = Failures()
     for are_blends_proven in (False, True):
         run = _timed(context, segments, checkers if are_blends_proven else None)
-        if isinstance(run, Reason):
+        if isinstance(run, Failures):
+            return failures + run
+        unproven = prove(run, segments, checkers)
+        if unproven is None:
             return run
-        failed = prove(run, segments, checkers)
-        if failed is None:
-            return run
-    assert failed is not None
-    return failed
+        failures += unproven
+    return failures
 
 
 def carried_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
-) -> Carried | Reason:
+) -> Carried | Failures:
     """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
     Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed anew, with
@@ -85,32 +85,36 @@ def carried_run(
         hold: The item as it hangs in the cup.
 
     Returns:
-        The run with the load on the cup, or why the cup would not hold or the motion is not proven.
+        The run with the load on the cup, or every reason why the cup would not hold or the motion is not
+        proven.
     """
     most = context.settings.load_ratio
     where = str(grasp)
     waypoints = np.vstack([segment.waypoints for segment in segments])
     still = path_load(context.arm, grasp.tool_state, waypoints, hold)
     if still.ratio > most:
-        return Reason("does not hold", where, f"{still} at rest on the way, {still.ratio:.2f} of the limit")
+        at_rest = f"{still} at rest on the way, {still.ratio:.2f} of the limit"
+        return Failures.of(Reason("does not hold", where, at_rest))
     cup = WrenchLimit(context.arm, grasp.tool_state, hold.body, hold.limits, most * hold.vacuum_share)
     checkers = _checkers(context, scene, segments)
-    limit, are_blends_proven = None, False
+    limit, are_blends_proven, failures = None, False, Failures()
     while True:
         run = _timed(context, segments, checkers if are_blends_proven else None, limit)
-        if isinstance(run, Reason):
-            return run
+        if isinstance(run, Failures):
+            return failures + run
         load = carried_load(context.arm, grasp.tool_state, run.trajectory, hold)
         if load.ratio > most * (1.0 + BETWEEN):
             if limit is not None:
-                return Reason("does not hold", where, f"{load} as timed, {load.ratio:.2f} of the limit")
+                as_timed = f"{load} as timed, {load.ratio:.2f} of the limit"
+                return failures + Reason("does not hold", where, as_timed)
             limit = cup
             continue
-        failed = prove(run, segments, checkers)
-        if failed is None:
+        unproven = prove(run, segments, checkers)
+        if unproven is None:
             return Carried(run, load)
+        failures += unproven
         if are_blends_proven:
-            return failed
+            return failures
         are_blends_proven = True
 
 
@@ -157,16 +161,19 @@ def _timed(
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None = None,
-) -> TimedRun | Reason:
+) -> TimedRun | Failures:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
     fastest = context.cell.robot.tool.contact_speed
     run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
-        if isinstance(run, Reason) or (better := mended(context.arm, fastest, run, segments)) is None:
+        if isinstance(run, Failures) or (better := mended(context.arm, fastest, run, segments)) is None:
             return run
         segments = better
         run = _timed_once(context, segments, checkers, limit)
-    return run if isinstance(run, Reason) else broken_promise(context.arm, fastest, run, segments) or run
+    if isinstance(run, Failures):
+        return run
+    broken = broken_promise(context.arm, fastest, run, segments)
+    return run if broken is None else Failures.of(broken)
 
 
 def _timed_once(
@@ -174,7 +181,7 @@ def _timed_once(
     segments: Sequence[MotionSegment],
     checkers: Sequence[SceneChecker] | None,
     limit: PathConstraint | None,
-) -> TimedRun | Reason:
+) -> TimedRun | Failures:
     """One run, with corners as round as asked for, or only as round as the checkers prove free.
 
     The former is nearly always free and is proven afterwards, with its time; the latter costs another proof.
@@ -200,7 +207,7 @@ def _timed_once(
     try:
         return time_run(arm.names, capped, arm.limits, blends, tool_speed, constraint=limit)
     except NoPlanError as error:
-        return error.reasons[0]
+        return error.failures
 
 
 def _lower(*speeds: float | None) -> float | None:

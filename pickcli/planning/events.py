@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.io_events.bind import bind_pick
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Event
@@ -18,7 +18,7 @@ Schedule = tuple[tuple[Segment, ...], Trajectory, tuple[Event, ...]]
 
 def schedule(
     context: PlanningContext, segments: Sequence[Segment], trajectory: Trajectory
-) -> Schedule | Reason:
+) -> Schedule | Failures:
     """Bind the events of a pick to its timed motion.
 
     Where a lead is longer than the motion before its anchor (a pump that takes 2 s, an item that is near),
@@ -30,7 +30,7 @@ def schedule(
         trajectory: The timed motion.
 
     Returns:
-        Segments, trajectory and events with their times; or why an event cannot be bound.
+        Segments, trajectory and events with their times; or every event that cannot be bound.
     """
     settings = context.settings
     events = bind_pick(segments, context.cell.devices, settings.seal_time, settings.release_time)
@@ -40,5 +40,5 @@ def schedule(
         segments = delay_segments(segments, resolution.start_delay)
         resolution = resolve(events, segments, trajectory)
     if resolution.reasons:
-        return resolution.reasons[0]
+        return Failures(resolution.reasons)
     return tuple(segments), trajectory, resolution.events

@@ -51,7 +51,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
         else:
             segment = MotionSegment(SegmentKind.TRANSIT, edge, mode=rules.mode()).scaled(rules.scale)
             plan = stitch_run(rules.context, rules.scene, [segment], label, seed)
-            if not isinstance(plan, Reason):
+            if isinstance(plan, Plan):
                 return plan
             failures += plan
     return failures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from pickcli.collision.motion_segment import Mode
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
@@ -45,7 +45,7 @@ def plan_move(
     if isinstance(coarse, Failures):
         raise NoPlanError(label, coarse)
     plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
-    if isinstance(plan, Reason):
-        raise NoPlanError(label, [plan])
+    if isinstance(plan, Failures):
+        raise NoPlanError(label, plan)
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
     return plan

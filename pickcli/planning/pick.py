@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from pickcli.errors import Failures, NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError
 from pickcli.motion.plan import Plan
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -44,7 +44,7 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
             continue
         carried = time.perf_counter()
         plan = stitch_pick(problem, motion)
-        if isinstance(plan, Reason):
+        if isinstance(plan, Failures):
             failures += plan
             continue
         plan.statistics.update(

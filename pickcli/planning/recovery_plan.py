@@ -109,7 +109,7 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
                 continue
             segments = [*segments, way]
         plan = stitch_run(context, rules.scene, segments, label, seed)
-        if not isinstance(plan, Reason):
+        if isinstance(plan, Plan):
             return plan
         failures += plan
     return failures

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from pickcli.collision.motion_segment import MotionSegment
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
@@ -28,7 +28,7 @@ from pickcli.timing.concatenation import concatenate
 from pickcli.timing.timed_run import TimedRun
 
 
-def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Reason:
+def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     """Time and prove a pick, and bind its events.
 
     Args:
@@ -36,7 +36,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Reason:
         motion: Its geometry.
 
     Returns:
-        The plan, uncertified; a reason when the cup cannot hold at any speed or a proof fails.
+        The plan, uncertified; every reason when the cup cannot hold at any speed or a proof fails.
     """
     context, settings, grasp = problem.context, problem.context.settings, motion.in_bin.grasp
     item, scene = problem.target.item, problem.scene
@@ -44,20 +44,20 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Reason:
     to_place = _moving(context, [*motion.in_bin.outward, motion.transfer, *motion.placement.inward])
     away = _moving(context, motion.placement.away)
     first = proven_run(context, scene, to_item)
-    if isinstance(first, Reason):
+    if isinstance(first, Failures):
         return first
     hold = Hold.of(item, grasp.face, motion.in_bin.attached.T_tip_item, context.cell.robot.tool)
     slowed = [segment.scaled(item.speed_scale) for segment in to_place]
     carried = carried_run(context, scene, slowed, grasp, hold)
-    if isinstance(carried, Reason):
+    if isinstance(carried, Failures):
         return carried
     last = proven_run(context, motion.placement.scene, away)
-    if isinstance(last, Reason):
+    if isinstance(last, Failures):
         return last
     runs, rests = [first, carried.run, last], [settings.seal_time, settings.release_time]
     trajectory, segments = _joined([*to_item, *to_place, *away], runs, rests)
     scheduled = schedule(context, segments, trajectory)
-    if isinstance(scheduled, Reason):
+    if isinstance(scheduled, Failures):
         return scheduled
     segments, trajectory, events = scheduled
     plan = Plan(
@@ -71,12 +71,13 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Reason:
         grasp=carried.load.of(grasp),
         speed_scale=item.speed_scale,
     )
-    return thrown(context.arm, plan, context.cell.devices) or plan
+    too_fast = thrown(context.arm, plan, context.cell.devices)
+    return plan if too_fast is None else Failures.of(too_fast)
 
 
 def stitch_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], label: str, seed: int
-) -> Plan | Reason:
+) -> Plan | Failures:
     """Time and prove one run of the empty tool, without events.
 
     Args:
@@ -87,13 +88,13 @@ def stitch_run(
         seed: Seed that is noted in the plan.
 
     Returns:
-        The plan, uncertified; a reason when start and goal are one or a proof fails.
+        The plan, uncertified; every reason when start and goal are one or a proof fails.
     """
     segments = _moving(context, segments)
     if not segments:
-        return Reason("nothing to do", "", "start and goal are the same")
+        return Failures.of(Reason("nothing to do", "", "start and goal are the same"))
     run = proven_run(context, scene, segments)
-    if isinstance(run, Reason):
+    if isinstance(run, Failures):
         return run
     trajectory, timed = _joined(segments, [run], [])
     return Plan(label, context.cell.fingerprint, scene_hash(scene), seed, timed, trajectory, ())

@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 from pickcli.collision.motion_validator import MotionValidator
-from pickcli.errors import NoPlanError, Reason
+from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import edge_costs, estimated_duration
@@ -114,9 +114,15 @@ def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
         if least <= enough:
             break
     if best is None:
-        detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
-        raise NoPlanError(label, [Reason("no path", "", detail)])
+        raise NoPlanError(label, _why_none(problem))
     return best
+
+
+def _why_none(problem: PlanningProblem) -> Failures:
+    """That no planner found a path, and what stands in the straight way to each goal."""
+    detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
+    met = (problem.checker.explain_edge(problem.q_start, goal) for goal in problem.goals)
+    return Failures.of(Reason("no path", "", detail), *met)
 
 
 def _rivals(problem: PlanningProblem) -> Iterator[CoarseRoute]:

@@ -13,7 +13,7 @@ from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, Lif
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.collision.motion_validator import Contact
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.geometry import Array, inverse, pose, transform_points
 from support.front_places import front_place
 
@@ -149,7 +149,7 @@ def test_what_fits_as_it_lies_is_not_rolled() -> None:
 
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:
-    reason = corridors(
+    failures = corridors(
         BIN,
         pose([0.2, 0.0, 0.08]),
         Shape(ShapeKind.BOX, (0.1, 0.28, 0.23)),
@@ -158,13 +158,31 @@ def test_too_tall_an_item_is_refused_with_its_size() -> None:
         FIRST,
         MOST,
     )
-    assert isinstance(reason, Reason)
-    assert "280 x 230 mm" in reason.detail
+    assert isinstance(failures, Failures)
+    assert all("280 x 230 mm" in reason.detail for reason in failures)
 
 
 def test_higher_lifts_are_tried_and_a_wall_is_named() -> None:
     shape = Shape(ShapeKind.BOX, (0.1, 0.1, 0.05))
     found = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, alone(0.1), alone(0.1), FIRST, MOST)
     assert isinstance(found, tuple) and min(c.lift[2] for c in found) >= 0.1
-    reason = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, alone(9.0), alone(9.0), FIRST, MOST)
-    assert isinstance(reason, Reason) and "neighbour" in reason.detail
+    failures = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, alone(9.0), alone(9.0), FIRST, MOST)
+    assert isinstance(failures, Failures) and failures.in_the_way == ("neighbour",)
+
+
+class BetweenWalls(Open):
+    """Nothing comes out: straight ahead for a wall, aside for a neighbour."""
+
+    def __init__(self) -> None:
+        super().__init__(9.0)
+
+    def clearance(self, d: Array) -> Contact:
+        other = ("wall", "pod") if d[1] == 0.0 else ("neighbour", "item")
+        return Contact(0.001, "item", *other)
+
+
+def test_what_only_longer_corridors_meet_is_named() -> None:
+    shape, walled = Shape(ShapeKind.BOX, (0.1, 0.1, 0.05)), cast(FreeItemChecker, BetweenWalls())
+    failures = corridors(BIN, pose([0.2, 0.0, 0.0]), shape, walled, walled, FIRST, MOST)
+    assert isinstance(failures, Failures)
+    assert "wall" in failures.reasons[0].detail and failures.in_the_way == ("neighbour",)

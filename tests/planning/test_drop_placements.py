@@ -11,7 +11,7 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.stages.drop_placements import (
     ABOVE_PILE,
@@ -50,7 +50,7 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
 
 def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[DropPlacement, ...]:
     places = drop_placements(scene, scene.cell.tote.place, held, tool_state)
-    assert not isinstance(places, Reason)
+    assert not isinstance(places, Failures)
     return places
 
 
@@ -95,5 +95,6 @@ def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> No
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
     scene, huge_held = scene_with(), AttachedItem(huge, pose(), 0.0)
-    reason = drop_placements(scene, cell.tote.place, huge_held, STRAIGHT)
-    assert isinstance(reason, Reason) and "does not fit" in reason.what
+    failures = drop_placements(scene, cell.tote.place, huge_held, STRAIGHT)
+    assert isinstance(failures, Failures)
+    assert [reason.what for reason in failures] == ["does not fit between the walls"]  # said once

@@ -7,7 +7,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.collision.free_flyer import FreeItemChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.geometry import Array, pose
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
@@ -67,7 +67,7 @@ def test_what_is_planned_is_proven_and_short(behind: Extraction) -> None:
 
 
 def test_a_bottle_is_rolled_over_where_it_is_too_tall_to_be_lifted(behind: Extraction) -> None:
-    assert not isinstance(behind.corridors, Reason)
+    assert not isinstance(behind.corridors, Failures)
     for corridor in behind.corridors:
         assert max(abs(d[5]) for d in corridor.retreat) > np.radians(30.0)
 
@@ -76,7 +76,11 @@ def test_the_seed_of_a_query_decides_which_ways_are_planned(planner: PlanningCon
     bottle = standing(planner.cell, "up_glucose_bottle", 0.33, 0.0)
     can = lying_across(planner.cell, "folgers_classic_roast_coffee", 0.2, 0.0)
     first, again, other = (ways_out(planner, bottle, can, seed=seed).corridors for seed in (1, 1, 2))
-    assert not isinstance(first, Reason) and not isinstance(again, Reason) and not isinstance(other, Reason)
+    assert (
+        not isinstance(first, Failures)
+        and not isinstance(again, Failures)
+        and not isinstance(other, Failures)
+    )
     assert np.array_equal(first[0].freed, again[0].freed)
     assert not np.array_equal(first[0].freed, other[0].freed)
 
@@ -92,9 +96,9 @@ def test_what_is_built_in_has_no_way_out_and_says_by_what(planner: PlanningConte
     target = standing(cell, "crayola_24_ct", 0.3, 0.0)
     cover = standing(cell, "peva_shower_curtain_liner", 0.25, 0.0)
     cover[1][2, 3] += float(cell.item("crayola_24_ct").shape.extents[2]) + 0.001
-    reason = ways_out(planner, target, cover).corridors
-    assert isinstance(reason, Reason)
-    assert reason.in_the_way == "peva_shower_curtain_liner"
+    failures = ways_out(planner, target, cover).corridors
+    assert isinstance(failures, Failures)
+    assert failures.in_the_way == ("peva_shower_curtain_liner",)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
@@ -50,11 +50,11 @@ def test_lines_that_are_rounded_too_much_are_mended(
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     fastest = cell.robot.tool.contact_speed
     run = proven_run(planner, scene, segments)
-    assert not isinstance(run, Reason)
+    assert not isinstance(run, Failures)
     assert broken_promise(planner.arm, fastest, run, segments) is None
     monkeypatch.setattr(certified_timing, "MENDS", 0)
     unmended = proven_run(planner, scene, segments)
-    assert isinstance(unmended, Reason) and unmended.what == "not straight"
+    assert isinstance(unmended, Failures) and [r.what for r in unmended] == ["not straight"]
 
 
 def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
@@ -62,7 +62,7 @@ def test_narrower_blends_are_asked_for_on_the_line_and_beside_it(
 ) -> None:
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
     run = certified_timing._timed_once(planner, segments, None, None)
-    assert not isinstance(run, Reason)
+    assert not isinstance(run, Failures)
     better = mended(planner.arm, 1.0, run, segments)
     assert better is not None
     assert len(better) == len(segments) == 2
@@ -77,7 +77,7 @@ def test_a_contact_that_is_too_fast_is_slowed_down(
     segments = corner(planner, scene, 1e-4, SegmentKind.CONTACT, 0.2)
     fastest = cell.robot.tool.contact_speed
     run = proven_run(planner, scene, segments)
-    assert not isinstance(run, Reason)
+    assert not isinstance(run, Failures)
     assert broken_promise(planner.arm, fastest, run, segments) is None
     times = np.arange(0.0, run.part_times[1], 1e-3)
     p = planner.arm.tips(run.trajectory.sample(times), STRAIGHT)[:, :3, 3]
@@ -90,7 +90,7 @@ def test_coarse_motions_promise_no_line(planner: PlanningContext, scene: Scene) 
         replace(p, kind=SegmentKind.TRANSIT) for p in corner(planner, scene, 0.05, SegmentKind.LIFT, 0.3)
     ]
     run = certified_timing._timed_once(planner, segments, None, None)
-    assert not isinstance(run, Reason)
+    assert not isinstance(run, Failures)
     assert mended(planner.arm, 1e-3, run, segments) is None
 
 

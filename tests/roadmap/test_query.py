@@ -179,3 +179,11 @@ def _roadmap() -> Roadmap:
 def _two_ways() -> Roadmap:
     """The same with a longer edge above."""
     return _roadmap().with_edge(0, 1, np.array([[-0.5, 0.9], [0.0, 0.97], [0.5, 0.9]]) * [1, 1])
+
+
+def test_what_stands_in_the_straight_way_is_named_where_no_path_is_found() -> None:
+    world = wall(gap=0.0)
+    options = QueryOptions(max_iterations=200)
+    with pytest.raises(NoPlanError, match="no path") as caught:
+        query(Roadmap.empty(space().joint_names), world, space(), START, GOAL[None], seed=1, options=options)
+    assert caught.value.in_the_way == ("box 0",)

@@ -58,6 +58,10 @@ class BoxWorld:
     def explain(self, q: Array) -> Reason:
         return Reason("collision", detail="inside a box")
 
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        (k, *_) = (k for k, (lo, hi) in enumerate(self.boxes) if _hits(q0, q1, lo, hi))
+        return Reason("collision", detail=f"through box {k}", in_the_way=f"box {k}")
+
 
 def _hits(q0: Array, q1: Array, lo: Array, hi: Array) -> bool:
     t0, t1 = 0.0, 1.0

@@ -34,3 +34,6 @@ class FakeValidator(ABC):
 
     def explain(self, q: Array) -> Reason:
         return Reason("collision", detail="in a fake")
+
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        return Reason("collision", detail="in a fake")

@@ -10,7 +10,7 @@ from pickcli.cartesian.line import shifted
 from pickcli.cell.place import Place
 from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.attached_item import AttachedItem
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.scene.scene import Scene
 
@@ -49,6 +49,7 @@ class _Pile:
     centres: Array  # (K, 2)
     half: Array  # (K, 2)
     tops: Array  # (K,)
+    items: tuple[str, ...]  # their ids
     middle: Array  # (2,) of the room
     half_room: Array  # (2,)
     floor: float
@@ -65,21 +66,33 @@ class _Pile:
         floor = float(T_world_place[2, 3]) + room.floor_back
         rim = floor + float(room.size[2])
         tops = at[:, 2] + half[:, 2]
-        return cls(at[:, :2], half[:, :2], tops, middle, room.size[:2] / 2, floor, rim)
+        items = tuple(i.id for i in placed)
+        return cls(at[:, :2], half[:, :2], tops, items, middle, room.size[:2] / 2, floor, rim)
 
     def heights(self, centres: Array, half: Array) -> Array:
         """(M,) height in the world of the highest item under each footprint, else the floor.
 
         centres: (M, 2); half: (2,) half extents of the footprint
         """
+        return np.asarray(self._under(centres, half).max(axis=1, initial=self.floor))
+
+    def highest(self, centre: Array, half: Array) -> str:
+        """Id of the highest item under a footprint, "" where there is none.
+
+        centre: (2,); half: (2,) half extents of the footprint
+        """
+        tops = self._under(centre[None], half)[0]
+        return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
+
+    def _under(self, centres: Array, half: Array) -> Array:
+        """(M, K) top of each item under each footprint, the floor where it is beside it."""
         apart = np.abs(self.centres - centres[:, None])
-        under = (apart < self.half + half).all(axis=2)
-        return np.asarray(np.where(under, self.tops, self.floor).max(axis=1, initial=self.floor))
+        return np.where((apart < self.half + half).all(axis=2), self.tops, self.floor)
 
 
 def drop_placements(
     scene: Scene, place: Place, held: AttachedItem, tool_state: ToolState, n_most: int = 30
-) -> tuple[DropPlacement, ...] | Reason:
+) -> tuple[DropPlacement, ...] | Failures:
     """Find where the item fits between the walls of a place that is open above.
 
     Of each tool orientation only the best few are kept: what the arm cannot reach in one turn of the wrist it
@@ -97,10 +110,16 @@ def drop_placements(
     """
     pile = _Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
-    found = [s for price, R in _orientations(is_level) for s in _best(held, is_level, R, price, pile)]
+    found: list[DropPlacement] = []
+    failures = Failures()
+    for price, R in _orientations(is_level):
+        best = _best(held, is_level, R, price, pile)
+        if isinstance(best, Reason):
+            failures += best
+        else:
+            found += best
     if not found:
-        size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
-        return Reason(f"does not fit into the {place.name}", "place", f"{held.item.name}, {size} mm")
+        return Failures(tuple(dict.fromkeys(failures.within(place.name))))
     return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
 
 
@@ -118,13 +137,16 @@ def _orientations(is_level: bool) -> list[tuple[float, Array]]:
     return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
 
 
-def _best(held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile) -> list[DropPlacement]:
-    """The best few release poses, on a grid, for one tool orientation."""
+def _best(
+    held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile
+) -> list[DropPlacement] | Reason:
+    """The best few release poses, on a grid, for one tool orientation; or why there is none."""
     T = pose(R=R) @ held.T_tip_item
     reach = held.item.shape.reach(T[:3, :3]) + held.inflate
     spare = pile.half_room - reach[:2]
     if spare.min() < LEAST_WALL:
-        return []
+        size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
+        return Reason("does not fit between the walls", "", f"{held.item.name}, {size} mm")
     room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
     centres = pile.middle + room * _places(room)
     height = pile.heights(centres, reach[:2])
@@ -135,6 +157,10 @@ def _best(held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pil
     rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
     cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
     order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
+    if not order:
+        best = int(np.argmin(cost))
+        far = f"{lowest[best] - pile.floor:.2f} m to the floor, at most {MAX_DROP}"
+        return Reason("would drop too far", "", far, pile.highest(centres[best], reach[:2]))
     found = []
     for i in order[:PER_ORIENTATION]:
         release = pose([*(centres[i] - T[:2, 3]), tip[i]], R=R)

@@ -13,7 +13,7 @@ from pickcli.cartesian.corridor import Corridor, corridors, pushes
 from pickcli.cell.place import Place
 from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures
 from pickcli.geometry import Array
 from pickcli.planning.stages.planned_extraction import planned_corridors
 
@@ -52,10 +52,10 @@ class Extraction:
     seed: int
 
     @cached_property
-    def corridors(self) -> tuple[Corridor, ...] | Reason:
+    def corridors(self) -> tuple[Corridor, ...] | Failures:
         """The ways out for the item by itself: the shortest simple ones, else planned ones."""
         simple = self._simple(N_FEW)
-        if isinstance(simple, Reason):
+        if isinstance(simple, Failures):
             return self._planned or simple
         return simple
 
@@ -72,18 +72,18 @@ class Extraction:
 
     @cached_property
     def _few(self) -> tuple[Array, ...]:
-        return () if isinstance(self.corridors, Reason) else self._pushes(self.corridors)
+        return () if isinstance(self.corridors, Failures) else self._pushes(self.corridors)
 
     @cached_property
     def _many(self) -> tuple[Array, ...]:
         simple = self._simple(N_MANY)
-        return self._pushes((*(() if isinstance(simple, Reason) else simple), *self._planned))
+        return self._pushes((*(() if isinstance(simple, Failures) else simple), *self._planned))
 
     def _pushes(self, ways: tuple[Corridor, ...]) -> tuple[Array, ...]:
         centre = (self.T_world_entry @ self.T_entry_item)[:3, 3]
         return tuple(pushes(way, self.T_world_entry, centre) for way in ways)
 
-    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Reason:
+    def _simple(self, n_most: int) -> tuple[Corridor, ...] | Failures:
         return corridors(
             self.place, self.T_entry_item, self.shape, self.leaving, self.carrying, self.first, n_most
         )

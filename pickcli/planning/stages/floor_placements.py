@@ -14,7 +14,7 @@ import numpy as np
 from pickcli.cell.place import Place
 from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.scene.scene import PlacedItem, Scene
@@ -23,6 +23,7 @@ from pickcli.scene.supports import supports_of
 STEP = 0.02  # m between spots that are tried
 FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
+N_EXPLAINED = 16  # about, of the spots where none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
 
 
@@ -33,7 +34,7 @@ def floor_placements(
     R_place_item: Array,
     place: Place,
     n_most: int = 8,
-) -> tuple[PlacedItem, ...] | Reason:
+) -> tuple[PlacedItem, ...] | Failures:
     """Find where on the floor of a place an item could be let go.
 
     Args:
@@ -51,7 +52,7 @@ def floor_placements(
     reach = placed.item.shape.reach(R)
     if 2 * float(reach[:2].min()) < LEAST_SLENDERNESS * 2 * float(reach[2]):
         size = " x ".join(f"{2e3 * e:.0f}" for e in reach)
-        return Reason("would fall over", place.name, f"{placed.id} stands {size} mm")
+        return Failures.of(Reason("would fall over", place.name, f"{placed.id} stands {size} mm"))
     T_world_place = scene.T_world_place(place)
     uncertainty = scene.noise.bound(placed.item)
     free = FreeItem(placed.item, T_world_place @ pose(R=R), T_world_place[:3, :3], uncertainty)
@@ -59,9 +60,20 @@ def floor_placements(
     spots = _spots(place, reach, uncertainty + HOVER)
     fitting = [_placed(placed, place.name, T_world_place, R, d) for d in spots if flying.is_valid(d)]
     if not fitting:
-        return Reason("no free place on the floor", place.name, f"{len(spots)} places tried")
+        return _occupied(place, spots, flying)
     staying = tuple(islice((spot for spot in fitting if _stays(scene, spot)), n_most))
-    return staying or Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
+    rolling = Reason("would fall over or roll", place.name, f"{placed.id} on all free places")
+    return staying or Failures.of(rolling)
+
+
+def _occupied(place: Place, spots: Array, flying: FreeItemChecker) -> Failures:
+    """What stands on some of the spots (K, 6), none of which is free."""
+    what, tried = "no free place on the floor", f"{len(spots)} places tried"
+    met = [flying.clearance(d) for d in spots[:: 1 + len(spots) // N_EXPLAINED]]
+    if not met:
+        return Failures.of(Reason(what, place.name, tried))
+    told = [(f"{contact.with_distance(flying.margin)}, {tried}", contact.item) for contact in met]
+    return Failures(tuple(Reason(what, place.name, detail, item) for detail, item in told))
 
 
 def _stays(scene: Scene, spot: PlacedItem) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pickcli.errors import Failures, Reason
+from pickcli.errors import Failures
 from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
 from pickcli.grasping.cup_press import overtravel
 from pickcli.grasping.search import USUAL, WIDE, Search
@@ -42,7 +42,7 @@ def feasible_grasps(
         failures += Failures(tuple(candidates.rejected))
         if candidates.grasps and (against := check_target(problem)).reasons:
             return (), failures + against
-        if candidates.grasps and isinstance(problem.extraction.corridors, Reason):
+        if candidates.grasps and isinstance(problem.extraction.corridors, Failures):
             return (), failures + problem.extraction.corridors
         feasible, against = _tried(problem, candidates.grasps, ways, rng)
         failures += against
@@ -67,7 +67,7 @@ def _tried(
     roomy, failures = with_room(problem, grasps, ways)
     for grasp in _steady_first(problem, roomy if ways is CorridorSet.FEW else _in_turns(roomy), feasible):
         tool = tool_lines(problem, grasp, ways)
-        if isinstance(tool, Reason):
+        if isinstance(tool, Failures):
             failures += tool
             continue
         result = plan_grasp_motion(problem, tool, rng)

@@ -73,30 +73,47 @@ def _drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...]
     # What is taken out of its destination no longer lies there.
     without = problem.scene.without(problem.target.id)
     placements = drop_placements(without, destination, chosen.attached, state)
-    if isinstance(placements, Reason):
-        return Failures.of(placements)
+    if isinstance(placements, Failures):
+        return placements
     rng = derived_rng(problem.seed, "drop", problem.target.id)
     carrying = Mode(state, chosen.attached, problem.contacts.while_transferring())
-    checker = context.checker_for(problem.scene, carrying)
+    named = context.configurations_at(destination)
     found: list[PlaceMotion] = []
     failures = Failures()
     for spot in placements:
-        named = context.configurations_at(destination)
         seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, 4)])
-        solutions = context.arm.solve(spot.above, state, seeds)
-        for q in solutions[checker.are_valid(solutions)]:
-            motion = _dropped(problem, spot, q, carrying)
-            if not isinstance(motion, Reason):
-                found.append(motion)
-                break
+        motion = _dropped(problem, spot, seeds, carrying)
+        if isinstance(motion, Failures):
             failures += motion
+            continue
+        found.append(motion)
         if len(found) >= WANTED_FROM_ABOVE:
             break
     none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} spots tried")
     return tuple(found) or failures + none
 
 
-def _dropped(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Reason:
+def _dropped(
+    problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode
+) -> PlaceMotion | Failures:
+    """Down to one placement and up again, from the first of the arm's solutions above it that can."""
+    context, checker = problem.context, problem.context.checker_for(problem.scene, carrying)
+    solutions = context.arm.solve(spot.above, carrying.tool_state, seeds)
+    if len(solutions) == 0:
+        return Failures.of(Reason("no inverse-kinematics solution", "place"))
+    are_valid = checker.are_valid(solutions)
+    if not are_valid.any():
+        return Failures.of(checker.explain(solutions[0]).at("place"))
+    failures = Failures()
+    for q in solutions[are_valid]:
+        motion = _lowered(problem, spot, q, carrying)
+        if not isinstance(motion, Reason):
+            return motion
+        failures += motion
+    return failures
+
+
+def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Reason:
     """Down to one placement and up again, from a configuration (n,) above it."""
     context, state = problem.context, carrying.tool_state
     checker = context.checker_for(problem.scene, carrying)
@@ -118,7 +135,7 @@ def _set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
     failures = Failures()
     for R_place_item in _orientations(problem):
         there = floor_placements(context, problem.scene, target, R_place_item, destination)
-        if isinstance(there, Reason):
+        if isinstance(there, Failures):
             failures += there
         else:
             placements += there
@@ -130,7 +147,7 @@ def _set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, 
             failures += _too_close(back, f"place {k} in {destination.name}")
             continue
         ways = tool_lines(back, chosen.grasp)
-        picked = Failures.of(ways) if isinstance(ways, Reason) else plan_grasp_motion(back, ways, rng)
+        picked = ways if isinstance(ways, Failures) else plan_grasp_motion(back, ways, rng)
         if isinstance(picked, Failures):
             failures += picked
             continue

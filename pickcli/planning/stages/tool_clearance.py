@@ -104,7 +104,7 @@ def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: Corrid
 
 def tool_lines(
     problem: PickProblem, grasp: Grasp, corridors: CorridorSet = CorridorSet.FEW
-) -> ToolLines | Reason:
+) -> ToolLines | Failures:
     """Find what the tool alone can do for one grasp.
 
     Args:
@@ -115,16 +115,16 @@ def tool_lines(
     Returns:
         Ways in and out, or what is in the way.
     """
-    if isinstance(problem.extraction.corridors, Reason):
+    if isinstance(problem.extraction.corridors, Failures):
         return problem.extraction.corridors
     tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
     press = cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
     inward = _ways_in(problem, grasp, press)
     if isinstance(inward, Reason):
-        return inward.within(str(grasp))
+        return Failures.of(inward.within(str(grasp)))
     outward = _ways_out(problem, grasp, inward[0].contact, corridors)
     if isinstance(outward, Reason):
-        return outward.within(str(grasp))
+        return Failures.of(outward.within(str(grasp)))
     return ToolLines(grasp, press, inward, outward)
 
 
