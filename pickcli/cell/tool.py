@@ -135,6 +135,18 @@ class Tool:
         """
         return bool(self.lance_axis(state) @ axis >= _SAME_DIRECTION)
 
+    def tip_to_lance(self, state: ToolState) -> Array:
+        """The way from the tip straight to the axis of the lance.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            (3,) m, in the tool frame.
+        """
+        T = self.T_flange_tip[state]
+        return np.asarray(np.round(T[:3, :3].T @ (-T[0, 3], -T[1, 3], 0.0), _DIGITS) + 0.0)
+
     def state_with_lance(self, axis: Array) -> ToolState | None:
         """The first state in which the lance points along an axis.
 

@@ -7,17 +7,17 @@ one, by inverse kinematics and collisions along every line, stands in ``planning
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
-from pickcli.geometry import Array, inverse
+from pickcli.geometry import Array
 from pickcli.grasping.aims import aims
-from pickcli.grasping.holding import Hold
+from pickcli.grasping.holding import loads_at_rest
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
 from pickcli.motion.plan import Grasp
@@ -26,13 +26,11 @@ from pickcli.motion.plan import Grasp
 MAX_FRONTAL_TILT = np.radians(30.0)
 MAX_PIVOTED_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
-PIVOT_LENGTH = 0.03  # m from the tip to the lance's axis when the cup is pivoted
 TRIES_PER_PLACE = 8
 SIDE = 0.15  # what a side grasp costs: it needs room beside the item
 ROLLING = 0.3  # and more where the cup makes the item roll before it holds
 HOLDS = 0.8  # of what the cup bears at rest, beyond which a grasp is dropped
-TILTS = (0.0, 0.25, 0.5, 0.75, 1.0)  # shares of the most that the cup may be tilted
-DOWN = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # a tool pointing straight down
+TILTS = np.array([0.0, 0.25, 0.5, 0.75, 1.0])  # shares of the most that the cup may be tilted
 
 
 @dataclass(frozen=True)
@@ -65,9 +63,9 @@ class GraspTarget:
     place: Place
 
     @property
-    def R_level_entry(self) -> Array:
-        """(3, 3) how the way in stands in a frame whose z axis points up."""
-        return self.place.T_place_entry[:3, :3]
+    def R_level_item(self) -> Array:
+        """(3, 3) how the item lies in a frame whose z axis points up."""
+        return np.asarray(self.place.T_place_entry[:3, :3] @ self.T_entry_item[:3, :3])
 
 
 def sample_grasps(
@@ -96,13 +94,12 @@ def sample_grasps(
     found: list[Grasp] = []
     rejected: list[Reason] = []
     for face in faces(item, tool):
-        places = [face.region.centre(), *_reachable(face, target, tool, rng, search.n_random)]
-        places += aims(face, item, target.T_entry_item, search)
-        for T_item_tip in places:
-            grasps, reason = _placements(target, face.name, T_item_tip, tool, search, most)
-            found += grasps
-            if reason is not None:
-                rejected.append(reason)
+        drawn = _reachable(face, target, tool, rng, search.n_random)
+        aimed = aims(face, item, target.T_entry_item, search)
+        places = np.concatenate([face.region.centre()[None], drawn, aimed])
+        grasps, against = _placements(target, face.name, places, tool, search, most)
+        found += grasps
+        rejected += against
     if not found and not rejected:
         rejected.append(_nothing_to_hold(target.id, item, tool))
     return CandidateSet(tuple(sorted(found, key=lambda g: g.score)), tuple(rejected))
@@ -117,87 +114,115 @@ def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
     return Reason("no face within reach", item_id, f"{sealing} point neither at the mouth nor up nor aside")
 
 
-def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> list[Array]:
-    """Up to n random places on a face for which a level lance clears the lips of the mouth."""
+def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Generator, n: int) -> Array:
+    """Up to n random places (N, 4, 4) on a face for which a level lance clears the lips of the mouth."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
     T = target.T_entry_item @ samples
     # The pivoted cup points down or aside; its lance then lies above or beside the tip, and may be tilted.
     is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
-    gained = PIVOT_LENGTH * -T[:, 2, 2] + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
+    gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
     is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= target.place.access.height - LANCE_CLEAR)
-    return list(samples[is_clear][:n])
+    return samples[is_clear][:n]
+
+
+def _to_lance(tool: Tool) -> Array:
+    """(3,) m in the tool frame, from the tip to the axis of the lance when the cup is pivoted."""
+    pivoted = tool.state_with_lance(ACROSS)
+    return np.zeros(3) if pivoted is None else tool.tip_to_lance(pivoted)
 
 
 def _placements(
     target: GraspTarget, face: str, T_item_tip: Array, tool: Tool, search: Search, most: float
-) -> tuple[list[Grasp], Reason | None]:
-    """The ways in which the tool can point at one place: turned about the cup's axis, and tilted a little."""
-    item, T_entry_item = target.item, target.T_entry_item
-    R = T_entry_item[:3, :3] @ T_item_tip[:3, :3]
-    along = R[:, 2]  # the cup's axis in the frame of the way in
-    kind, axis, off = _kind(along)
-    tool_state = tool.state_with_lance(axis)
-    if kind is None:
-        return [], None  # faces away from every way in: not a failure, just another side
-    turns = search.turns(kind)
-    if target.place.access.is_from_above:
-        if kind != "frontal":
-            return [], None  # there is no room for a lance that lies level
-        kind = "top-down"
-    if tool_state is None:
-        return [], Reason("no state of the tool for this grasp", f"{target.id}, face {face}", kind)
-    hold = Hold.of(item, face, inverse(T_item_tip), tool)
-    load = hold.at_rest(np.stack([target.R_level_entry @ R, DOWN]))  # as it lies, and hanging from the cup
-    if load.ratio > most:
-        where = f"{target.id}, face {face}"
-        return [], Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
-    figures = load.moment, load.pull, load.shear, load.twist, load.ratio
-    grasps = []
-    worse = off / np.pi
-    if kind == "side":
-        worse += SIDE + (ROLLING if item.can_roll(target.R_level_entry @ T_entry_item[:3, :3]) else 0.0)
-    for x_target, turn in turns:
-        T_turned = turned(T_item_tip, _turn_towards(R, x_target))
-        is_level = axis is ACROSS and kind == "top-down"
-        least = _tilt_over_the_lip(T_entry_item @ T_turned, tool.cup_tilt) if is_level else 0.0
-        for share in (None, *search.tilts):
-            tilt = least if share is None else share * tool.cup_tilt
-            T = tilted(T_turned, tilt)
-            score = (
-                load.ratio + worse + 0.3 * turn / np.pi + (0.0 if share is None else 0.05 + abs(tilt) / np.pi)
-            )
-            grasps.append(Grasp(target.id, kind, face, tool_state, T, float(score), *figures))
-    return grasps, None
+) -> tuple[list[Grasp], list[Reason]]:
+    """The grasps at places (P, 4, 4) on one face, and why there is none at others.
 
-
-def _kind(along: Array) -> tuple[str | None, Array, float]:
-    """The kind of grasp for a cup's axis (3,) in the bin frame, and how many rad that is off its ideal.
-
-    Between the two the direction (3,) in the tool frame of a lance that comes in through the mouth for it.
+    What faces away from every way in is not a failure, just another side.
     """
-    if along[0] >= np.cos(MAX_FRONTAL_TILT):
-        return "frontal", IN_LINE, float(np.arccos(min(1.0, along[0])))
-    best = max(-along[2], abs(along[1]))
-    kind = "top-down" if -along[2] >= abs(along[1]) else "side"
-    off = float(np.arccos(min(1.0, best)))
-    return kind if off <= MAX_PIVOTED_TILT else None, ACROSS, off
+    found: list[Grasp] = []
+    rejected: list[Reason] = []
+    off, kinds = _kinds(T_item_tip[:, :3, 2] @ target.T_entry_item[:3, :3].T)
+    for kind, mine in kinds.items():
+        # From above there is no room for a lance that lies level.
+        if mine.any() and (kind == "frontal" or not target.place.access.is_from_above):
+            grasps, against = _of_kind(target, face, kind, T_item_tip[mine], off[mine], tool, search, most)
+            found += grasps
+            rejected += against
+    return found, rejected
 
 
-def _tilt_over_the_lip(T_bin_tip: Array, most: float) -> float:
-    """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip."""
-    (x, _, z), height = T_bin_tip[:3, :3].T[:, [0, 2]].tolist(), float(T_bin_tip[2, 3])
-    from_mouth = float(T_bin_tip[0, 3])
-    for tilt in TILTS:
-        c, s = cos(tilt * most), sin(tilt * most)
-        along = c * x[0] - s * z[0], c * x[1] - s * z[1]  # of the tilted tool's x axis, into the bin and up
-        down = c * z[0] + s * x[0], c * z[1] + s * x[1]  # of its z axis
-        rise = along[1] / max(-along[0], 1e-3)  # per m towards the mouth
-        if height - PIVOT_LENGTH * down[1] + rise * (from_mouth - PIVOT_LENGTH * down[0]) >= LANCE_CLEAR:
-            return tilt * most
-    return 0.0
+def _of_kind(
+    target: GraspTarget, face: str, kind: str, T_item_tip: Array, off: Array, tool: Tool, search: Search,
+    most: float,
+) -> tuple[list[Grasp], list[Reason]]:  # fmt: skip
+    """The grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal of that kind."""
+    where = f"{target.id}, face {face}"
+    tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
+    if tool_state is None:
+        return [], [Reason("no state of the tool for this grasp", where, kind)]
+    loads = loads_at_rest(target.item, face, T_item_tip, target.R_level_item, tool)
+    rejected = [
+        Reason("does not hold", where, f"{load} at rest, {load.ratio:.2f} of what the cup bears")
+        for load in loads if load.ratio > most
+    ]  # fmt: skip
+    T, costs = _turned_and_tilted(target, kind, T_item_tip, tool, search)
+    if kind == "side":
+        costs += SIDE + (ROLLING if target.item.can_roll(target.R_level_item) else 0.0)
+    scores = np.array([load.ratio for load in loads])[:, None] + off[:, None] / np.pi + costs
+    named = "top-down" if target.place.access.is_from_above else kind
+    found = [
+        Grasp(target.id, named, face, tool_state, pose, score, load.moment, load.pull, load.shear, load.twist,
+              load.ratio)
+        for load, poses, along in zip(loads, T, scores.tolist(), strict=True) if load.ratio <= most
+        for pose, score in zip(poses, along, strict=True)
+    ]  # fmt: skip
+    return found, rejected
 
 
-def _turn_towards(R: Array, x_target: Array) -> float:
-    """The turn about z that brings the x axis of R (3, 3) closest to a direction (3,)."""
-    return float(np.arctan2(R[:, 1] @ x_target, R[:, 0] @ x_target))
+def _kinds(along: Array) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
+    """How far in rad cups with axes (P, 3) in the bin frame are off the ideal, and which are of each kind."""
+    is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
+    down, aside = -along[:, 2], np.abs(along[:, 1])
+    off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
+    is_pivoted = ~is_frontal & (off <= MAX_PIVOTED_TILT)
+    is_down = down >= aside
+    return off, {"frontal": is_frontal, "top-down": is_pivoted & is_down, "side": is_pivoted & ~is_down}
+
+
+def _turned_and_tilted(
+    target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
+) -> tuple[Array, Array]:
+    """Every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and what each costs (P, M)."""
+    turns = search.turns(kind)
+    R_entry_item = target.T_entry_item[:3, :3]
+    # The directions that x is to point in, along the tool's x and y axes.
+    wanted = np.array([turn.x_target for turn in turns]) @ (R_entry_item @ T_item_tip[:, :3, :2])
+    T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
+    tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
+    if kind == "top-down":
+        tilts[..., 0] = _tilt_over_the_lip(target.T_entry_item @ T_turned, _to_lance(tool), tool.cup_tilt)
+    tilts[..., 1:] = tool.cup_tilt * np.array(search.tilts)
+    costs = 0.05 + np.abs(tilts) / np.pi
+    costs[..., 0] = 0.0
+    costs += 0.3 * np.array([turn.off for turn in turns])[:, None] / np.pi
+    n = len(T_item_tip)
+    return tilted(T_turned[:, :, None], tilts).reshape(n, -1, 4, 4), costs.reshape(n, -1)
+
+
+def _tilt_over_the_lip(T_entry_tip: Array, to_lance: Array, most: float) -> Array:
+    """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip.
+
+    Args:
+        T_entry_tip: (..., 4, 4) the pivoted tool in the frame of the way in.
+        to_lance: (3,) m in the tool frame, from the tip to the axis of the lance.
+        most: rad, the largest tilt.
+
+    Returns:
+        (...) rad, 0 where no tilt clears it.
+    """
+    tilts = most * TILTS
+    T = tilted(T_entry_tip[..., None, :, :], tilts)
+    on_axis, along = T[..., :3, 3] + T[..., :3, :3] @ to_lance, T[..., :3, 0]
+    rise = along[..., 2] / np.maximum(-along[..., 0], 1e-3)  # per m towards the mouth
+    is_clear = on_axis[..., 2] + rise * on_axis[..., 0] >= LANCE_CLEAR
+    return np.where(is_clear.any(axis=-1), tilts[np.argmax(is_clear, axis=-1)], 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from pickcli.cell.cup_limits import CupLimits
 from pickcli.cell.item import Item
 from pickcli.cell.tool import Tool
-from pickcli.geometry import Array
+from pickcli.geometry import GRAVITY, Array
 from pickcli.kinematics.held_body import HeldBody
 from pickcli.kinematics.tip_motion import TipMotion
 from pickcli.motion.plan import Grasp
@@ -113,11 +113,35 @@ class Hold:
         return self._worst(self.body.wrench(motion))
 
     def _worst(self, wrenches: Array) -> Load:
-        ratio = self.limits.ratio(wrenches, self.vacuum_share)
-        return Load(
-            pull=float(np.maximum(0.0, -wrenches[:, 2]).max()),
-            shear=float(np.hypot(wrenches[:, 0], wrenches[:, 1]).max()),
-            moment=float(np.hypot(wrenches[:, 3], wrenches[:, 4]).max()),
-            twist=float(np.abs(wrenches[:, 5]).max()),
-            ratio=float(ratio.max()),
-        )
+        return _worst(wrenches[None], self.limits, self.vacuum_share)[0]
+
+
+def loads_at_rest(
+    item: Item, face: str, T_item_tip: Array, R_world_item: Array, tool: Tool
+) -> tuple[Load, ...]:
+    """The loads on the cup at rest, for many places on one face.
+
+    Args:
+        item: What is held.
+        face: The name of the face under the cup.
+        T_item_tip: (P, 4, 4) places of the cup.
+        R_world_item: (3, 3) how the item lies.
+        tool: The tool that holds it.
+
+    Returns:
+        For each place the worst over the item as it lies and as it hangs straight down from the cup.
+    """
+    R, p = T_item_tip[:, :3, :3], T_item_tip[:, :3, 3]
+    p_tip_com = -(p[:, None] @ R)
+    upwards = np.stack([R_world_item[2] @ R, np.tile((0.0, 0.0, -1.0), (len(R), 1))], axis=1)
+    force = item.heaviest * GRAVITY * upwards
+    wrenches = np.concatenate([force, np.cross(p_tip_com, force)], axis=2)
+    return _worst(wrenches, tool.cup_limits, item.seals[face])
+
+
+def _worst(wrenches: Array, limits: CupLimits, vacuum_share: float) -> tuple[Load, ...]:
+    """The worst load of each of many sets of wrenches (P, N, 6)."""
+    pull, shear = np.maximum(0.0, -wrenches[..., 2]), np.hypot(wrenches[..., 0], wrenches[..., 1])
+    moment, twist = np.hypot(wrenches[..., 3], wrenches[..., 4]), np.abs(wrenches[..., 5])
+    figures = np.stack([pull, shear, moment, twist, limits.ratio(wrenches, vacuum_share)])
+    return tuple(Load(*worst) for worst in figures.max(axis=2).T.tolist())

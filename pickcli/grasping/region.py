@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pickcli.geometry import Array, inverse, pose, rotation_rpy
+from pickcli.geometry import Array, inverse, rotation_rpy
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +37,7 @@ class TaskSpaceRegion:
             (n, 4, 4) tool poses in the object frame.
         """
         low, high = self.bounds[:, 0], self.bounds[:, 1]
-        d = low + (high - low) * rng.random((n, 6))
-        D = np.tile(np.eye(4), (n, 1, 1))
-        D[:, :3, :3] = np.moveaxis(rotation_rpy(*d[:, 3:].T), -1, 0)
-        D[:, :3, 3] = d[:, :3]
-        return np.asarray(self.T_object_region @ D @ self.T_region_tool)
+        return self.poses_at(low + (high - low) * rng.random((n, 6)))
 
     def centre(self) -> Array:
         """The tool pose in the middle of the bounds.
@@ -49,18 +45,20 @@ class TaskSpaceRegion:
         Returns:
             (4, 4) tool pose in the object frame.
         """
-        return self.pose_at(self.bounds.mean(axis=1))
+        return np.asarray(self.poses_at(self.bounds.mean(axis=1)[None])[0])
 
-    def pose_at(self, displacement: Array) -> Array:
-        """The tool pose at a displacement.
+    def poses_at(self, displacements: Array) -> Array:
+        """The tool poses at displacements.
 
         Args:
-            displacement: (6,) x, y, z in m and roll, pitch, yaw in rad.
+            displacements: (N, 6) x, y, z in m and roll, pitch, yaw in rad.
 
         Returns:
-            (4, 4) tool pose in the object frame.
+            (N, 4, 4) tool poses in the object frame.
         """
-        D = pose(displacement[:3], rpy=displacement[3:])
+        D = np.tile(np.eye(4), (len(displacements), 1, 1))
+        D[:, :3, :3] = np.moveaxis(rotation_rpy(*displacements[:, 3:].T), -1, 0)
+        D[:, :3, 3] = displacements[:, :3]
         return np.asarray(self.T_object_region @ D @ self.T_region_tool)
 
     def displacement(self, T_object_tool: Array) -> Array:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from pickcli.geometry import Array
+from pickcli.geometry import Array, rotation_axis_angle
+
+WAYS_IN = np.array(
+    [[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
+)  # outward, bin frame
 
 
 class Turn(NamedTuple):
@@ -59,6 +65,18 @@ class Search:
         if kind == "top-down":
             return [Turn(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
         return [Turn(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
+
+    @cached_property
+    def outward(self) -> Array:
+        """(M, 3) normals in the bin frame at which curved faces are aimed: each way in and a fan about it."""
+        return np.array([_turned_off(*aim) for aim in product(WAYS_IN, self.fan, self.fan)])
+
+
+def _turned_off(toward: Array, a: float, b: float) -> Array:
+    """A direction (3,) turned about the two axes of the bin that are across it."""
+    i = int(np.argmax(np.abs(toward)))
+    across = np.eye(3)[(i + 1) % 3], np.eye(3)[(i + 2) % 3]
+    return np.asarray(rotation_axis_angle(across[0], a) @ rotation_axis_angle(across[1], b) @ toward)
 
 
 def _degrees(*angles: float) -> tuple[float, ...]:

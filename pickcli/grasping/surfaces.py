@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
 
@@ -140,36 +139,40 @@ def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     return (Face("sphere", TaskSpaceRegion(np.eye(4), T_region_tool, bounds)),)
 
 
-def turned(T_item_tip: Array, angle: float) -> Array:
-    """Turn a cup placement about the cup's own axis.
+def turned(T_item_tip: Array, angle: Array | float) -> Array:
+    """Turn cup placements about the cup's own axis.
 
     Args:
-        T_item_tip: (4, 4) tool frame in the item's.
-        angle: rad.
+        T_item_tip: (..., 4, 4) tool frame in the item's.
+        angle: (...) rad; its shape and that of the placements are broadcast.
 
     Returns:
-        (4, 4) the turned placement.
+        (..., 4, 4) the turned placements.
     """
-    T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
-    x, y = T_item_tip[:3, 0], T_item_tip[:3, 1]
-    T[:3, 0], T[:3, 1] = c * x + s * y, c * y - s * x
-    return T
+    return _rotated(T_item_tip, angle, 0, 1)
 
 
-def tilted(T_item_tip: Array, angle: float) -> Array:
-    """Tilt a cup placement about the tool's y axis, so that its x axis rises.
+def tilted(T_item_tip: Array, angle: Array | float) -> Array:
+    """Tilt cup placements about the tool's y axis, so that their x axis rises.
 
     Args:
-        T_item_tip: (4, 4) tool frame in the item's.
-        angle: rad.
+        T_item_tip: (..., 4, 4) tool frame in the item's.
+        angle: (...) rad; its shape and that of the placements are broadcast.
 
     Returns:
-        (4, 4) the tilted placement.
+        (..., 4, 4) the tilted placements.
     """
-    T, c, s = T_item_tip.copy(), cos(angle), sin(angle)
-    x, z = T_item_tip[:3, 0], T_item_tip[:3, 2]
-    T[:3, 0], T[:3, 2] = c * x - s * z, c * z + s * x
-    return T
+    return _rotated(T_item_tip, angle, 2, 0)
+
+
+def _rotated(T: Array, angle: Array | float, i: int, j: int) -> Array:
+    """Poses (..., 4, 4) turned by angles (...) that take their axis i towards their axis j."""
+    angle = np.asarray(angle)
+    out = np.broadcast_to(T, (*np.broadcast_shapes(T.shape[:-2], angle.shape), 4, 4)).copy()
+    c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    a, b = T[..., :3, i], T[..., :3, j]
+    out[..., :3, i], out[..., :3, j] = c * a + s * b, c * b - s * a
+    return out
 
 
 def flat_normal(face: str) -> Array | None:

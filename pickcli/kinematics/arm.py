@@ -190,6 +190,22 @@ class Arm:
             seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
         return self.solve(T_world_tip, tool_state, seeds)
 
+    def along_rails(self, q: Array, k: int) -> Array:
+        """A configuration with its prismatic joints elsewhere, in the middles of k parts of their ranges.
+
+        Args:
+            q: (n,) configuration.
+            k: Number of parts.
+
+        Returns:
+            (k, n) configurations; (0, n) for a robot without prismatic joints.
+        """
+        if not self._is_prismatic.any():
+            return np.empty((0, self.n))
+        shares = (np.arange(k) + 0.5)[:, None] / k
+        spread = self.limits.lower + shares * (self.limits.upper - self.limits.lower)
+        return np.where(self._is_prismatic, spread, q)
+
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
         """Draw configurations, uniform within the limits.
 

@@ -59,6 +59,14 @@ def test_the_axes_of_the_lance_are_exact_quarter_turns_of_the_tool(cell: Cell, s
     assert_allclose(cell.robot.tool.T_flange_tip[state][:3, :3] @ R[:, 0], (0.0, 0.0, 1.0), atol=1e-12)
 
 
+@pytest.mark.parametrize("state", [STRAIGHT, DOWN])
+def test_from_the_tip_a_straight_way_meets_the_axis_of_the_lance(cell: Cell, state: ToolState) -> None:
+    tool = cell.robot.tool
+    T, way = tool.T_flange_tip[state], tool.tip_to_lance(state)
+    assert_allclose((T @ [*way, 1.0])[:2], 0.0, atol=1e-12)  # the lance runs along the flange's z
+    assert way @ tool.lance_axis(state) == 0.0
+
+
 def test_a_configuration_without_a_state_is_for_the_first(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace("name: home, kind: home, pivot: straight,", "name: home, kind: home,")
     assert cell_copy.load().configurations["home"].tool_state == STRAIGHT

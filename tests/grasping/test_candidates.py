@@ -11,7 +11,6 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import Array, is_pose, pose, rotation_axis_angle
 from pickcli.grasping.candidates import (
     LANCE_CLEAR,
-    PIVOT_LENGTH,
     GraspTarget,
     _tilt_over_the_lip,
     sample_grasps,
@@ -19,9 +18,11 @@ from pickcli.grasping.candidates import (
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.grasping.surfaces import faces, tilt_on, tilted, turned
 from pickcli.motion.plan import Grasp
+from support.tool_states import DOWN
 
 CELL = load_cell("apc2016_delft")
 TOOL, BIN = CELL.robot.tool, CELL.pod.bins["bin_E"]
+TO_LANCE = TOOL.tip_to_lance(DOWN)
 FLAT = pose([0.25, 0.0, -0.01], rpy=[0.0, 0.02, 0.3])
 ON_EDGE = pose([0.2, 0.1, 0.01], rpy=[np.pi / 2, 0.0, 0.02])
 ITEMS = [
@@ -137,17 +138,17 @@ def test_turns_and_tilts_are_rotations_about_the_tool_s_own_axes(angle: float, r
 def test_a_lance_is_tilted_by_the_first_step_that_takes_it_over_the_lip(
     height: float, depth: float, off: list[float]
 ) -> None:
-    """Its axis runs PIVOT_LENGTH over the tip, towards the mouth along the tool's x axis."""
+    """Its axis runs over the tip as far as the tool says, towards the mouth along the tool's x axis."""
     pointing_down = pose(rpy=(0.0, np.pi, 0.0))  # its x axis towards the mouth
     T = pose((depth, 0.0, height)) @ pose(rpy=off) @ pointing_down
     most = 0.2
 
     def over_the_lip(tilt: float) -> float:
         now = tilted(T, tilt)
-        on_axis, along = now[:3, 3] - PIVOT_LENGTH * now[:3, 2], now[:3, 0]
+        on_axis, along = (now @ [*TO_LANCE, 1.0])[:3], now[:3, 0]
         return float((on_axis - on_axis[0] / along[0] * along)[2])
 
     spare = {tilt: over_the_lip(tilt) - LANCE_CLEAR for tilt in np.linspace(0.0, most, 5).tolist()}
     assume(min(map(abs, spare.values())) > 1e-9)
     clear = [tilt for tilt, over in spare.items() if over > 0.0]
-    assert _tilt_over_the_lip(T, most) == pytest.approx(min(clear, default=0.0))
+    assert _tilt_over_the_lip(T, TO_LANCE, most) == pytest.approx(min(clear, default=0.0))

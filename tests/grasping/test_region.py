@@ -36,11 +36,11 @@ def test_distance_grows_by_what_is_outside(values: list[float], beyond: float) -
     region = region_of(values)
     displacement = region.bounds.mean(axis=1)
     displacement[0] = region.bounds[0, 1] + beyond
-    assert abs(region.distance(region.pose_at(displacement)) - beyond) < 1e-7
+    assert abs(region.distance(region.poses_at(displacement[None])[0]) - beyond) < 1e-7
 
 
 @given(numbers)
-def test_displacement_inverts_pose_at(values: list[float]) -> None:
+def test_displacement_inverts_poses_at(values: list[float]) -> None:
     region = region_of(values)
     d = region.bounds[:, 0] * 0.5
-    assert np.allclose(region.displacement(region.pose_at(d)), d, atol=1e-7)
+    assert np.allclose(region.displacement(region.poses_at(d[None])[0]), d, atol=1e-7)

@@ -51,6 +51,15 @@ def test_cup_down_points_down_in_front_of_the_shelf(cell: Cell, arm: Arm) -> Non
     np.testing.assert_allclose(tip[:3, 2], [0, 0, -1], atol=0.05)
 
 
+def test_a_configuration_is_moved_along_the_rail_alone_over_all_of_its_range(cell: Cell, arm: Arm) -> None:
+    q = cell.configurations["home"].q
+    moved = arm.along_rails(q, 4)
+    rail = arm.names.index("rail")
+    low, high = arm.limits.lower[rail], arm.limits.upper[rail]
+    np.testing.assert_allclose((moved[:, rail] - low) / (high - low), [0.125, 0.375, 0.625, 0.875])
+    assert (np.delete(moved, rail, axis=1) == np.delete(q, rail)).all()
+
+
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])
 def test_jacobian_is_the_derivative(arm: Arm, tool_state: ToolState, rng: np.random.Generator) -> None:
     for q in arm.random_seeds(rng, 10):

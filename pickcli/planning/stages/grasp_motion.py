@@ -28,6 +28,7 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.tool_clearance import ToolLines
 from pickcli.scene.scene import Scene
 
+N_SEEDS, N_ALONG = 12, 4  # of inverse kinematics at the contact, and of those along the rails
 SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
 
 _Poses = TypeVar("_Poses")
@@ -96,13 +97,12 @@ def plan_grasp_motion(
 
 
 def _seeds(problem: PickProblem, rng: np.random.Generator) -> Array:
-    """Configurations in front of the place, the first also elsewhere along the rail, and random ones."""
+    """Configurations in front of the place, the first also elsewhere along the rails, and random ones."""
     arm, fronts = problem.context.arm, problem.context.configurations_at(problem.place)
     if not fronts:  # chance then has to do alone
-        return arm.random_seeds(rng, 12)
-    along = np.repeat(fronts[:1], 4, axis=0)
-    along[:, 0] = np.linspace(0.25, 1.0, 4)
-    return np.vstack([fronts, along, arm.random_seeds(rng, 7)])
+        return arm.random_seeds(rng, N_SEEDS)
+    elsewhere = arm.along_rails(fronts[0], N_ALONG)
+    return np.vstack([fronts, elsewhere, arm.random_seeds(rng, N_SEEDS - 1 - len(elsewhere))])
 
 
 @dataclass(frozen=True, eq=False)
