@@ -62,6 +62,19 @@ TEST("a tube that is proven free is free at its corners") {
   CHECK(n_free > 10);
 }
 
+TEST("a wall in the middle of a long edge is seen before anything is proven") {
+  const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
+  Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 0.05}}, {0}, {}));
+  const Solid wall = make_solid({{}, {0.5, 0.0, 0.0}}, {0.1, 1.0, 1.0}, SolidKind::box, 0.0, "wall");
+  checker.set_world(World({{wall, 0, 0, 3}}));
+  const double from = 0.0, to = 1.0;
+  for (const double slack : {0.0, 0.01}) {
+    const EdgeReport report = checker.check_edge(&from, &to, 0.0, &slack, 2e-4);
+    CHECK(!report.free && report.index == 3 && report.n_configurations == 8);
+    CHECK_AT_MOST(std::abs(report.t - 0.5), 0.15 + 1e-9);
+  }
+}
+
 TEST("a thin plate between two samples is found") {
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 1e-3}}, {0}, {}));

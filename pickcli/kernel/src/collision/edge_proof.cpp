@@ -31,6 +31,20 @@ double travel_of(const Robot& robot, const double* q) {
   return travel;
 }
 
+//! Bound in m on how far an edge dq moves any point of the robot.
+double motion_of(const Robot& robot, const double* dq, double travel) {
+  double motion = 0.0;
+  for (const Joint& joint : robot.chain().joints())
+    if (joint.type != JointKind::fixed)
+      motion += std::abs(dq[joint.q_index]) * (joint.type == JointKind::prismatic ? 1.0 : robot.reach(travel));
+  return motion;
+}
+
+//! m. Most of the longer edges that planners try are blocked, and nearly all of those at one of the first
+//! eight midpoints: these are looked at before anything is proven, without bounding motions. What is shorter
+//! is rather a piece of a path, and free.
+constexpr double kLongEdge = 0.3;
+
 //! One edge q0 + t (q1 - q0) as batches for the batch test.
 class Edge {
  public:
@@ -45,6 +59,7 @@ class Edge {
     set_margins(batch_, robot, checker.world(), margin, travel);
     batch_.resolution = static_cast<float>(resolution);
     batch_.is_edge = true;
+    is_long_ = motion_of(robot, batch_.dq, travel) > kLongEdge;
     // Rounded up: the products and sums of the bound are in single precision.
     constexpr double up = 1.0 + 1e-5;
     for (int k = 0; k < robot_.n_joints; ++k) {
@@ -57,20 +72,14 @@ class Edge {
   EdgeReport check() {
     EdgeReport report;
     IntervalQueue queue(workspace_.intervals);
-    while (queue.pending() > 0) {
+    for (bool is_first = true; queue.pending() > 0; is_first = false) {
       Interval lanes[kLanes];
       queue.take(lanes);
       fill_batch(lanes);
-      simd8::BatchResult result;
-      test_(robot_, world_, batch_, scratch_, result);
       report.n_configurations += kLanes;
-      if (result.hit_lane >= 0) {
-        report.free = false;
-        report.t = lanes[result.hit_lane].middle;
-        report.frame = result.frame, report.kind = static_cast<ContactKind>(result.kind),
-        report.index = result.index;
+      simd8::BatchResult result;
+      if ((is_first && is_long_ && hits(lanes, false, result, report)) || hits(lanes, true, result, report))
         break;
-      }
       for (int i = 0; i < kLanes; ++i)
         if (result.world[i] | result.self[i])
           queue.halve({lanes[i].middle, lanes[i].half, result.world[i], result.self[i]});
@@ -79,6 +88,18 @@ class Edge {
   }
 
  private:
+  //! Tests the batch, its intervals or their midpoints alone. A hit goes into the report.
+  bool hits(const Interval* lanes, bool moves, simd8::BatchResult& result, EdgeReport& report) {
+    batch_.moves = moves;
+    test_(robot_, world_, batch_, scratch_, result);
+    if (result.hit_lane < 0) return false;
+    report.free = false;
+    report.t = lanes[result.hit_lane].middle;
+    report.frame = result.frame, report.kind = static_cast<ContactKind>(result.kind),
+    report.index = result.index;
+    return true;
+  }
+
   void fill_batch(const Interval* lanes) {
     for (int i = 0; i < kLanes; ++i) {
       batch_.middle[i] = lanes[i].middle;
@@ -94,6 +115,7 @@ class Edge {
   Workspace& workspace_ = Workspace::mine();
   void* const scratch_;
   simd8::Batch batch_;
+  bool is_long_;
 };
 
 }  // namespace
@@ -108,7 +130,7 @@ void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) co
   simd8::Batch batch;
   alignas(64) double columns[kMaxJoints][kLanes];
   batch.q = columns;
-  batch.is_edge = false;
+  batch.is_edge = batch.moves = false;
   const simd8::Test test = collision_test();
   void* scratch = Workspace::mine().scratch(simd8::scratch_bytes(robot_.single_precision()));
   for (int first = 0; first < n_rows;) {

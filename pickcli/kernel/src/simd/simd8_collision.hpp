@@ -112,7 +112,8 @@ struct Batch {
   float half_width[kLanes];  //!< share of the edge
   float speed[32];           //!< by moving joint, rad or m per unit of half_width
   float slack[32];           //!< by moving joint, rad or m
-  bool is_edge;              //!< false: configurations, no motion; a lane that is hit is done
+  bool is_edge;              //!< false: configurations; a lane that is hit is done
+  bool moves;                //!< false: the midpoints alone are tested, without slack
   float world_margin, self_margin;  //!< m, rounding included
   float lever_error;                //!< m, rounding of a sphere centre's distance from an axis
   float resolution;                 //!< m: an interval that moves a frame less than this is not split further

@@ -33,7 +33,7 @@ class CollisionTest {
       const FrameData& frame = robot_.frames[f];
       poses_.reach(frame.body);
       if (is_solid(f)) held_ = map(poses_.place(frame.body), *robot_.held);
-      if (batch_.is_edge) bound_motion(f);
+      if (batch_.moves) bound_motion(f);
       if (start(world, f)) {
         if (hits_world(f)) return;
         note(result_.world, f);
@@ -98,7 +98,7 @@ class CollisionTest {
   //! Thresholds for a frame moving relative to an inner body. An interval too short to split must be proven
   //! as it is.
   Threshold threshold(float margin, int inner_body) const {
-    if (!batch_.is_edge) return {all(margin), all(margin)};
+    if (!batch_.moves) return {all(margin), all(margin)};
     const V moved = moved_[inner_body] * half_width_, still = slack_[inner_body] + margin,
             whole = still + moved;
     return {select(above(all(batch_.resolution), moved), whole, still), whole};
