@@ -32,6 +32,7 @@ from pickcli.verification.static_solids import standing
 from pickcli.verification.straightness_check import check_lines
 from pickcli.verification.structure_check import check_structure
 from pickcli.verification.support_check import check_support
+from pickcli.verification.tipping_check import check_tipping
 from pickcli.verification.tool_speed import check_tool_speed
 from pickcli.verification.verdict import Verdict
 
@@ -39,7 +40,7 @@ CHECKS = (
     "structure: names, times, contiguous segments, the item held from contact to release",
     "clearance: arm, tool and held item keep the cell's from world and themselves, exact shapes, at any time",
     "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
-    "support: what is taken is nothing that others rest on or lean on",
+    "support: nothing rests or leans on what is taken, and no cup from above tips it over what carries it",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "tool speed: nowhere over the cell's limit, where it states one",
@@ -97,6 +98,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         *check_recovery(plan, scene, states, ratios.velocity, opening, stopped),
         *check_touch(plan, scene, states, moving, world, exempt),
         *check_support(plan, scene),
+        *check_tipping(plan, scene),
         *check_lines(plan, scene.cell.robot, states),
         *check_tool_speed(plan, scene.cell),
         *check_hold(plan, scene, T_tip_item),

@@ -10,12 +10,15 @@ import pytest
 from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
-from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.grasp_selection import feasible_grasps, tips
+from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
+from pickcli.verification.verify import verify
 
 BIN = "bin_E"
 
@@ -131,7 +134,24 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     assert tips(problem, replace(found[0].grasp, T_item_tip=out))
     assert not tips(problem, replace(found[0].grasp, T_item_tip=out, kind="frontal"))
     monkeypatch.setattr(grasp_selection, "tips", lambda problem, grasp: True)
-    assert grasps_of(planner, scene, "scotch_bubble_mailer")  # better so than not at all
+    none, reasons = feasible_grasps(problem, ())
+    assert not none
+    assert "tips the item" in {reason.what for reason in reasons}
+
+
+def test_the_verifier_refuses_what_tips_by_a_rule_of_its_own(
+    cell: Cell, planner: PlanningContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same mailer, pressed where the planner would not."""
+    bar = on_floor(cell, "dove_beauty_bar", 0.2, 0.0, yaw=np.pi / 2)
+    mailer = on_floor(cell, "scotch_bubble_mailer", 0.2, 0.0, up=cell.item(bar[0]).shape.extents[2])
+    scene = scene_of(cell, bar, mailer)
+    home, query = cell.configurations["home"], PickQuery(BIN, "scotch_bubble_mailer")
+    start = Start(home.q, home.tool_state)
+    assert verify(plan_pick(planner, scene, query, start, 1), scene).certificate is not None
+    monkeypatch.setattr(grasp_selection, "tips", lambda problem, grasp: abs(grasp.T_item_tip[0, 3]) < 0.08)
+    verdict = verify(plan_pick(planner, scene, query, start, 1), scene)
+    assert [reason.what for reason in verdict.reasons] == ["tips the item"]
 
 
 def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: PlanningContext) -> None:

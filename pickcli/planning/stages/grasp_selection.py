@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pickcli.errors import Failures
+from pickcli.errors import Failures, Reason
 from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
 from pickcli.grasping.cup_press import overtravel
 from pickcli.grasping.search import USUAL, WIDE, Search
@@ -65,7 +65,10 @@ def _tried(
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     feasible: list[GraspMotion] = []
     roomy, failures = with_room(problem, grasps, ways)
-    for grasp in _steady_first(problem, roomy if ways is CorridorSet.FEW else _in_turns(roomy), feasible):
+    for grasp in roomy if ways is CorridorSet.FEW else _in_turns(roomy):
+        if tips(problem, grasp):
+            failures += Reason("tips the item", str(grasp), "the cup presses beside what carries it")
+            continue
         tool = tool_lines(problem, grasp, ways)
         if isinstance(tool, Failures):
             failures += tool
@@ -80,25 +83,12 @@ def _tried(
     return tuple(feasible), failures
 
 
-def _steady_first(
-    problem: PickProblem, grasps: Iterable[Grasp], feasible: Sequence[GraspMotion]
-) -> Iterator[Grasp]:
-    """Grasps in their order; those that tip the target only where no other was found feasible by then."""
-    tipping = []
-    for grasp in grasps:
-        if tips(problem, grasp):
-            tipping.append(grasp)
-        else:
-            yield grasp
-    if not feasible:
-        yield from tipping
-
-
 def tips(problem: PickProblem, grasp: Grasp) -> bool:
     """Whether a cup from above tips the target, because it presses beside what carries it.
 
     Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no matter
-    of balance: it rolls wherever the cup meets it.
+    of balance: it rolls wherever the cup meets it. Nor is what would not stand by its weight as its pose
+    says: what keeps it is not known.
 
     Args:
         problem: The pick.
@@ -107,13 +97,15 @@ def tips(problem: PickProblem, grasp: Grasp) -> bool:
     Returns:
         True if it does.
     """
-    target = problem.target
+    target, supports = problem.target, problem.contacts.supports
     if grasp.kind != "top-down" or target.can_roll:
         return False
     tip = target.T_world_item @ grasp.T_item_tip
     tool = problem.context.cell.robot.tool
     press = tool.cup_stiffness * overtravel(grasp, tool, problem.scene.noise)
-    return not problem.contacts.supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3])
+    if supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3]):
+        return False
+    return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

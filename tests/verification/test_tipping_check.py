@@ -1,0 +1,115 @@
+"""A cup from above presses no item over the edge of what carries it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import GRAVITY, Array, inverse, pose
+from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.verification.tipping_check import beside_support, check_tipping
+from support.handmade_plans import Builder, cell, make_scene, move_plan, tip
+from support.tool_states import STRAIGHT
+
+OVER_TOTE = np.asarray(cell().configurations["drop_01"].q)
+BOARD, BAR = (0.25, 0.145, 0.02), (0.04, 0.2, 0.03)
+PRESS = 0.004  # m by which the cup is pressed on
+GRID = 0.25 / 40  # m between the lines by which a support is looked up
+
+
+def lying(name: str, shape: Shape, T: Array, mass: float) -> PlacedItem:
+    item = replace(cell().item("scotch_bubble_mailer"), shape=shape, mass=mass)
+    return PlacedItem(name, item, TOTE, T)
+
+
+def across_a_bar(
+    mass: float = 0.0195, shape: Shape | None = None, noise: float = 0.0, at: float = 0.0
+) -> Scene:
+    """A board of 250 mm across a bar of 40 mm, whose upper side is where the cup over the tote points.
+
+    at: m, of the bar from the middle of the board
+    """
+    top = tip(OVER_TOTE)[:3, 3] - (0.0, 0.0, 0.05)
+    board = lying("board", shape or Shape(ShapeKind.BOX, BOARD), pose(top - (0.0, 0.0, 0.01)), mass)
+    bar = lying("bar", Shape(ShapeKind.BOX, BAR), pose(top - (-at, 0.0, 0.035)), 1.0)
+    return make_scene(board, bar, noise=PoseNoise(noise, 0.0))
+
+
+def pressing(scene: Scene, aside: float, kind: str = "top-down", depth: float = PRESS) -> Plan:
+    """The cup is pressed on the board, at a distance (m) from its middle along x."""
+    R = tip(OVER_TOTE)[:3, :3]
+    board = scene.find("board").T_world_item
+    met = pose(board[:3, 3] + (aside, 0.0, 0.01), R=R)
+    builder = Builder(OVER_TOTE)
+    builder.line(SegmentKind.APPROACH, met, 1.0)
+    builder.line(SegmentKind.CONTACT, met @ pose((0.0, 0.0, depth)), 1.0, touching=("board",))
+    grasp = Grasp("board", kind, "+z", STRAIGHT, inverse(board) @ met, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return replace(move_plan(scene, builder), grasp=grasp)
+
+
+def told(scene: Scene, aside: float, **how: object) -> str:
+    return "; ".join(map(str, check_tipping(pressing(scene, aside, **how), scene)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_press_beside_the_support_of_a_light_item_is_refused(side: float) -> None:
+    """4 N at 60 mm and 0.19 N in the middle: their resultant is 57 mm out, 37 mm beside the bar."""
+    scene = across_a_bar()
+    assert told(scene, 0.0) == told(scene, 0.015 * side) == ""
+    beside = float(told(scene, 0.06 * side).split(" lead ")[1].split(" mm beside")[0])
+    assert "segment 1 (contact): tips the item: board: 4.0 N" in told(scene, 0.06 * side)
+    assert beside == pytest.approx(37.0 - 1e3 * GRID, abs=1e3 * GRID / 2)
+
+
+def test_what_weighs_enough_is_not_tipped_nor_what_is_hardly_pressed() -> None:
+    assert told(across_a_bar(mass=1.0), 0.06) == ""
+    assert told(across_a_bar(), 0.06, depth=1e-5) == ""
+    assert told(across_a_bar(mass=1.0), 0.12)
+
+
+def test_a_press_that_poses_may_explain_is_not_refused() -> None:
+    """The resultant is 38 mm out, 18 mm beside the bar: of board and bar each may be 10 mm elsewhere."""
+    assert told(across_a_bar(), 0.04)
+    assert told(across_a_bar(noise=0.010), 0.04) == ""
+
+
+def test_only_a_cup_from_above_and_what_does_not_roll_are_judged() -> None:
+    assert told(across_a_bar(), 0.06, kind="frontal") == ""
+    ball = across_a_bar(shape=Shape(ShapeKind.SPHERE, (0.01,)))
+    assert told(ball, 0.06) == ""
+
+
+def test_what_does_not_stand_by_its_weight_is_not_judged() -> None:
+    """The bar carries one end of the board: something else must, too."""
+    assert told(across_a_bar(at=0.06), 0.06) == told(across_a_bar(at=0.06), -0.06) == ""
+
+
+@pytest.mark.parametrize(
+    "shape", [Shape(ShapeKind.BOX, (0.06, 0.06, 0.1)), Shape(ShapeKind.CYLINDER, (0.03, 0.1))]
+)
+def test_a_support_ends_where_the_lower_face_ends(shape: Shape) -> None:
+    """Upright on a board, a press of 100 N beside the face leads beside it, by less than the grid."""
+    item = lying("item", shape, pose((0.0, 0.0, 0.05)), 0.1)
+    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
+    scene = make_scene(item, floor)
+    push = np.array([0.0, 0.0, -100.0])
+    assert beside_support(scene, item, push, np.array([0.029, 0.0, 0.1])) == 0.0
+    weight = 0.1 * GRAVITY
+    out = 100.0 / (100.0 + weight) * 0.06 - 0.03
+    spacing = 0.06 / 40
+    beside = beside_support(scene, item, push, np.array([0.06, 0.0, 0.1]))
+    assert out - spacing - 1e-3 <= beside <= out
+
+
+def test_a_slanting_press_counts_where_it_meets_the_support() -> None:
+    item = lying("item", Shape(ShapeKind.BOX, (0.06, 0.06, 0.1)), pose((0.0, 0.0, 0.05)), 1e-6)
+    floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
+    scene, top = make_scene(item, floor), np.array([0.0, 0.0, 0.1])
+    assert beside_support(scene, item, np.array([0.2, 0.0, -1.0]), top) == 0.0
+    slanting = beside_support(scene, item, np.array([0.5, 0.0, -1.0]), top)  # meets the floor at 50 mm
+    assert slanting == pytest.approx(0.02 - 0.06 / 40, abs=5e-4)
