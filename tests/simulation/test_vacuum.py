@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pickcli.planning.pick_settings import PickSettings
+from pickcli.simulation.suction import RELEASE_VACUUM
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 
@@ -90,3 +92,17 @@ def test_the_line_does_not_depend_on_the_time_step(n: int) -> None:
     run(fine, 0.5, step=0.5 / n)
     run(coarse, 0.5, step=0.5)
     assert fine.line == pytest.approx(coarse.line, rel=1e-9)
+
+
+def test_a_closed_valve_vents_the_cup_while_the_tool_rests_where_it_lets_go() -> None:
+    """From full vacuum, which takes longest; and no longer than that, for the tool is to be gone."""
+    vacuum = pumped()
+    vacuum.switch_valve(True)
+    run(vacuum, 1.0, seal=1.0)
+    vacuum.switch_valve(False)
+    run(vacuum, 0.05, seal=1.0)  # its lead
+    rest = PickSettings().release_time
+    run(vacuum, rest - 0.02, seal=1.0)
+    assert vacuum.cup > RELEASE_VACUUM
+    run(vacuum, 0.02, seal=1.0)
+    assert vacuum.cup < RELEASE_VACUUM
