@@ -286,7 +286,7 @@ def measure_ik(chain: Chain) -> dict[str, float]:
         return sum(len(chain.ik(T, T_last_tip, s, LOWER, UPPER, ones)) for T, s in pairs)
 
     def follow() -> int:
-        return len(chain.follow(line, T_last_tip, home, LOWER, UPPER, ones, np.full(8, 0.05))[0])
+        return len(chain.follow(line, T_last_tip, home, LOWER, UPPER, ones, np.full(8, 0.05), 1e-3, 1e-2)[0])
 
     n_solved = solve()
     per_seed = microseconds(solve, seeds.shape[0] * seeds.shape[1], 3)

@@ -16,9 +16,9 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
+from pickcli.kinematics.follow import Deviation
 
-POSITION_TOLERANCE = 5e-4  # m, largest distance of the tool from its line between two kept waypoints
-ANGLE_TOLERANCE = 3e-3  # rad
+BETWEEN_WAYPOINTS = Deviation(position=5e-4, angle=3e-3)  # of the tool from its line
 
 
 def follow_line(
@@ -41,11 +41,10 @@ def follow_line(
     """
     poses = line(T_a, T_b)
     result = arm.follow(poses[1:], tool_state, q_a)
-    if not result.is_complete:
-        assert result.reason is not None
+    if result.reason is not None:
         return result.reason.at(where)
     dense = np.vstack([q_a[None], result.configurations])
-    kept = dense[_essential(arm, tool_state, dense, poses)]
+    kept = dense[arm.longest_chords(dense, poses, tool_state, BETWEEN_WAYPOINTS)]
     blocked = _blocked(checker, kept)
     return kept if blocked is None else blocked.at(where)
 
@@ -59,31 +58,3 @@ def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
         return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
     i = checker.first_invalid_edge(waypoints)
     return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
-
-
-def _essential(arm: Arm, tool_state: ToolState, dense: Array, poses: Array) -> list[int]:
-    """Indices of the waypoints that are enough: greedy longest chords within the tolerances."""
-    kept, i, last = [0], 0, len(dense) - 1
-    while i < last:
-        j = last
-        while j > i + 1 and not _chord_is_straight(arm, tool_state, dense, poses, i, j):
-            j = i + max(1, (j - i) // 2)
-        kept.append(j)
-        i = j
-    return kept
-
-
-def _chord_is_straight(arm: Arm, tool_state: ToolState, dense: Array, poses: Array, i: int, j: int) -> bool:
-    """Whether the joint chord from waypoint i to j keeps the tool on the line."""
-    s = np.arange(1, j - i)[:, None] / (j - i)
-    tips = arm.tips(dense[i] + (dense[j] - dense[i]) * s, tool_state)
-    # Only the distance from the line counts, not the progress along it.
-    off, along = tips[:, :3, 3] - poses[i, :3, 3], poses[j, :3, 3] - poses[i, :3, 3]
-    length = float(np.sqrt(along @ along))
-    if length > 1e-9:
-        off -= (off @ (along / length))[:, None] * (along / length)
-    if np.einsum("kx,kx->k", off, off).max() > POSITION_TOLERANCE**2:
-        return False
-    # trace(R_a^T R_b) = 1 + 2 cos(angle), here against the pose at the same place
-    traces = np.einsum("kij,kij->k", tips[:, :3, :3], poses[i + 1 : j, :3, :3])
-    return bool(traces.min() >= 1.0 + 2.0 * np.cos(ANGLE_TOLERANCE))

@@ -38,6 +38,9 @@ class FollowEnd(enum.IntEnum):
     LIMIT = 3
     """None was found for the next one, with a joint pressed against a limit."""
 
+    OFF_LINE = 4
+    """The tip would leave the line on the way to the next one."""
+
 class Chain:
     """
     A serial chain: at most 63 joints, of which at most 32 entries of q move any.
@@ -75,6 +78,18 @@ class Chain:
     def fk_batch(self, Q: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
         """
         Poses (N, L, 4, 4) of all frames in the world, in m, at each of the configurations Q (N, n).
+        """
+
+    def tips(self, Q: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Poses of the tip.
+
+        Args:
+            Q: (N, n) configurations in rad or m.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+        Returns:
+            (N, 4, 4) in the world, in m.
         """
 
     def jacobian(self, q: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
@@ -126,7 +141,7 @@ class Chain:
             (M, n) in the order of their seeds.
         """
 
-    def follow(self, T_world_targets: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], q0: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_step: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], FollowEnd]:
+    def follow(self, T_world_targets: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], q0: numpy.typing.NDArray[numpy.float64], lower: numpy.typing.NDArray[numpy.float64], upper: numpy.typing.NDArray[numpy.float64], weights: numpy.typing.NDArray[numpy.float64], max_step: numpy.typing.NDArray[numpy.float64], position_deviation: float, angle_deviation: float) -> tuple[numpy.typing.NDArray[numpy.float64], FollowEnd, tuple[float, float]]:
         """
         Follow a row of poses, each solved from the solution before it.
 
@@ -138,9 +153,27 @@ class Chain:
             upper: (n,) limits that all configurations keep.
             weights: (n,) > 0; a joint with a larger one moves less.
             max_step: (n,) rad or m, largest step of each joint from one pose to the next, and from q0 to the first.
+            position_deviation: m that the tip may be off half-way between two poses.
+            angle_deviation: rad that it may be off there.
 
         Returns:
-            Configurations (n_done, n) of the first n_done poses, and why it ended.
+            Configurations (n_done, n) of the first n_done poses, why it ended, and by how many m and rad the tip was off
+            half-way at the end.
+        """
+
+    def longest_chords(self, Q: numpy.typing.NDArray[numpy.float64], T_world_tips: numpy.typing.NDArray[numpy.float64], T_last_tip: numpy.typing.NDArray[numpy.float64], position_deviation: float, angle_deviation: float) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        The waypoints on a straight line that are enough: joint chords between them stay near it.
+
+        Args:
+            Q: (N, n) configurations that follow the line, N at least 1.
+            T_world_tips: (N, 4, 4) poses of the tip on the line, m.
+            T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+            position_deviation: m that the tip may be off the line, however far along it.
+            angle_deviation: rad that it may be off the pose at the same place.
+
+        Returns:
+            Indices (M,) of rows of Q, the first and the last among them.
         """
 
 class SolidKind(enum.IntEnum):

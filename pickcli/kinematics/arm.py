@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.robot import JointType, Limits, Robot
 from pickcli.cell.tool import ToolState
@@ -10,7 +11,7 @@ from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Chain, FollowEnd
 from pickcli.kinematics.chain import build_chain, is_planned
-from pickcli.kinematics.follow import Deviation, FollowResult
+from pickcli.kinematics.follow import HALF_WAY, Deviation, FollowResult
 from pickcli.kinematics.manipulability import yoshikawa
 from pickcli.kinematics.tip_motion import TipMotion
 
@@ -29,6 +30,7 @@ _FOLLOW_REASONS = {
     FollowEnd.NO_CONVERGENCE: "no convergence",
     FollowEnd.JOINT_STEP: "branch jump",
     FollowEnd.LIMIT: "joint limit",
+    FollowEnd.OFF_LINE: "leaves the line",
 }
 
 
@@ -105,9 +107,7 @@ class Arm:
         Returns:
             (N, 4, 4) T_world_tip of each.
         """
-        return np.asarray(
-            self._chains[tool_state].fk_batch(np.ascontiguousarray(Q))[:, -1] @ self._T_last_tip
-        )
+        return self._chains[tool_state].tips(np.ascontiguousarray(Q), self._T_last_tip)
 
     def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
         """How the tool frame moves in the world, the tool's joint at rest.
@@ -219,7 +219,7 @@ class Arm:
         return rng.uniform(self.limits.lower, self.limits.upper, size=(k, self.n))
 
     def follow(
-        self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation | None = None
+        self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation = HALF_WAY
     ) -> FollowResult:
         """Follow tool poses with the joints, each configuration next to the one before.
 
@@ -229,32 +229,46 @@ class Arm:
             T_world_tips: (P, 4, 4) poses of the tool frame.
             tool_state: State of the tool.
             q0: (n,) configuration that the first one is next to.
-            deviation: How far the tool may be off the line half-way between two configurations; by default 1
-                mm and 0.5 degrees.
+            deviation: How far the tool may be off the line half-way between two configurations.
 
         Returns:
             The configurations as far as they go, and why they end before the last pose, if they do.
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
-        Q, end = self._chains[tool_state].follow(
-            poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step
-        )
-        whole = np.vstack([q0, np.asarray(Q).reshape(-1, self.n)])
-        reason = (
-            None if end is FollowEnd.DONE else self._why_broken(whole[-1], end, len(whole) - 1, len(poses))
-        )
-        tips, middles = self.tips(whole, tool_state), self.tips((whole[:-1] + whole[1:]) / 2, tool_state)
-        off = (deviation or Deviation()).first_broken(tips, middles)
-        if off is not None:
-            i, how_far = off
-            whole = whole[: i + 1]
-            reason = Reason("leaves the line", "", f"{how_far} {_place(i, len(poses))}")
-        return FollowResult(whole[1:], reason is None, reason)
+        Q, end, off = self._chains[tool_state].follow(
+            poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step,
+            deviation.position, deviation.angle,
+        )  # fmt: skip
+        if end is FollowEnd.DONE:
+            return FollowResult(Q, None)
+        q = Q[-1] if len(Q) else q0
+        return FollowResult(Q, self._why_broken(q, end, Deviation(*off), len(Q), len(poses)))
 
-    def _why_broken(self, q: Array, end: FollowEnd, i: int, n_poses: int) -> Reason:
+    def longest_chords(
+        self, Q: Array, T_world_tips: Array, tool_state: ToolState, deviation: Deviation
+    ) -> NDArray[np.int32]:
+        """Find the waypoints on a straight line that are enough: joint chords between them stay near it.
+
+        Args:
+            Q: (N, n) configurations that follow the line, N at least 1.
+            T_world_tips: (N, 4, 4) poses of the tool frame on the line.
+            tool_state: State of the tool.
+            deviation: How far the tool may be off the line, however far along it, and off the orientation at
+                the same place.
+
+        Returns:
+            Indices (M,) of rows of Q, the first and the last among them.
+        """
+        return self._chains[tool_state].longest_chords(
+            Q, T_world_tips, self._T_last_tip, deviation.position, deviation.angle
+        )
+
+    def _why_broken(self, q: Array, end: FollowEnd, off: Deviation, i: int, n_poses: int) -> Reason:
         """What the kernel's answer means at pose i, the first that could not be reached, coming from q."""
         detail = _place(i, n_poses)
-        if end is FollowEnd.LIMIT:
+        if end is FollowEnd.OFF_LINE:
+            detail = f"{off.position * 1e3:.1f} mm and {np.rad2deg(off.angle):.1f} degrees off {detail}"
+        elif end is FollowEnd.LIMIT:
             room = np.minimum(q - self.limits.lower, self.limits.upper - q)
             j = int(np.argmin(room / self.max_step))
             detail = f"{self.names[j]} at {q[j]:.3f} {detail}"

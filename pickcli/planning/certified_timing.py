@@ -27,7 +27,6 @@ from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
 MENDS = 5  # times that a run is timed, with narrower blends or slower, to keep what is promised of lines
-NUDGE = 1e-4  # step of the central difference that gives the tool's speed; exact to 1e-8 of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,5 +216,4 @@ def _lower(*speeds: float | None) -> float | None:
 
 def _tip_travel(arm: Arm, Q: Array, dQ: Array, tool_state: ToolState) -> Array:
     """(M,) m that the tip goes per unit of a path, at Q (M, n) in the direction of dQ (M, n)."""
-    ahead, behind = (arm.tips(Q + h * dQ, tool_state)[:, :3, 3] for h in (NUDGE, -NUDGE))
-    return np.asarray(np.linalg.norm(ahead - behind, axis=1) / (2 * NUDGE))
+    return np.asarray(np.linalg.norm(arm.tip_motion(Q, dQ, np.zeros_like(Q), tool_state).velocity, axis=1))

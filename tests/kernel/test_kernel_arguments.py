@@ -48,7 +48,12 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "Q of clearances": (lambda a: _checker().clearances(a), (N,)),
     "Q of path_is_free": (lambda a: _checker().path_is_free(a), (N,)),
     "seeds": (lambda a: ARM.chain().ik(EYE, EYE, a, *WIDE, ONES), (N,)),
-    "T_world_targets": (lambda a: ARM.chain().follow(a, EYE, Q0, *WIDE, ONES, ONES)[0], (4, 4)),
+    "T_world_targets": (lambda a: ARM.chain().follow(a, EYE, Q0, *WIDE, ONES, ONES, 1.0, 1.0)[0], (4, 4)),
+    "Q of tips": (lambda a: ARM.chain().tips(a, EYE), (N,)),
+    "Q of longest_chords": (
+        lambda a: ARM.chain().longest_chords(a, np.tile(EYE, (5, 1, 1)), EYE, 1.0, 1.0),
+        (N,),
+    ),
     "goals": (lambda a: rrt_connect(_checker(), Q0, a, *WIDE, 0, 1, 0.1), (N,)),
     "Q of shorten": (lambda a: shorten(_checker(), a, np.zeros((1, 2)), ONES, 0.05, 1e-3, 0.0), (N,)),
     "shortcuts": (lambda a: shorten(_checker(), np.stack([Q0, Q0]), a, ONES, 0.05, 1e-3, 0.0), (2,)),
@@ -74,7 +79,7 @@ def test_rows_without_entries_are_refused(name: str, n_rows: int) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["Q of fk_batch", "Q of are_free", "Q of clearances", "seeds", "T_world_targets"],
+    ["Q of fk_batch", "Q of tips", "Q of are_free", "Q of clearances", "seeds", "T_world_targets"],
 )
 def test_no_rows_give_no_results(name: str) -> None:
     takes, row = ROWS[name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -120,19 +121,61 @@ def test_leaving_the_line_between_poses_is_seen(arm: Arm, rng: np.random.Generat
     assert all("mm" in r.reason.detail and "%" in r.reason.detail for r in broken if r.reason)
 
 
-def test_deviation_measures_offset_and_angle() -> None:
-    ends = np.array([np.eye(4), pose((0.02, 0, 0), rpy=(0.2, 0, 0))])
-    good = line(ends[0], ends[1], 3)[1]
-    assert Deviation().first_broken(ends, good[None]) is None
-    shifted, turned = good.copy(), good @ pose(rpy=(0, 0, 0.02))
-    shifted[2, 3] += 0.0011
-    assert Deviation().first_broken(ends, shifted[None]) is not None
-    assert Deviation().first_broken(ends, turned[None]) is not None
-    # The estimate of the angle is exact: just below and above the bound.
-    for angle, is_broken in ((0.0199, False), (0.0201, True)):
-        middle = good @ pose(rpy=(angle, 0, 0))
-        assert rotation_angle(good[:3, :3].T @ middle[:3, :3]) == pytest.approx(angle)
-        assert (Deviation(1.0, 0.02).first_broken(ends, middle[None]) is not None) is is_broken
+def off_middle(a: Array, middle: Array, b: Array) -> tuple[float, float]:
+    """How far a pose is off half-way between two others, in m and rad: the oracle of the kernel."""
+    before, after = a[:3, :3].T @ middle[:3, :3], middle[:3, :3].T @ b[:3, :3]
+    offset = middle[:3, 3] - (a[:3, 3] + b[:3, 3]) / 2
+    return float(np.linalg.norm(offset)), rotation_angle(before.T @ after) / 2
+
+
+def test_a_line_ends_before_the_first_step_on_which_the_tool_is_too_far_off(
+    arm: Arm, rng: np.random.Generator
+) -> None:
+    turned = pose((0.25, 0.05, 1.25), rpy=(0.1, 0.2, -0.1)) @ pose(R=FRONTAL)
+    poses = line(pose((-0.05, 0.0, 1.2), R=FRONTAL), turned, 12)
+    loose = Deviation(1.0, 1.0)
+    starts = arm.solve_spread(poses[0], STRAIGHT, rng)
+    q0 = next(q for q in starts if arm.follow(poses[1:], STRAIGHT, q, loose).is_complete)
+    Q = np.vstack([q0, arm.follow(poses[1:], STRAIGHT, q0, loose).configurations])
+    tips, middles = arm.tips(Q, STRAIGHT), arm.tips((Q[:-1] + Q[1:]) / 2, STRAIGHT)
+    offsets = np.array([off_middle(*step) for step in zip(tips[:-1], middles, tips[1:], strict=True)])
+    for column in (0, 1):
+        bounds = np.ones((4, 2))
+        bounds[:, column] = np.quantile(offsets[:, column], [0.3, 0.6, 0.9, 1.0]) * 1.0001
+        for most in bounds[:3]:
+            first = int(np.argmax(offsets[:, column] > most[column]))
+            result = arm.follow(poses[1:], STRAIGHT, q0, Deviation(*most))
+            assert len(result.configurations) == first
+            assert result.reason is not None and result.reason.what == "leaves the line"
+            assert f"{offsets[first, 0] * 1e3:.1f} mm" in result.reason.detail
+        assert arm.follow(poses[1:], STRAIGHT, q0, Deviation(*bounds[3])).is_complete
+
+
+@pytest.mark.parametrize("most", [Deviation(5e-4, 3e-3), Deviation(5e-5, 1.0), Deviation(1.0, 1e-4)])
+def test_chords_between_kept_waypoints_stay_near_the_line(
+    arm: Arm, rng: np.random.Generator, most: Deviation
+) -> None:
+    turned = pose((0.25, 0.05, 1.25), rpy=(0.1, 0.2, -0.1)) @ pose(R=FRONTAL)
+    poses = line(pose((-0.05, 0.0, 1.2), R=FRONTAL), turned, 60)
+    starts = arm.solve_spread(poses[0], STRAIGHT, rng)
+    results = [arm.follow(poses, STRAIGHT, q) for q in starts]
+    Q = next(result.configurations for result in results if result.is_complete)
+    kept = arm.longest_chords(Q, poses, STRAIGHT, most).tolist()
+    assert kept[0] == 0 and kept[-1] == 59 and kept == sorted(set(kept)) and len(kept) < 60
+    along = poses[-1, :3, 3] - poses[0, :3, 3]
+    along /= np.linalg.norm(along)
+    for i, j in pairwise(kept):
+        s = (np.arange(i, j + 1)[:, None] - i) / (j - i)
+        tips = arm.tips((1 - s) * Q[i] + s * Q[j], STRAIGHT)
+        off = tips[:, :3, 3] - poses[0, :3, 3]
+        off -= np.outer(off @ along, along)
+        assert np.linalg.norm(off, axis=1).max() <= most.position + 3e-5  # inverse kinematics is so exact
+        angles = [
+            rotation_angle(R.T @ T[:3, :3]) for R, T in zip(tips[:, :3, :3], poses[i : j + 1], strict=True)
+        ]
+        assert max(angles[1:-1], default=0.0) <= most.angle + 1e-9
+    everywhere = arm.longest_chords(Q, poses, STRAIGHT, Deviation(1.0, 1.0))
+    assert everywhere.tolist() == [0, 59]
 
 
 def test_chains_that_are_none_are_refused(cell: Cell) -> None:

@@ -124,21 +124,66 @@ nb::object ik(const Chain& chain, nb::handle target_in, nb::handle tip, nb::hand
   return to_numpy_rows(found, chain.n());
 }
 
+std::vector<Pose> to_poses(const Doubles& rows, const std::string& name) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < rows.rows(); ++i)
+    poses.push_back(to_pose(&rows[16 * static_cast<std::size_t>(i)], name + "[" + std::to_string(i) + "]"));
+  return poses;
+}
+
+Deviation to_deviation(double position, double angle) {
+  if (!(position > 0.0 && angle > 0.0)) throw nb::value_error("deviations must be positive");
+  return {position, angle};
+}
+
+nb::object tips(const Chain& chain, nb::handle Q_in, nb::handle tip_in) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()}), tip(tip_in, "T_last_tip", {4, 4});
+  const Pose T_last_tip = to_pose(tip.data(), "T_last_tip");
+  const std::size_t N = static_cast<std::size_t>(Q.rows()), n = static_cast<std::size_t>(chain.n());
+  std::vector<double> out(16 * N);
+  {
+    nb::gil_scoped_release unlocked;
+    std::vector<Pose> frames(static_cast<std::size_t>(chain.n_frames()));
+    for (std::size_t i = 0; i < N; ++i) {
+      chain.fk(Q.data() + i * n, frames.data());
+      write_pose(frames.back() * T_last_tip, &out[16 * i]);
+    }
+  }
+  return to_numpy(std::move(out), {N, 4, 4});
+}
+
+nb::object chords_of_line(const Chain& chain, nb::handle Q_in, nb::handle poses_in, nb::handle tip_in,
+                          double position, double angle) {
+  const Doubles Q(Q_in, "Q", {kAny, chain.n()}), poses(poses_in, "T_world_tips", {Q.rows(), 4, 4});
+  const Doubles tip(tip_in, "T_last_tip", {4, 4});
+  if (Q.rows() == 0) throw nb::value_error("Q: a line has at least one configuration");
+  const std::vector<Pose> line = to_poses(poses, "T_world_tips");
+  const Pose T_last_tip = to_pose(tip.data(), "T_last_tip");
+  const Deviation most = to_deviation(position, angle);
+  std::vector<std::int32_t> kept;
+  {
+    nb::gil_scoped_release unlocked;
+    for (int i : longest_chords(chain, T_last_tip, Q.data(), line, most)) kept.push_back(i);
+  }
+  const std::size_t n_kept = kept.size();
+  return to_numpy(std::move(kept), {n_kept});
+}
+
 nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle tip, nb::handle q0_in,
-                         nb::handle lower, nb::handle upper, nb::handle weights, nb::handle max_step_in) {
+                         nb::handle lower, nb::handle upper, nb::handle weights, nb::handle max_step_in,
+                         double position, double angle) {
   const Doubles targets(targets_in, "T_world_targets", {kAny, 4, 4}), q0(q0_in, "q0", {chain.n()});
   const Doubles max_step(max_step_in, "max_step", {chain.n()});
   IkArguments arguments(chain, tip, lower, upper, weights);
-  std::vector<Pose> poses;
-  for (int i = 0; i < targets.rows(); ++i)
-    poses.push_back(
-        to_pose(&targets[16 * static_cast<std::size_t>(i)], "T_world_targets[" + std::to_string(i) + "]"));
+  const std::vector<Pose> poses = to_poses(targets, "T_world_targets");
+  const Deviation most = to_deviation(position, angle);
   FollowPath path;
   {
     nb::gil_scoped_release unlocked;
-    path = follow(arguments.problem, poses, q0.data(), max_step.data());
+    path = follow(arguments.problem, poses, q0.data(), max_step.data(), most);
   }
-  return nb::make_tuple(to_numpy_rows(path.configurations, chain.n()), path.reason);
+  return nb::make_tuple(to_numpy_rows(path.configurations, chain.n()), path.reason,
+                        nb::make_tuple(path.off.position, path.off.angle));
 }
 
 }  // namespace
@@ -153,7 +198,8 @@ void bind_chain(nb::module_& m) {
       .value("NO_CONVERGENCE", FollowEnd::no_convergence, "No configuration was found for the next one.")
       .value("JOINT_STEP", FollowEnd::joint_step, "A joint would step over the largest step.")
       .value("LIMIT", FollowEnd::limit,
-             "None was found for the next one, with a joint pressed against a limit.");
+             "None was found for the next one, with a joint pressed against a limit.")
+      .value("OFF_LINE", FollowEnd::off_line, "The tip would leave the line on the way to the next one.");
   nb::class_<Chain>(m, "Chain",
                     R"(A serial chain: at most 63 joints, of which at most 32 entries of q move any.
 
@@ -193,6 +239,16 @@ Raises:
           },
           "Q"_a, nb::sig("def fk_batch(self, Q: " APC_F64 ") -> " APC_F64),
           "Poses (N, L, 4, 4) of all frames in the world, in m, at each of the configurations Q (N, n).")
+      .def("tips", &tips, "Q"_a, "T_last_tip"_a,
+           nb::sig("def tips(self, Q: " APC_F64 ", T_last_tip: " APC_F64 ") -> " APC_F64),
+           R"(Poses of the tip.
+
+Args:
+    Q: (N, n) configurations in rad or m.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+
+Returns:
+    (N, 4, 4) in the world, in m.)")
       .def("jacobian", &jacobian, "q"_a, "T_last_tip"_a,
            nb::sig("def jacobian(self, q: " APC_F64 ", T_last_tip: " APC_F64 ") -> " APC_F64),
            R"(Jacobian of the tip.
@@ -244,10 +300,11 @@ Args:
 Returns:
     (M, n) in the order of their seeds.)")
       .def("follow", &follow_targets, "T_world_targets"_a, "T_last_tip"_a, "q0"_a, "lower"_a, "upper"_a,
-           "weights"_a, "max_step"_a,
+           "weights"_a, "max_step"_a, "position_deviation"_a, "angle_deviation"_a,
            nb::sig("def follow(self, T_world_targets: " APC_F64 ", T_last_tip: " APC_F64 ", q0: " APC_F64
                    ", lower: " APC_F64 ", upper: " APC_F64 ", weights: " APC_F64 ", max_step: " APC_F64
-                   ") -> tuple[" APC_F64 ", FollowEnd]"),
+                   ", position_deviation: float, angle_deviation: float) -> tuple[" APC_F64
+                   ", FollowEnd, tuple[float, float]]"),
            R"(Follow a row of poses, each solved from the solution before it.
 
 Args:
@@ -258,9 +315,27 @@ Args:
     upper: (n,) limits that all configurations keep.
     weights: (n,) > 0; a joint with a larger one moves less.
     max_step: (n,) rad or m, largest step of each joint from one pose to the next, and from q0 to the first.
+    position_deviation: m that the tip may be off half-way between two poses.
+    angle_deviation: rad that it may be off there.
 
 Returns:
-    Configurations (n_done, n) of the first n_done poses, and why it ended.)");
+    Configurations (n_done, n) of the first n_done poses, why it ended, and by how many m and rad the tip was off
+    half-way at the end.)")
+      .def("longest_chords", &chords_of_line, "Q"_a, "T_world_tips"_a, "T_last_tip"_a,
+           "position_deviation"_a, "angle_deviation"_a,
+           nb::sig("def longest_chords(self, Q: " APC_F64 ", T_world_tips: " APC_F64 ", T_last_tip: " APC_F64
+                   ", position_deviation: float, angle_deviation: float) -> " APC_I32),
+           R"(The waypoints on a straight line that are enough: joint chords between them stay near it.
+
+Args:
+    Q: (N, n) configurations that follow the line, N at least 1.
+    T_world_tips: (N, 4, 4) poses of the tip on the line, m.
+    T_last_tip: (4, 4) pose of the tip in frame L-1, m.
+    position_deviation: m that the tip may be off the line, however far along it.
+    angle_deviation: rad that it may be off the pose at the same place.
+
+Returns:
+    Indices (M,) of rows of Q, the first and the last among them.)");
 }
 
 }  // namespace apc

@@ -138,6 +138,40 @@ bool are_close(const Configuration& a, const Configuration& b, double distance) 
   return true;
 }
 
+Pose tip(const Chain& chain, const Pose& T_last_tip, const double* q) {
+  Pose frames[kMaxFrames];
+  chain.fk(q, frames);
+  return frames[chain.n_frames() - 1] * T_last_tip;
+}
+
+double angle_between(const Mat3& a, const Mat3& b) { return norm(rotation_vector(transposed(a) * b)); }
+
+//! How far a pose is off half-way between two others. The turns before and after it should be equal, and
+//! their difference is twice its own.
+Deviation off_middle(const Pose& a, const Pose& middle, const Pose& b) {
+  const Mat3 before = transposed(a.R) * middle.R, after = transposed(middle.R) * b.R;
+  return {norm(middle.p - 0.5 * (a.p + b.p)), angle_between(before, after) / 2.0};
+}
+
+//! Whether the joint chord from row i to row j of Q keeps the tip near the line. Only the distance from the
+//! line counts, not the progress along it; the angle is to the pose at the same place.
+bool is_straight(const Chain& chain, const Pose& T_last_tip, const double* Q, const std::vector<Pose>& poses,
+                 int i, int j, const Deviation& most) {
+  const int n = chain.n();
+  const Vec3 along = poses[j].p - poses[i].p;
+  const double length = norm(along);
+  double q[kMaxJoints];
+  for (int k = i + 1; k < j; ++k) {
+    const double s = static_cast<double>(k - i) / (j - i);
+    for (int a = 0; a < n; ++a) q[a] = Q[i * n + a] + s * (Q[j * n + a] - Q[i * n + a]);
+    const Pose T = tip(chain, T_last_tip, q);
+    Vec3 off = T.p - poses[i].p;
+    if (length > 1e-9) off = off - (dot(off, along) / (length * length)) * along;
+    if (!is_within({norm(off), angle_between(T.R, poses[k].R)}, most)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 IkResult solve(const IkProblem& problem, const Pose& T_world_target, double* q) {
@@ -160,12 +194,14 @@ std::vector<Configuration> solve_all(const IkProblem& problem, const Pose& T_wor
 }
 
 FollowPath follow(const IkProblem& problem, const std::vector<Pose>& targets, const double* q0,
-                  const double* max_step) {
+                  const double* max_step, const Deviation& most) {
   const int n = problem.chain.n();
-  FollowPath path{{}, FollowEnd::done};
-  Configuration q(q0, q0 + n);
+  FollowPath path{{}, FollowEnd::done, {}};
+  Configuration q(q0, q0 + n), middle(q);
+  Pose T_world_tip = tip(problem.chain, problem.T_last_tip, q0);
   for (const Pose& target : targets) {
     const Configuration before = q;
+    const Pose T_before = T_world_tip;
     const IkResult result = solve(problem, target, q.data());
     if (result == IkResult::converged) {
       for (int j = 0; j < n; ++j)
@@ -174,9 +210,28 @@ FollowPath follow(const IkProblem& problem, const std::vector<Pose>& targets, co
       path.reason = result == IkResult::at_limit ? FollowEnd::limit : FollowEnd::no_convergence;
     }
     if (path.reason != FollowEnd::done) break;
+    for (int j = 0; j < n; ++j) middle[j] = (before[j] + q[j]) / 2.0;
+    T_world_tip = tip(problem.chain, problem.T_last_tip, q.data());
+    path.off = off_middle(T_before, tip(problem.chain, problem.T_last_tip, middle.data()), T_world_tip);
+    if (!is_within(path.off, most)) {
+      path.reason = FollowEnd::off_line;
+      break;
+    }
     path.configurations.push_back(q);
   }
   return path;
+}
+
+std::vector<int> longest_chords(const Chain& chain, const Pose& T_last_tip, const double* Q,
+                                const std::vector<Pose>& poses, const Deviation& most) {
+  const int last = static_cast<int>(poses.size()) - 1;
+  std::vector<int> kept{0};
+  for (int i = 0; i < last; i = kept.back()) {
+    int j = last;
+    while (j > i + 1 && !is_straight(chain, T_last_tip, Q, poses, i, j, most)) j = i + (j - i) / 2;
+    kept.push_back(j);
+  }
+  return kept;
 }
 
 }  // namespace apc
