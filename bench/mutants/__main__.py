@@ -1,14 +1,17 @@
 """``python -m bench.mutants``: the share of small faults in the code that its own tests find.
 
-A sample of the faults of each module, drawn from a seed, is tried one after the other. Of a fault that no
-test finds the line is told: a test is missing there, or the line, or the fault changes nothing.
+A sample of the faults of each package, drawn from a seed, is tried in random order, one after the other,
+until the time is over that --minutes gives to a package. Of a fault that no test finds the line is told: a
+test is missing there, or the line, or the fault changes nothing.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.mutants.mutate import Mutant, mutants
@@ -73,13 +76,14 @@ PACKAGES = (
         ("verification/joint_limit_check", "verification/structure_check", "verification/event_check",
          "verification/release_check", "verification/contact_exemptions", "verification/quintic",
          "verification/straightness_check", "verification/contact_check", "verification/grasp_check",
-         "verification/clearance_check", "verification/broad_phase", "verification/solid_arrays"),
+         "verification/clearance_check", "verification/broad_phase", "verification/solid_arrays",
+         "verification/tipping_check"),
         ("tests/verification/test_figures.py", "tests/verification/test_events.py",
          "tests/verification/test_quintic.py",
          "tests/verification/test_load_check.py", "tests/verification/test_planned_touch.py",
          "tests/verification/test_verify.py", "tests/verification/test_clearance_check.py",
          "tests/verification/test_broad_phase.py", "tests/verification/test_recovery_levels.py",
-         "tests/verification/test_held_from_start.py"),
+         "tests/verification/test_held_from_start.py", "tests/verification/test_tipping_check.py"),
     ),
     Package(
         "contact rules",
@@ -95,6 +99,19 @@ PACKAGES = (
 )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Tried:
+    """What came of a package's mutants: how many its tests found, and those that they did not."""
+
+    n_found: int = 0
+    left: tuple[tuple[str, Mutant], ...] = ()
+
+    @property
+    def n(self) -> int:
+        """How many were tried."""
+        return self.n_found + len(self.left)
+
+
 def main() -> None:
     """Try the mutants and print what was found."""
     options = _options()
@@ -102,17 +119,11 @@ def main() -> None:
     for package in PACKAGES:
         if options.only is not None and options.only not in package.name:
             continue
-        tests = [test for test in package.tests if (ROOT / test).exists()]
-        sample = _sample(package, options.mutants, options.seed)
-        usual = _usual(package, tests)
-        survivors = []
-        for module, mutant in sample:
-            is_left, _ = survives(_path(module), mutant.source, tests, PATIENCE * usual + 5.0)
-            if is_left:
-                survivors.append((module, mutant))
-                print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
-        n_all, n_found = n_all + len(sample), n_found + len(sample) - len(survivors)
-        print(_line(package.name, len(sample) - len(survivors), len(sample)), flush=True)
+        chosen = sample(package, options.mutants, options.seed)
+        tried = _tried(package, chosen, 60.0 * options.minutes)
+        n_all, n_found = n_all + tried.n, n_found + tried.n_found
+        untried = f", {len(chosen) - tried.n} not tried in time" if tried.n < len(chosen) else ""
+        print(_line(package.name, tried.n_found, tried.n) + untried, flush=True)
     print(_line("all", n_found, n_all))
     sys.exit(0 if n_found >= GOAL * n_all else 1)
 
@@ -122,15 +133,39 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--mutants", type=int, default=30, help="of each package")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", help="packages whose name holds this text")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="of each package, at most")
     return parser.parse_args()
 
 
-def _sample(package: Package, n: int, seed: int) -> list[tuple[str, Mutant]]:
-    """Mutants of a package: the same ones for the same seed and code."""
+def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -> Tried:
+    """Try mutants in their order until the time is over; tells each that is left, and how it stands."""
+    tests = [test for test in package.tests if (ROOT / test).exists()]
+    began, usual, tried = time.monotonic(), _usual(package, tests), Tried()
+    for module, mutant in chosen:
+        if time.monotonic() - began > seconds:
+            break
+        ordered = own_first(tests, module)
+        is_left, _ = survives(_path(module), mutant.source, ordered, PATIENCE * usual + 5.0)
+        if is_left:
+            tried = replace(tried, left=(*tried.left, (module, mutant)))
+            print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
+        else:
+            tried = replace(tried, n_found=tried.n_found + 1)
+        print(f"  {_line(package.name, tried.n_found, tried.n)}", file=sys.stderr, flush=True)
+    return tried
+
+
+def sample(package: Package, n: int, seed: int) -> list[tuple[str, Mutant]]:
+    """Mutants of a package in random order, the same for the same seed and code: fewer are the first ones."""
     everything = [(m, mutant) for m in package.modules for mutant in mutants(_path(m).read_text())]
     rng = derived_rng("mutants", seed, package.name)
-    chosen = rng.choice(len(everything), min(n, len(everything)), replace=False)
-    return [everything[i] for i in sorted(chosen.tolist())]
+    return [everything[i] for i in rng.permutation(len(everything))[:n].tolist()]
+
+
+def own_first(tests: Sequence[str], module: str) -> list[str]:
+    """Files of tests, those first that name a module: most faults are found by them."""
+    name = module.replace("/", ".")
+    return sorted(tests, key=lambda test: name not in (ROOT / test).read_text())
 
 
 def _usual(package: Package, tests: list[str]) -> float:
