@@ -19,8 +19,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 
 class ApcError(Exception):
@@ -213,11 +214,21 @@ class Reason:
 class Failures:
     """Why none of several candidates led to a motion: what tries several returns a result or this.
 
+    Reasons that cost time to find may be left to be found when somebody asks for them: where something else
+    leads to a motion, nobody does.
+
     Attributes:
-        reasons: Every reason, in the order in which the candidates were tried.
+        parts: Reasons, and what finds more of them, in the order in which the candidates were tried.
     """
 
-    reasons: tuple[Reason, ...] = ()
+    parts: tuple[Reason | Callable[[], Iterable[Reason]], ...] = ()
+
+    @cached_property
+    def reasons(self) -> tuple[Reason, ...]:
+        """Every reason, in the order in which the candidates were tried."""
+        return tuple(
+            reason for part in self.parts for reason in ((part,) if isinstance(part, Reason) else part())
+        )
 
     @classmethod
     def of(cls, *reasons: Reason) -> Failures:
@@ -233,8 +244,8 @@ class Failures:
 
     def __add__(self, other: Failures | Reason) -> Failures:
         """All reasons of both, in their order."""
-        more = (other,) if isinstance(other, Reason) else other.reasons
-        return Failures((*self.reasons, *more))
+        more = (other,) if isinstance(other, Reason) else other.parts
+        return Failures((*self.parts, *more))
 
     def within(self, where: str) -> Failures:
         """The failures with their places as parts of a larger one.

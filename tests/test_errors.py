@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,6 +27,22 @@ def test_adding_is_associative_and_nothing_is_neutral(a: Failures, b: Failures, 
 @given(several, reasons)
 def test_one_more_reason_comes_last(failures: Failures, reason: Reason) -> None:
     assert (failures + reason).reasons == (*failures.reasons, reason)
+
+
+@given(several, several, several)
+def test_reasons_may_be_found_later_and_come_where_they_were_added(
+    a: Failures, b: Failures, c: Failures
+) -> None:
+    asked = []
+
+    def later() -> Iterator[Reason]:
+        asked.append(True)
+        yield from b
+
+    found = a + Failures((later,)) + c
+    assert not asked
+    assert found.reasons == tuple(a + b + c) == tuple(found)
+    assert found.in_the_way == (a + b + c).in_the_way and asked == [True]
 
 
 @given(several, st.text("xyz", min_size=1, max_size=3))

@@ -69,17 +69,41 @@ class Trajectory:
         Returns:
             (M, n).
         """
+        return self._sampled(t, (derivative,))[0]
+
+    def states(self, t: Array | float) -> tuple[Array, Array, Array]:
+        """Positions, velocities and accelerations.
+
+        Args:
+            t: (M,) s; times outside of the trajectory are clamped to its ends.
+
+        Returns:
+            (M, n) each.
+        """
+        positions, velocities, accelerations = self._sampled(t, (0, 1, 2))
+        return positions, velocities, accelerations
+
+    def _sampled(self, t: Array | float, derivatives: tuple[int, ...]) -> list[Array]:
+        """Some of the time derivatives (M, n) at times (M,)."""
         t = np.atleast_1d(np.clip(t, 0.0, self.duration))
         i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
         h = self.times[i + 1] - self.times[i]
         u = (t - self.times[i]) / h
-        j = np.arange(6)
-        factor = np.ones(6)
-        for d in range(derivative):
-            factor = factor * (j - d)
-        powers = np.where(j >= derivative, u[:, None] ** np.maximum(j - derivative, 0), 0.0) * factor
+        powers = u[:, None] ** np.arange(6)
         p, v, a = self.positions, self.velocities, self.accelerations
         hh = h[:, None]
-        weights = (powers @ _BASIS.T)[:, :, None]
         ends = (p[i], v[i] * hh, a[i] * hh * hh, p[i + 1], v[i + 1] * hh, a[i + 1] * hh * hh)
-        return np.asarray(sum(weights[:, r] * end for r, end in enumerate(ends)) / hh**derivative)
+        found = []
+        for d in derivatives:
+            weights = (_derived(powers, d) @ _BASIS.T)[:, :, None]
+            found.append(np.asarray(sum(weights[:, r] * end for r, end in enumerate(ends)) / hh**d))
+        return found
+
+
+def _derived(powers: Array, derivative: int) -> Array:
+    """Derivatives (M, 6) by u of the powers 0 to 5 of u (M, 6)."""
+    derived, factor = np.zeros_like(powers), np.ones(6)
+    derived[:, derivative:] = powers[:, : 6 - derivative]
+    for d in range(derivative):
+        factor *= np.arange(6) - d
+    return derived * factor

@@ -29,8 +29,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     """
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
-    Q, dQ, ddQ = (trajectory.sample(t, derivative) for derivative in range(3))
-    return hold.in_motion(arm.tip_motion(Q, dQ, ddQ, tool_state))
+    return hold.in_motion(arm.tip_motion(*trajectory.states(t), tool_state))
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> Load:

@@ -91,6 +91,7 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
     write_text(Path(path), _to_text(scene), replace)
 
 
+@lru_cache(maxsize=32)
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of what the validity of a motion in a scene depends on.
 

@@ -167,7 +167,7 @@ def _check_rest(curve: BlendedPath, constraint: PathConstraint) -> None:
 def _constraint_excess(trajectory: Trajectory, constraint: PathConstraint) -> float:
     """By how much, at least 1, the motion must be slower to keep the constraint at every millisecond."""
     t = np.linspace(0.0, trajectory.duration, int(np.ceil(trajectory.duration / CHECK_STEP)) + 1)
-    needed = constraint.stretch(*(trajectory.sample(t, derivative) for derivative in range(3)))
+    needed = constraint.stretch(*trajectory.states(t))
     worst = int(np.argmax(needed))
     if needed[worst] > MOST_STRETCH:
         at = f"at {t[worst]:.3f} s of {trajectory.duration:.3f} s"

@@ -6,7 +6,7 @@ do so here, for a hundredth of what following a line with the arm costs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -80,9 +80,12 @@ def with_room(
         mine = mine[_are_valid(_pressing(problem, *kind), T[mine])]
         has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], corridors)
     without = np.flatnonzero(~has_room)
-    explained = without[:: 1 + len(without) // N_EXPLAINED]
-    failures = Failures(tuple(_why_no_room(problem, grasps[i], T[i], corridors) for i in explained))
-    return [g for g, has in zip(grasps, has_room, strict=True) if has], failures
+
+    def why_not() -> Iterator[Reason]:
+        for i in without[:: 1 + len(without) // N_EXPLAINED]:
+            yield _why_no_room(problem, grasps[i], T[i], corridors)
+
+    return [g for g, has in zip(grasps, has_room, strict=True) if has], Failures((why_not,))
 
 
 def _can_be_lifted(
