@@ -18,6 +18,7 @@ from pickcli.progress import Progress
 if TYPE_CHECKING:
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.precompute.experience import ExperienceFiles
+    from pickcli.roadmap.query_experience import ExperienceRecorder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -73,14 +74,21 @@ class LearningSession:
     Args:
         planner: The planner to be used, with what was learned before.
         learner: The files that what is learned goes to; None for not learning at all.
+        recorder: Gets what is learned; None for not learning at all.
 
     Attributes:
         planner: The planner to be used, with what was learned before.
+        recorder: To be handed to every query, if anything is learned at all.
     """
 
-    def __init__(self, planner: PlanningContext, learner: ExperienceFiles | None = None) -> None:
+    def __init__(
+        self,
+        planner: PlanningContext,
+        learner: ExperienceFiles | None = None,
+        recorder: ExperienceRecorder | None = None,
+    ) -> None:
         """Begin to learn, or not to learn at all without a learner."""
-        self.planner, self._learner = planner, learner
+        self.planner, self._learner, self.recorder = planner, learner, recorder
         self._edges = self._unproven = 0
         self._failed: ApcError | None = None
 
@@ -111,8 +119,8 @@ class LearningSession:
             folder = next(folder for folder in path.parents if folder.exists())
             refuse_unwritable(folder, path, "--roadmap and --trajectories")
         known = with_polylines(planner.roadmap, learner.edges())
-        learning = replace(planner, stored=known, learned=learner.motions(), recorder=ExperienceRecorder())
-        return cls(learning, learner)
+        learning = replace(planner, stored=known, learned=learner.motions())
+        return cls(learning, learner, ExperienceRecorder())
 
     def keep_edges(self) -> None:
         """Keep the edges found since the last time, unless that failed before: the end tells."""
@@ -123,9 +131,8 @@ class LearningSession:
                 self._failed = error
 
     def _keep_edges(self) -> None:
-        recorder = self.planner.recorder
-        if self._learner is not None and recorder is not None:
-            kept = self._learner.learn_edges(recorder.take())
+        if self._learner is not None and self.recorder is not None:
+            kept = self._learner.learn_edges(self.recorder.take())
             self._edges += kept.edges
             self._unproven += kept.unproven
 
@@ -149,7 +156,7 @@ class LearningSession:
     def _learn_motions(self, learner: ExperienceFiles) -> int:
         """Make the motions between named configurations that were asked for and not stored; how many."""
         planner = self.planner
-        asked = () if planner.recorder is None else planner.recorder.recorded
+        asked = () if self.recorder is None else self.recorder.recorded
         missed = learner.missed(asked, planner.database, planner.learned)
         motions = 0
         if missed:

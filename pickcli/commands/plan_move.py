@@ -59,6 +59,6 @@ def command(
     with learning(planner, roadmap, trajectories, learn) as session:
         with stage("planning"):
             plan = plan_move(
-                session.planner, scene, begin, q_goal, seed, label=f"move from {start} to {goal}"
+                session.planner, scene, begin, q_goal, seed, f"move from {start} to {goal}", session.recorder
             )
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

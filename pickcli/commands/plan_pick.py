@@ -80,9 +80,8 @@ def command(
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     how = Neighbours(neighbours)
     with learning(planner, roadmap, trajectories, learn) as session:
-        plan = plan_pick(
-            session.planner, scene, PickQuery(bin_name, item, into=into, neighbours=how), begin, seed
-        )
+        query = PickQuery(bin_name, item, into=into, neighbours=how)
+        plan = plan_pick(session.planner, scene, query, begin, seed, session.recorder)
         deliver(plan, scene, output, not no_verify, as_json, overwrite)
 
 

@@ -151,7 +151,8 @@ def command(
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
     with learning(planner, roadmap, trajectories, learn) as session:
-        settings, crew = TrialSettings(seed, pose_noise, reality), crew_of(session.planner, arena)
+        settings = TrialSettings(seed, pose_noise, reality)
+        crew = crew_of(session.planner, arena, session.recorder)
         with stage("trial"), progress("picking") as report:
             result = run_trial(order, crew, settings, report, after_attempt=session.keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)

@@ -13,12 +13,19 @@ from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
+from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.seeds import derived_seed
 
 
 def plan_move(
-    context: PlanningContext, scene: Scene, start: Start, q_goal: Array, seed: int = 0, label: str = "move"
+    context: PlanningContext,
+    scene: Scene,
+    start: Start,
+    q_goal: Array,
+    seed: int = 0,
+    label: str = "move",
+    recorder: ExperienceRecorder | None = None,
 ) -> Plan:
     """Plan a move of the empty tool from rest to rest, the cup's pivot kept as it is.
 
@@ -29,6 +36,7 @@ def plan_move(
         q_goal: (n,) configuration where it ends.
         seed: Seed of all random choices.
         label: Name of the plan, in messages too.
+        recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
         The plan, uncertified.
@@ -44,6 +52,8 @@ def plan_move(
     coarse = plan_coarse(context, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Failures):
         raise NoPlanError(label, coarse)
+    if recorder is not None:
+        recorder.record(coarse.experience)
     plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Failures):
         raise NoPlanError(label, plan)

@@ -13,10 +13,18 @@ from pickcli.planning.stages.grasp_transit import transits_to_grasps
 from pickcli.planning.stages.transfer import plan_transfer
 from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_pick
+from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 
 
-def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: Start, seed: int = 0) -> Plan:
+def plan_pick(
+    context: PlanningContext,
+    scene: Scene,
+    query: PickQuery,
+    start: Start,
+    seed: int = 0,
+    recorder: ExperienceRecorder | None = None,
+) -> Plan:
     """Plan one pick, uncertified (``verification.verify`` adds the certificate).
 
     Args:
@@ -25,6 +33,7 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
         query: The pick that is asked for.
         start: Configuration and tool state in which the robot is at rest.
         seed: Seed of all random choices.
+        recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
         The plan, with its time of computation in ms under ``statistics``.
@@ -34,14 +43,20 @@ def plan_pick(context: PlanningContext, scene: Scene, query: PickQuery, start: S
         NoPlanError: If no candidate leads to a whole motion; with every reason.
     """
     began = time.perf_counter()
+    recorder = recorder or ExperienceRecorder()
     problem = PickProblem.of(context, scene, query, seed)
     grasps, failures = feasible_grasps(problem, query.exclude)
     grasped = time.perf_counter()
     for reached in transits_to_grasps(problem, grasps, start):
-        motion = reached if isinstance(reached, Failures) else plan_transfer(problem, reached)
+        if isinstance(reached, Failures):
+            failures += reached
+            continue
+        recorder.record(reached.experience)
+        motion = plan_transfer(problem, reached)
         if isinstance(motion, Failures):
             failures += motion
             continue
+        recorder.record(motion.experience)
         carried = time.perf_counter()
         plan = stitch_pick(problem, motion)
         if isinstance(plan, Failures):

@@ -16,7 +16,6 @@ from pickcli.kinematics.arm import Arm
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.planning.pick_settings import DEFAULTS, PickSettings
 from pickcli.roadmap.graph import Roadmap
-from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 from pickcli.scene.scene import Scene
 
@@ -33,7 +32,6 @@ class PlanningContext:
         database: The cell's trajectory database, if it is built.
         settings: How picks are planned.
         learned: Motions that are asked for where ``database`` has none.
-        recorder: Gets what coarse queries find that was not stored, if it is kept at all.
     """
 
     cell: Cell
@@ -41,7 +39,6 @@ class PlanningContext:
     database: TrajectoryDatabase | None = None
     settings: PickSettings = DEFAULTS
     learned: TrajectoryDatabase | None = None
-    recorder: ExperienceRecorder | None = None
 
     @cached_property
     def roadmap(self) -> Roadmap:

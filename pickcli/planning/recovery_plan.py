@@ -28,6 +28,7 @@ from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.planning.stitching import stitch_run
+from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.seeds import derived_seed
@@ -51,6 +52,7 @@ def plan_recovery(
     seed: int = 0,
     level: RecoveryLevel = RecoveryLevel.AS_PLANNED,
     stopped: StoppedMotion | None = None,
+    recorder: ExperienceRecorder | None = None,
 ) -> Plan:
     """Plan from rest, with the empty tool, away from where a motion stopped.
 
@@ -62,6 +64,7 @@ def plan_recovery(
         level: What the plan may claim. ``AS_PLANNED`` and ``OPENING`` lead home; ``BACKWARDS`` to where the
             stopped motion began; ``SLOWLY`` out of the pod; ``JOG`` some millimetres away from what is near.
         stopped: The motion that stopped, which ``BACKWARDS`` goes along.
+        recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
         The plan, uncertified, with ``level`` as its claim.
@@ -83,14 +86,14 @@ def plan_recovery(
         elif level is RecoveryLevel.JOG:
             found = plan_jog(rules, label, seed)
         else:
-            found = _out(rules, label, seed)
+            found = _out(rules, label, seed, recorder or ExperienceRecorder())
     if isinstance(found, Failures):
         raise NoPlanError(label, found)
     # The robot stands in the scene as it is, whatever the level makes of it.
     return replace(found, scene_hash=scene_hash(scene), recovery=level)
 
 
-def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
+def _out(rules: Rules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
     """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
     context, failures = rules.context, Failures()
     n_ways_home = 0
@@ -101,7 +104,7 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
         segments, q = out
         if rules.level is not RecoveryLevel.SLOWLY:
             n_ways_home += 1
-            way = _home(rules, q, derived_seed(seed, label))
+            way = _home(rules, q, derived_seed(seed, label), recorder)
             if isinstance(way, Failures):
                 failures += way
                 if n_ways_home == MOST_WAYS_HOME:
@@ -115,7 +118,7 @@ def _out(rules: Rules, label: str, seed: int) -> Plan | Failures:
     return failures
 
 
-def _home(rules: Rules, q: Array, seed: int) -> MotionSegment | Failures:
+def _home(rules: Rules, q: Array, seed: int, recorder: ExperienceRecorder) -> MotionSegment | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
     context, mode = rules.context, Mode(rules.start.tool_state)
     if not context.checker_for(rules.scene, mode).is_valid(q):
@@ -125,6 +128,7 @@ def _home(rules: Rules, q: Array, seed: int) -> MotionSegment | Failures:
     coarse = plan_coarse(context, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse
+    recorder.record(coarse.experience)
     if (closes := rules.closes(coarse.waypoints)) is not None:
         return Failures.of(closes)
     return coarse.segment(SegmentKind.TRANSIT, mode)

@@ -1,11 +1,13 @@
 """What coarse queries found that no file held, and where it is collected while they are answered.
 
 An experience-based planner keeps the paths that its planner had to find (Lightning, Berenson et al. 2012;
-Thunder, Coleman et al. 2015). Here a query only records; what is worth keeping is proven and stored later.
+Thunder, Coleman et al. 2015). Here a query returns
+its experience, and who asked it records that; what is worth keeping is proven and stored later.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pickcli.geometry import Array
@@ -37,13 +39,13 @@ class ExperienceRecorder:
         self._recorded: list[QueryExperience] = []
         self._n_taken = 0
 
-    def record(self, experience: QueryExperience) -> None:
-        """Add what one query found.
+    def record(self, experience: Iterable[QueryExperience]) -> None:
+        """Add what queries found.
 
         Args:
-            experience: The query and its polylines.
+            experience: The queries and their polylines, in the order in which they were asked.
         """
-        self._recorded.append(experience)
+        self._recorded += experience
 
     @property
     def recorded(self) -> tuple[QueryExperience, ...]:

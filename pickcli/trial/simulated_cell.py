@@ -15,6 +15,7 @@ from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery_plan import plan_recovery
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
+from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
@@ -182,24 +183,27 @@ class SimulatedArena:
         return overview(self._world.engine, self.now())
 
 
-def crew_of(planner: PlanningContext, arena: SimulatedArena) -> Crew:
+def crew_of(
+    planner: PlanningContext, arena: SimulatedArena, recorder: ExperienceRecorder | None = None
+) -> Crew:
     """Bring together the real crew: our planner, the independent verifier, the simulated arena.
 
     Args:
         planner: The cell with its stored motions.
         arena: The simulated cell.
+        recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
         The crew.
     """
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
-        return plan_pick(planner, scene, query, start, seed)
+        return plan_pick(planner, scene, query, start, seed, recorder)
 
     def recover(
         scene: Scene, start: Start, seed: int, level: RecoveryLevel, stopped: StoppedMotion | None
     ) -> Plan:
-        return plan_recovery(planner, scene, start, seed, level, stopped)
+        return plan_recovery(planner, scene, start, seed, level, stopped, recorder)
 
     def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, planner.arm.limits, seed)

@@ -9,16 +9,19 @@ import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
-from pickcli.errors import NoPlanError, UnknownNameError
+from pickcli.errors import Failures, NoPlanError, UnknownNameError
 from pickcli.geometry import pose
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning import pick
 from pickcli.planning.move import plan_move
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.pick_settings import Neighbours
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.start_state import Start
+from pickcli.roadmap.query_experience import ExperienceRecorder
+from pickcli.roadmap.trajectory_database import PayloadClass
 from pickcli.scene.scene import Scene
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.load_check import held_wrenches
@@ -49,6 +52,26 @@ def test_a_free_item_is_picked_and_certified(
     verdict = verify(plan, scene)
     assert verdict.reasons == ()
     assert verdict.certificate is not None and verdict.certificate.min_clearance > 0.0
+
+
+def test_what_the_searches_found_is_handed_to_the_recorder(
+    planner: PlanningContext, scene_with: SceneWith, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also of a pick that fails after a search that did not."""
+    scene, query = scene_with(("crayola_24_ct", "bin_A", 0.25, 0.0)), PickQuery("bin_A", "crayola_24_ct")
+    named, recorder = planner.cell.configurations["drop_12_down"], ExperienceRecorder()
+    start = Start(named.q, named.tool_state)
+    plan = plan_pick(planner, scene, query, start, 3, recorder)
+    assert motion_hash(plan) == motion_hash(plan_pick(planner, scene, query, start, 3))
+    transit, transfer = recorder.recorded
+    np.testing.assert_array_equal(transit.q_start, start.q)
+    assert (transit.payload, transfer.payload) == (PayloadClass.EMPTY, PayloadClass.CUBE)
+    assert transit.polylines and transfer.polylines
+    monkeypatch.setattr(pick, "plan_transfer", lambda *args: Failures())
+    failed = ExperienceRecorder()
+    with pytest.raises(NoPlanError):
+        plan_pick(planner, scene, query, start, 3, failed)
+    np.testing.assert_array_equal(failed.recorded[0].q_goal, transit.q_goal)
 
 
 def test_same_query_same_motion_and_with_another_seed_another(

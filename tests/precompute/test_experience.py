@@ -117,27 +117,28 @@ def test_another_cell_does_not_learn_from_it(
 
 @pytest.mark.slow
 def test_a_missed_motion_is_made_and_answers_the_next_query(cell: Cell, learner: ExperienceFiles) -> None:
-    recorder = ExperienceRecorder()
-    planner = PlanningContext(cell, recorder=recorder)
-    assert _planned(planner, "home", "bin_E").source == "straight edge"
-    assert _planned(planner, "bin_L", "drop_00").source == "planner"
-    (key,) = learner.missed([*recorder.recorded, *recorder.recorded], None)
+    planner = PlanningContext(cell)
+    straight = _planned(planner, "home", "bin_E")
+    assert straight.source == "straight edge" and straight.experience == ()
+    found = _planned(planner, "bin_L", "drop_00")
+    assert found.source == "planner"
+    (key,) = learner.missed([*found.experience, *found.experience], None)
     assert key == MotionKey("bin_L", "drop_00", PayloadClass.EMPTY)
     assert learner.learn_motion(key).motions == 1
     assert learner.learn_motion(key.reversed()).motions == 0
     learned = learner.motions()
-    assert learned is not None and learner.missed(recorder.recorded, None, learned) == []
-    again = PlanningContext(cell, learned=learned, recorder=ExperienceRecorder())
-    assert _planned(again, key.start, key.goal).source == "database"
-    assert _planned(again, key.goal, key.start).source == "database"
-    assert again.recorder is not None and again.recorder.recorded == ()
+    assert learned is not None and learner.missed(found.experience, None, learned) == []
+    again = PlanningContext(cell, learned=learned)
+    for start, goal in ((key.start, key.goal), (key.goal, key.start)):
+        answer = _planned(again, start, goal)
+        assert answer.source == "database" and answer.experience == ()
 
 
 def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: ExperienceFiles) -> None:
     recorder = ExperienceRecorder()
-    planner = PlanningContext(cell, recorder=recorder)
+    planner = PlanningContext(cell)
     for start, goal in product(BINS, DROPS):
-        _planned(planner, start, goal)
+        recorder.record(_planned(planner, start, goal).experience)
     assert recorder.recorded
     kept = learner.learn_edges(recorder.recorded)
     assert kept.edges >= 1

@@ -20,6 +20,6 @@ def test_everything_is_taken_once_and_in_order(takes: list[bool]) -> None:
             taken += recorder.take()
             continue
         recorded.append(QueryExperience(np.zeros(1), np.full(1, k), PayloadClass.EMPTY, ()))
-        recorder.record(recorded[-1])
+        recorder.record(recorded[-1:])
     taken += recorder.take()
     assert taken == recorded == list(recorder.recorded)

@@ -17,6 +17,7 @@ from pickcli.planning.planning_context import RESERVE
 from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
+from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
 
 SCORE_COST = 0.2  # s that a grasp's score of 1 is worth
@@ -30,11 +31,13 @@ class GraspTransit:
         in_bin: The motion inside the bin.
         transit: From the start to where that begins.
         cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
+        experience: What was found on the way to it that was not stored, also of grasps that were not chosen.
     """
 
     in_bin: GraspMotion
     transit: MotionSegment
     cost: float
+    experience: tuple[QueryExperience, ...] = ()
 
 
 def transits_to_grasps(
@@ -56,6 +59,7 @@ def transits_to_grasps(
     states = problem.context.cell.robot.tool.states
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
     heads: dict[ToolState, GraspTransit] = {}
+    experience: tuple[QueryExperience, ...] = ()
     todo = list(groups)
     while todo or heads:
         for state in filter(groups.__getitem__, todo):
@@ -64,11 +68,13 @@ def transits_to_grasps(
                 yield head
             else:
                 heads[state] = head
+                experience += head.experience
         if not heads:
             return
         best = min(heads, key=lambda state: (heads[state].cost, state))
         chosen = heads.pop(best)
-        yield chosen
+        yield replace(chosen, experience=experience)
+        experience = ()
         groups[best].remove(chosen.in_bin)
         todo = [best]
 
@@ -86,7 +92,8 @@ def _reached(problem: PickProblem, group: Sequence[GraspMotion], start: Start) -
     if isinstance(coarse, Failures):
         return coarse
     transit = coarse.segment(SegmentKind.TRANSIT, replace(mode, reserve=0.0))
-    return GraspTransit(group[coarse.goal], transit, coarse.duration + extra[coarse.goal])
+    cost = coarse.duration + extra[coarse.goal]
+    return GraspTransit(group[coarse.goal], transit, cost, coarse.experience)
 
 
 def _cost(problem: PickProblem, f: GraspMotion) -> float:

@@ -15,6 +15,7 @@ from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.grasp_transit import GraspTransit
 from pickcli.planning.stages.placement import PlaceMotion, plan_placement
 from pickcli.planning.stages.transit import plan_coarse
+from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
 
 
@@ -27,12 +28,14 @@ class PickMotion:
         in_bin: In the bin, to the item and out with it.
         transfer: From the end of the retreat to where the placement begins.
         placement: To the release, and away from there.
+        experience: What the search for the transfer found that was not stored.
     """
 
     transit: MotionSegment
     in_bin: GraspMotion
     transfer: MotionSegment
     placement: PlaceMotion
+    experience: tuple[QueryExperience, ...] = ()
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:
@@ -59,4 +62,4 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     if isinstance(coarse, Failures):
         return coarse
     transfer = coarse.segment(SegmentKind.TRANSFER, replace(mode, reserve=0.0))
-    return PickMotion(reached.transit, in_bin, transfer, placements[coarse.goal])
+    return PickMotion(reached.transit, in_bin, transfer, placements[coarse.goal], coarse.experience)

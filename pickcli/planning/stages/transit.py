@@ -8,7 +8,7 @@ goals are weighed by what the rest of the motion costs from each of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +38,14 @@ class Coarse:
         goal: Index into the goals that were given.
         duration: s, estimated.
         source: Who found it: "straight edge", "database", "roadmap" or "planner".
+        experience: What the search for it found that was not stored, if it was searched for at all.
     """
 
     waypoints: Array
     goal: int
     duration: float
     source: str
+    experience: tuple[QueryExperience, ...] = ()
 
     def segment(self, kind: SegmentKind, mode: Mode) -> MotionSegment:
         """The motion as a segment that is proven in a mode.
@@ -92,12 +94,12 @@ def plan_coarse(
         searched = _searched(context, checker, q_start, goals[order], seed, where)
     if isinstance(searched, Failures):
         return straight or searched
-    found = Coarse(searched.waypoints, int(order[searched.goal]), searched.duration, searched.source)
+    found = replace(searched, goal=int(order[searched.goal]))
     if (
         straight is not None
         and straight.duration + extra[straight.goal] <= found.duration + extra[found.goal]
     ):
-        return straight
+        return replace(straight, experience=found.experience)
     return found
 
 
@@ -126,11 +128,9 @@ def _searched(
         )
     except NoPlanError as error:
         return error.failures.within(where)
-    if context.recorder is not None:
-        found = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
-        context.recorder.record(found)
+    experience = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
     duration = estimated_duration(context.space, route.path.waypoints)
-    return Coarse(route.path.waypoints, route.goal, duration, str(route.source))
+    return Coarse(route.path.waypoints, route.goal, duration, str(route.source), (experience,))
 
 
 def _stored(context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
