@@ -1,7 +1,8 @@
-"""The page about the architecture names the layers that are enforced, and every package."""
+"""The page about the architecture names the layers that are enforced; every signature is short."""
 
 from __future__ import annotations
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -44,3 +45,23 @@ def test_a_package_says_what_it_is_and_its_modules_in_reading_order(package: Pat
     assert len(text.strip()) > 40
     assert not {name for name in told if name not in own | {other.name for other in PACKAGES}}
     assert own & set(told) or len([name for name in own if not name.startswith("_")]) < 4
+
+
+MOST_PARAMETERS = 7
+
+
+def test_no_function_has_many_parameters() -> None:
+    """What belongs together is one value. A command has a parameter for each of its options."""
+    long, n_functions = [], 0
+    for path in sorted((ROOT / "pickcli").rglob("*.py")):
+        if path.parent.name == "commands":
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                given = node.args
+                names = [arg.arg for arg in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+                n_functions += 1
+                if len([name for name in names if name not in ("self", "cls")]) > MOST_PARAMETERS:
+                    long.append(f"{path.relative_to(ROOT)}:{node.lineno} {node.name}")
+    assert long == []
+    assert n_functions > 1500

@@ -20,7 +20,7 @@ from pickcli.grasping.aims import aims
 from pickcli.grasping.holding import loads_at_rest
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
-from pickcli.motion.plan import Grasp
+from pickcli.motion.plan import Grasp, GraspKind
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
@@ -145,18 +145,19 @@ def _placements(
     for kind, mine in kinds.items():
         # From above there is no room for a lance that lies level.
         if mine.any() and (kind == "frontal" or not target.place.access.is_from_above):
-            grasps, against = _of_kind(target, face, kind, T_item_tip[mine], off[mine], tool, search, most)
+            grasps, against = _of_kind(
+                target, GraspKind(kind, face), T_item_tip[mine], off[mine], tool, search, most
+            )
             found += grasps
             rejected += against
     return found, rejected
 
 
 def _of_kind(
-    target: GraspTarget, face: str, kind: str, T_item_tip: Array, off: Array, tool: Tool, search: Search,
-    most: float,
-) -> tuple[list[Grasp], list[Reason]]:  # fmt: skip
+    target: GraspTarget, of: GraspKind, T_item_tip: Array, off: Array, tool: Tool, search: Search, most: float
+) -> tuple[list[Grasp], list[Reason]]:
     """The grasps of one kind at places (P, 4, 4), whose axes are off (P,) rad from the ideal of that kind."""
-    where = f"{target.id}, face {face}"
+    kind, face, where = of.kind, of.face, f"{target.id}, face {of.face}"
     tool_state = tool.state_with_lance(IN_LINE if kind == "frontal" else ACROSS)
     if tool_state is None:
         return [], [Reason("no state of the tool for this grasp", where, kind)]

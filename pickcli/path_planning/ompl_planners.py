@@ -17,6 +17,8 @@ from ompl import base, geometric, util
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
+from pickcli.path_planning.state_space import JointSpace
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 
@@ -26,31 +28,27 @@ _CLASSES = {PlannerName.OMPL_RRT_CONNECT: "RRTConnect"}
 
 def solve(
     checker: MotionValidator,
-    lower: Array,
-    upper: Array,
+    space: JointSpace,
     q_start: Array,
     goals: Sequence[Array],
-    planner: PlannerName,
     seed: int,
-    max_iterations: int,
+    options: PlannerOptions,
 ) -> Array | None:
     """OMPL's own answer to a planning problem, unchecked.
 
     Args:
         checker: Proves edges and configurations.
-        lower: (n,) lower position limits.
-        upper: (n,) upper position limits.
+        space: Its position limits bound the search.
         q_start: (n,) start.
         goals: Goal configurations, (n,) each.
-        planner: Which of OMPL's planners.
         seed: Seed of its random numbers.
-        max_iterations: Iterations, at most.
+        options: Which of OMPL's planners, and for how long.
 
     Returns:
         Waypoints (N, n), or None if it found no path.
     """
     util.RNG.setSeed(1 + seed % (2**31 - 1))  # 0 would mean "from the clock"
-    state_space = _bounded(lower, upper)
+    state_space = _bounded(space)
     information = base.SpaceInformation(state_space)
     # OMPL keeps no reference that Python could see: these two names must outlive solve().
     motions, states = _Motions(information, checker), _States(information, checker)
@@ -58,20 +56,20 @@ def solve(
     information.setStateValidityChecker(states)
     information.setup()
     problem = _problem(information, state_space, q_start, goals)
-    algorithm = getattr(geometric, _CLASSES.get(planner, planner.value))(information)
+    algorithm = getattr(geometric, _CLASSES.get(options.planner, options.planner.value))(information)
     algorithm.setProblemDefinition(problem)
     algorithm.setup()
-    algorithm.solve(base.PlannerTerminationCondition(_after(max_iterations)))
+    algorithm.solve(base.PlannerTerminationCondition(_after(options.max_iterations)))
     path = problem.getSolutionPath()
     if path is None or not problem.hasExactSolution():
         return None
     return np.array([_read(state, len(q_start)) for state in path.getStates()])
 
 
-def _bounded(lower: Array, upper: Array) -> Any:
-    state_space = base.RealVectorStateSpace(len(lower))
-    bounds = base.RealVectorBounds(len(lower))
-    for j, (low, high) in enumerate(zip(lower, upper, strict=True)):
+def _bounded(space: JointSpace) -> Any:
+    state_space = base.RealVectorStateSpace(space.n)
+    bounds = base.RealVectorBounds(space.n)
+    for j, (low, high) in enumerate(zip(space.lower, space.upper, strict=True)):
         bounds.setLow(j, float(low))
         bounds.setHigh(j, float(high))
     state_space.setBounds(bounds)

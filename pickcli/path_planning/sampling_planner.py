@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,11 +12,8 @@ from pickcli.geometry import Array
 from pickcli.kernel import rrt_connect
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import DEFAULT_OPTIONS, PlannerOptions
 from pickcli.path_planning.state_space import JointSpace
-
-# Longest edge of RRT-Connect's trees, as a share of the diagonal of the joint space. Of 0.03 to 0.4 this
-# found first paths soonest in front of the shelf; longer edges fail more often and lead farther around.
-_STEP = 0.1
 
 # How far an end of a returned path may be from what was asked for: a copy of doubles is exact.
 _END_TOLERANCE = 1e-12
@@ -28,9 +26,7 @@ def plan(
     goals: Array,
     *,
     seed: int,
-    planner: PlannerName | str = PlannerName.RRT_CONNECT,
-    max_iterations: int = 5000,
-    step: float = _STEP,
+    options: PlannerOptions = DEFAULT_OPTIONS,
 ) -> JointPath | None:
     """Search a proven polyline to one of several goals.
 
@@ -43,9 +39,7 @@ def plan(
         q_start: (n,) start.
         goals: (G, n) goals.
         seed: Seed of all random choices.
-        planner: Which planner.
-        max_iterations: Rounds of the planner's loop, at most (RRT* uses them all).
-        step: Longest edge of RRT-Connect's trees, as a share of the diagonal of the space.
+        options: Which planner, and for how long.
 
     Returns:
         The path, or None if none was found.
@@ -60,7 +54,7 @@ def plan(
             return JointPath(space.joint_names, np.stack([q_start, goal]))
     if not reachable:
         return None
-    waypoints = _solve(checker, space, q_start, reachable, PlannerName(planner), seed, max_iterations, step)
+    waypoints = _solve(checker, space, q_start, reachable, seed, options)
     if waypoints is None or not _is_answer(checker, q_start, reachable, waypoints):
         return None
     return JointPath(space.joint_names, waypoints)
@@ -71,24 +65,24 @@ def _solve(
     space: JointSpace,
     q_start: Array,
     goals: Sequence[Array],
-    planner: PlannerName,
     seed: int,
-    max_iterations: int,
-    step: float,
+    options: PlannerOptions,
 ) -> Array | None:
     """The planner's own answer (N, n), unchecked."""
     ends = np.array([q_start, *goals])
     # An end may lie a hair outside of the limits, and trees must be able to get there.
     lower, upper = np.minimum(space.lower, ends.min(axis=0)), np.maximum(space.upper, ends.max(axis=0))
-    if planner is PlannerName.RRT_CONNECT:
-        longest = step * float(np.linalg.norm(upper - lower))
+    if options.planner is PlannerName.RRT_CONNECT:
+        longest, most = options.step * float(np.linalg.norm(upper - lower)), options.max_iterations
         waypoints = rrt_connect(
-            checker.kernel, q_start, ends[1:], lower, upper, seed, max_iterations, longest, checker.margin
+            checker.kernel, q_start, ends[1:], lower, upper, seed, most, longest, checker.margin
         )
         return waypoints if len(waypoints) else None
     from pickcli.path_planning import ompl_planners  # only who asks for OMPL waits for its import
 
-    return ompl_planners.solve(checker, lower, upper, q_start, goals, planner, seed, max_iterations)
+    return ompl_planners.solve(
+        checker, replace(space, lower=lower, upper=upper), q_start, goals, seed, options
+    )
 
 
 def _is_answer(checker: MotionValidator, q_start: Array, goals: Sequence[Array], waypoints: Array) -> bool:

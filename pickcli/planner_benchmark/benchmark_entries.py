@@ -18,6 +18,7 @@ from pickcli.motion.path import JointPath
 from pickcli.motion.segment import PathSegment, SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
@@ -165,10 +166,9 @@ class GeometricEntry:
             What was found, or None.
         """
         began = time.perf_counter()
-        found = plan(
-            query.planning, query.space, query.ends[0], query.ends[1][None],
-            seed=seed, planner=self.planner, max_iterations=self.max_iterations,
-        )  # fmt: skip
+        options = PlannerOptions(self.planner, self.max_iterations)
+        start, goal = query.ends
+        found = plan(query.planning, query.space, start, goal[None], seed=seed, options=options)
         planned = time.perf_counter()
         if found is None:
             return None

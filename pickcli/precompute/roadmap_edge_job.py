@@ -19,6 +19,7 @@ from pickcli.jobs.job import Key
 from pickcli.jobs.job_result import Record
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
@@ -107,10 +108,8 @@ class RoadmapEdgeJob:
     def _planned(
         self, tests: MotionValidator, q_start: Array, q_goal: Array, seed: int, planner: PlannerName
     ) -> JointPath | None:
-        return plan(
-            tests, self.space, q_start, q_goal[None],
-            seed=seed, planner=planner, max_iterations=self.settings.max_iterations,
-        )  # fmt: skip
+        options = PlannerOptions(planner, self.settings.max_iterations)
+        return plan(tests, self.space, q_start, q_goal[None], seed=seed, options=options)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Without what was made for the work: that belongs to this process.

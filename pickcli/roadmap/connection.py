@@ -9,6 +9,7 @@ import numpy as np
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.geometry import Array
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.state_space import JointSpace
 from pickcli.roadmap.graph import Roadmap
@@ -40,6 +41,9 @@ class QueryOptions:
     n_rivals: int = 4
 
 
+DEFAULT_OPTIONS = QueryOptions()
+
+
 @dataclass(frozen=True, eq=False)
 class PlanningProblem:
     """One coarse query: from a start to any of several goals.
@@ -48,8 +52,8 @@ class PlanningProblem:
         roadmap: The stored roadmap.
         checker: Proves configurations and edges in the scene as it is.
         space: The joints, their limits and speeds.
-        q_start: (n,) configuration, free.
-        goals: (G, n) configurations, all of them free, cheapest first.
+        q_start: (n,) configuration.
+        goals: (G, n) configurations; the searches take them to be free, and the cheapest to come first.
         seed: Seed from which those of the planner are derived.
         options: How hard to try.
     """
@@ -60,7 +64,7 @@ class PlanningProblem:
     q_start: Array
     goals: Array
     seed: int
-    options: QueryOptions
+    options: QueryOptions = DEFAULT_OPTIONS
 
     def plan(self, q: Array, goals: Array, task: str) -> Array | None:
         """Ask the planner for a path to one of some goals.
@@ -79,8 +83,7 @@ class PlanningProblem:
             q,
             goals,
             seed=derived_seed(self.seed, task),
-            planner=self.options.planner,
-            max_iterations=self.options.max_iterations,
+            options=PlannerOptions(self.options.planner, self.options.max_iterations),
         )
         return None if path is None else path.waypoints
 

@@ -8,14 +8,13 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.path_cost import edge_costs, estimated_duration
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.roadmap.connection import PlanningProblem, QueryOptions
+from pickcli.roadmap.connection import PlanningProblem
 from pickcli.roadmap.ends import free_goals
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_search import RoadmapRoute, search_roadmap
@@ -52,32 +51,16 @@ class CoarseRoute:
     new: tuple[Array, ...]
 
 
-def query(
-    roadmap: Roadmap,
-    checker: MotionValidator,
-    space: JointSpace,
-    q_start: Array,
-    goals: Array,
-    *,
-    seed: int,
-    options: QueryOptions | None = None,
-    label: str = "coarse motion",
-) -> CoarseRoute:
+def query(problem: PlanningProblem, label: str = "coarse motion") -> CoarseRoute:
     """Plan the coarse motion from a start to whichever goal is quickest to reach.
 
     The straight edge to the cheapest goal that has one wins at once. Otherwise start and goals are linked
     to the roadmap and A* searches it, every stored edge being proven again in the scene as it is. Where
     that takes longer than the straight line almost would, the planner competes, a few times. All are
-    shortened; every edge is proven by ``checker``. Same arguments, same bytes.
+    shortened; every edge is proven by the problem's checker. Same arguments, same bytes.
 
     Args:
-        roadmap: The stored roadmap.
-        checker: Proves configurations and edges in the scene as it is.
-        space: The joints, their limits and speeds.
-        q_start: (n,) start.
-        goals: (G, n) goals, or one (n,).
-        seed: Seed of the planner.
-        options: How hard to try; None for the default.
+        problem: The start and the goals, in any order, of which some may not be free.
         label: What is planned, for messages.
 
     Returns:
@@ -86,11 +69,11 @@ def query(
     Raises:
         NoPlanError: An end is not free, or the planner gave up; with the reasons.
     """
-    q_start, goals = np.asarray(q_start, dtype=float), np.atleast_2d(np.asarray(goals, dtype=float))
-    free = free_goals(checker, space, q_start, goals, label)
+    space, q_start, goals = problem.space, problem.q_start, problem.goals
+    free = free_goals(problem.checker, space, q_start, goals, label)
     order = sorted(free, key=lambda g: _cost(space, np.stack([q_start, goals[g]])))
-    problem = PlanningProblem(roadmap, checker, space, q_start, goals[order], seed, options or QueryOptions())
-    route = _straight(problem) or _quickest(problem, label)
+    usable = replace(problem, goals=goals[order])
+    route = _straight(usable) or _quickest(usable, label)
     return replace(route, goal=order[route.goal])
 
 

@@ -93,6 +93,21 @@ class Release:
     load: Load
 
 
+@dataclass(frozen=True, eq=False)
+class CupModel:
+    """The physics of one cup.
+
+    Attributes:
+        vacuum: Pump, valve, line and cup.
+        bellows: The cup while it is relaxed.
+        stiffness: Of the cup while it is sealed.
+    """
+
+    vacuum: Vacuum
+    bellows: Bellows
+    stiffness: Stiffness
+
+
 class Suction:
     """The cup of one robot in an engine.
 
@@ -108,9 +123,7 @@ class Suction:
         engine: Where the robot and the items are.
         robot: Name of the robot's body.
         tool: The robot's tool.
-        vacuum: Pump, valve, line and cup.
-        bellows: The cup while it is relaxed.
-        stiffness: Of the cup while it is sealed.
+        cup: Its cup.
         items: What can be held, by the name of its body.
         honest_seals: Whether faces leak as the items say; otherwise every face is airtight.
     """
@@ -120,16 +133,14 @@ class Suction:
         engine: Engine,
         robot: str,
         tool: Tool,
-        vacuum: Vacuum,
-        bellows: Bellows,
-        stiffness: Stiffness,
+        cup: CupModel,
         items: dict[str, Item],
         honest_seals: bool,
     ) -> None:
         self._engine, self._robot, self._tool = engine, robot, tool
-        self._bellows, self._stiffness = bellows, stiffness
+        self._bellows, self._stiffness = cup.bellows, cup.stiffness
         self._items, self._has_honest_seals = items, honest_seals
-        self.vacuum = vacuum
+        self.vacuum = cup.vacuum
         self.held: str | None = None
         self.load, self.ratio, self.max_ratio = NO_LOAD, 0.0, 0.0
         self.releases: list[Release] = []

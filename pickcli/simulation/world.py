@@ -31,7 +31,7 @@ from pickcli.simulation.scene_bodies import (
     true_masses,
 )
 from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
-from pickcli.simulation.suction import Suction
+from pickcli.simulation.suction import CupModel, Suction
 from pickcli.simulation.vacuum import Vacuum
 
 TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
@@ -99,16 +99,10 @@ class World:
         leads = {device.kind: device.lead for device in self.scene.cell.devices.values()}
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup
         bellows = Bellows(self.engine, ROBOT, tool, tool.cup_stiffness if is_compliant else 0.0)
-        return Suction(
-            self.engine,
-            ROBOT,
-            tool,
-            Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE]),
-            bellows,
-            Stiffness() if is_compliant else RIGID,
-            {placed.id: placed.item for placed in self.scene.items},
-            self.reality.honest_seals,
-        )
+        vacuum = Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE])
+        cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
+        items = {placed.id: placed.item for placed in self.scene.items}
+        return Suction(self.engine, ROBOT, tool, cup, items, self.reality.honest_seals)
 
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool

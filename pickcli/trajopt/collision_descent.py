@@ -8,10 +8,12 @@ this in the time of the line.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from pickcli.geometry import Array
+from pickcli.path_planning.state_space import JointSpace
 from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits, ParabolicSegment
 from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.perturbations import perturbed_state, random_interval
@@ -28,10 +30,45 @@ _NEARLY = 1e-3  # m of depth in the mean below which a proof may succeed
 _PATIENCE = 80  # bends in which the depth must fall by a tenth, or it will not fall to nothing either
 
 
+@dataclass(frozen=True, eq=False)
+class CollisionDepth:
+    """How deep configurations are in collision, and how far beyond the position limits.
+
+    Attributes:
+        clearances: Distances of configurations from the nearest solid.
+        margin: Clearance that a configuration should have, m.
+        space: Its position limits.
+    """
+
+    clearances: Clearances
+    margin: float
+    space: JointSpace
+
+    def over(self, legs: tuple[ParabolicSegment, ...], times: Array) -> Array:
+        """The depth of a motion at given times.
+
+        Args:
+            legs: K or more parabolic segments, one after the other.
+            times: (K,) s since the first segment began.
+
+        Returns:
+            (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
+        """
+        ends = np.cumsum([leg.duration for leg in legs])
+        # A time at the end is the last segment's.
+        of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)
+        Q = np.concatenate(
+            [leg.evaluate(times[of == k] - (ends[k] - leg.duration))[0] for k, leg in enumerate(legs)]
+        )
+        if not len(Q):
+            return np.zeros(0)
+        outside = np.maximum(np.maximum(self.space.lower - Q, Q - self.space.upper), 0.0).sum(axis=1)
+        return np.asarray(np.maximum(self.margin - self.clearances(Q), 0.0) + outside)
+
+
 def descend_collisions(
     proof: TrajectoryValidator,
-    clearances: Clearances,
-    margin: float,
+    depth: CollisionDepth,
     pace: ParabolicLimits,
     ends: tuple[Array, Array],
     duration: float,
@@ -46,8 +83,7 @@ def descend_collisions(
 
     Args:
         proof: Validator that has to accept the result.
-        clearances: Distances of configurations from the nearest solid.
-        margin: Clearance that a configuration should have, m.
+        depth: What is to become nothing.
         pace: Velocity, acceleration and jerk limits.
         ends: Start and goal configuration, (n,) each.
         duration: Duration of the motion in s, a whole number of ticks.
@@ -64,7 +100,7 @@ def descend_collisions(
     rng = np.random.default_rng(seed)
     motion = ParabolicTrajectory((leg,))
     times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
-    depths = depths_of(motion.legs, times, clearances, margin, proof)
+    depths = depth.over(motion.legs, times)
     since, then = 0, np.inf
     for i in range(iterations):
         if i - since >= _PATIENCE:
@@ -76,7 +112,7 @@ def descend_collisions(
         if legs is None:
             continue
         concerned = (times >= start) & (times < end)
-        deep = depths_of(legs, times[concerned] - start, clearances, margin, proof)
+        deep = depth.over(legs, times[concerned] - start)
         less = float(depths[concerned].sum() - deep.sum())
         if less < 0.0:
             continue
@@ -85,34 +121,6 @@ def descend_collisions(
         if is_other and depths.mean() < _NEARLY and proof.is_valid(motion.legs):
             return motion
     return None
-
-
-def depths_of(
-    legs: tuple[ParabolicSegment, ...],
-    times: Array,
-    clearances: Clearances,
-    margin: float,
-    proof: TrajectoryValidator,
-) -> Array:
-    """Depth of a motion in collision and beyond the position limits, at given times.
-
-    Args:
-        legs: K or more parabolic segments, one after the other.
-        times: (K,) s since the first segment began.
-        clearances: Distances of configurations from the nearest solid.
-        margin: Clearance that a configuration should have, m.
-        proof: Its joint space has the position limits.
-
-    Returns:
-        (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
-    """
-    ends = np.cumsum([leg.duration for leg in legs])
-    of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)  # a time at the end is the last's
-    Q = np.concatenate(
-        [leg.evaluate(times[of == k] - (ends[k] - leg.duration))[0] for k, leg in enumerate(legs)]
-    )
-    outside = np.maximum(np.maximum(proof.space.lower - Q, Q - proof.space.upper), 0.0).sum(axis=1)
-    return np.asarray(np.maximum(margin - clearances(Q), 0.0) + outside) if len(Q) else np.zeros(0)
 
 
 def _bent(

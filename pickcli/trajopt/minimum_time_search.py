@@ -12,10 +12,11 @@ import numpy as np
 
 from pickcli.collision.checker import SceneChecker
 from pickcli.geometry import Array
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.seeds import derived_seed
-from pickcli.trajopt.collision_descent import descend_collisions
+from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
 from pickcli.trajopt.parabolic_segment import (
     JointState,
     ParabolicLimits,
@@ -165,12 +166,16 @@ class MinimumTimeSearch:
         for attempt in range(self.settings.n_presses):
             own = derived_seed(seed, "press", factor, attempt)
             motion = descend_collisions(
-                self.proof, self._clearances, self.checker.margin + _ROOM, self.pace, self.ends,
-                float(ticks_up(factor * self.least)), seed=own, iterations=self.settings.n_press,
+                self.proof, self._depth, self.pace, self.ends, float(ticks_up(factor * self.least)),
+                seed=own, iterations=self.settings.n_press,
             )  # fmt: skip
             if motion is not None:
                 yield self._quickened(motion, own)
                 return
+
+    @property
+    def _depth(self) -> CollisionDepth:
+        return CollisionDepth(self._clearances, self.checker.margin + _ROOM, self.proof.space)
 
     def _clearances(self, Q: Array) -> Array:
         return np.asarray(self.checker.kernel.clearances(np.ascontiguousarray(Q), _FAR))
@@ -179,10 +184,10 @@ class MinimumTimeSearch:
         """What the planner finds, shortened, then from stops at each corner to a motion that has none."""
         for attempt in range(self.settings.n_tries):
             own = derived_seed(seed, "try", attempt)
+            options = PlannerOptions(self.settings.planner, self.settings.max_iterations)
             path = plan(
-                self.checker, self.proof.space, self.ends[0], self.ends[1][None],
-                seed=own, planner=self.settings.planner, max_iterations=self.settings.max_iterations,
-            )  # fmt: skip
+                self.checker, self.proof.space, self.ends[0], self.ends[1][None], seed=own, options=options
+            )
             if path is not None:
                 short = shorten(
                     self.checker, self.proof.space, path, seed=own, iterations=self.settings.n_shortcuts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
     robot = scene.cell.robot
     cup = cup_joint_index(robot) + 1
     found = [
-        _part(robot, link.name, i, body.T_parent_shape, body.shape)
+        _part(robot, i, replace(body, name=link.name))
         for i, link in enumerate(robot.links)
         if i < cup
         for body in link.shapes
@@ -183,33 +183,16 @@ def _in_states(
         n = int(np.ceil((most - least) * lever / SWEEP_STEP)) + 1
         positions = list(np.linspace(least, most, n))
         slack += (most - least) / (n - 1) * (lever + (slack if lever is radius else 0.0)) / 2
-    return [
-        _part(
-            robot,
-            name,
-            lance,
-            T_lance_cup(robot, position) @ body.T_parent_shape,
-            body.shape,
-            slack,
-            not is_held,
-            is_held,
-        )
-        for position in positions
-    ]
+    poses = (T_lance_cup(robot, position) @ body.T_parent_shape for position in positions)
+    placed = (_part(robot, lance, Body(name, body.shape, T)) for T in poses)
+    return [replace(part, slack=slack, is_cup=not is_held, is_held=is_held) for part in placed]
 
 
-def _part(
-    robot: Robot,
-    name: str,
-    link: int,
-    T: Array,
-    shape: Shape,
-    slack: float = 0.0,
-    is_cup: bool = False,
-    is_held: bool = False,
-) -> Part:
+def _part(robot: Robot, link: int, body: Body) -> Part:
+    """A body of a link, as it is known where it is fixed to the link, and neither cup nor item."""
+    shape, T = body.shape, body.T_parent_shape
     reach = reaches(robot, link, _radius(T, shape))
-    return Part(name, link, T, shape, Solid(shape), cover(shape), reach, slack, is_cup, is_held)
+    return Part(body.name, link, T, shape, Solid(shape), cover(shape), reach)
 
 
 def _radius(T: Array, shape: Shape) -> float:

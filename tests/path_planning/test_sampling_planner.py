@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from support.box_world import BoxWorld, space, wall
 
@@ -26,7 +27,7 @@ def test_straight_edge_comes_first() -> None:
 
 @pytest.mark.parametrize("planner", list(PlannerName))
 def test_every_planner_finds_the_gap_and_proves_its_path(planner: PlannerName) -> None:
-    path = plan(wall(), space(), START, GOAL[None], seed=3, planner=planner, max_iterations=1500)
+    path = plan(wall(), space(), START, GOAL[None], seed=3, options=PlannerOptions(planner, 1500))
     assert path is not None
     np.testing.assert_array_equal(path.start, START)
     np.testing.assert_array_equal(path.end, GOAL)
@@ -37,7 +38,7 @@ def test_every_planner_finds_the_gap_and_proves_its_path(planner: PlannerName) -
 @pytest.mark.parametrize("planner", list(PlannerName))
 def test_same_seed_same_bytes_in_one_process(planner: PlannerName) -> None:
     def once(seed: int) -> bytes:
-        path = plan(wall(3), space(3), *_ends(3), seed=seed, planner=planner, max_iterations=300)
+        path = plan(wall(3), space(3), *_ends(3), seed=seed, options=PlannerOptions(planner, 300))
         return b"" if path is None else path.waypoints.tobytes()
 
     first = once(5)
@@ -50,9 +51,12 @@ def test_same_seed_same_bytes_in_one_process(planner: PlannerName) -> None:
 def test_same_seed_same_bytes_in_another_process(planner: PlannerName) -> None:
     code = (
         "import numpy as np, hashlib; from support.box_world import space, wall;"
+        "from pickcli.path_planning.planner_names import PlannerName;"
+        "from pickcli.path_planning.planner_options import PlannerOptions;"
         "from pickcli.path_planning.sampling_planner import plan;"
         "start = np.array([-.8, 0, 0]);"
-        f"p = plan(wall(3), space(3), start, -start[None], seed=5, planner='{planner}');"
+        f"options = PlannerOptions(PlannerName('{planner}'));"
+        "p = plan(wall(3), space(3), start, -start[None], seed=5, options=options);"
         "print(hashlib.sha256(p.waypoints.tobytes()).hexdigest())"
     )
     outputs = [
@@ -78,7 +82,7 @@ def test_goal_sets_reach_a_free_goal_and_ignore_the_rest() -> None:
 @pytest.mark.parametrize("planner", list(PlannerName))
 def test_unsolvable_problems_end_without_a_path(planner: PlannerName) -> None:
     assert (
-        plan(wall(gap=-0.1), space(), START, GOAL[None], seed=1, planner=planner, max_iterations=300) is None
+        plan(wall(gap=-0.1), space(), START, GOAL[None], seed=1, options=PlannerOptions(planner, 300)) is None
     )
 
 
@@ -104,7 +108,14 @@ def test_an_error_in_the_checker_is_not_swallowed() -> None:
             return super().is_valid_edge(q0, q1)
 
     with pytest.raises(RuntimeError, match="broken"):
-        plan(Broken(wall().boxes), space(), START, GOAL[None], seed=1, planner=PlannerName.RRT_STAR)
+        plan(
+            Broken(wall().boxes),
+            space(),
+            START,
+            GOAL[None],
+            seed=1,
+            options=PlannerOptions(PlannerName.RRT_STAR),
+        )
 
 
 def _ends(n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.path_planning.path_cost import edge_costs
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.planner_benchmark.benchmark_entries import (
@@ -52,7 +53,7 @@ def test_lengths_are_those_of_the_path_as_found_and_of_one_that_costs_no_more(na
     cell = small_cell(*BLOCKED)
     query = BenchmarkQuery.of(cell, CollisionModel(cell), BLOCKED, PayloadClass.EMPTY)
     tests, joints, (start, goal) = query.planning, query.space, query.ends
-    found = plan(tests, joints, start, goal[None], seed=1, planner=name, max_iterations=400)
+    found = plan(tests, joints, start, goal[None], seed=1, options=PlannerOptions(name, 400))
     assert found is not None
     short = shorten(tests, joints, found, seed=1, iterations=100)
     answer = GeometricEntry(name, 400, 100).answer(query, 1)

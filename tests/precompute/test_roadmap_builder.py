@@ -12,6 +12,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import InputError
 from pickcli.jobs.job_run import Build, BuildProgress, RunOptions
 from pickcli.path_planning.planner_names import PlannerName
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.roadmap_builder import build_roadmap, nearest_pairs
@@ -81,7 +82,7 @@ def test_where_the_chosen_planner_gives_up_rrt_connect_tries() -> None:
     seed = derived_seed(one_tree.seed, "edge", "cam_G", "drop_10_down")
     alone = plan(
         job.checker, job.space, ends[0], ends[1][None],
-        seed=seed, planner=one_tree.planner, max_iterations=one_tree.max_iterations,
+        seed=seed, options=PlannerOptions(one_tree.planner, one_tree.max_iterations),
     )  # fmt: skip
     roadmap, report = build_roadmap(job)
     assert alone is None

@@ -24,13 +24,15 @@ SCREEN = BoxWorld([(np.array([-0.05, -0.9]), np.array([0.05, 0.9]))])  # quickly
 
 
 def test_a_free_straight_line_needs_no_roadmap() -> None:
-    route = query(_roadmap(), BoxWorld(), space(), START, GOAL[None], seed=1)
+    route = query(PlanningProblem(_roadmap(), BoxWorld(), space(), START, GOAL[None], seed=1))
     assert route.source is RouteSource.STRAIGHT and route.new == ()
     np.testing.assert_array_equal(route.path.waypoints, [START, GOAL])
 
 
 def test_the_roadmap_leads_through_the_gap() -> None:
-    route = query(_roadmap(), wall(), space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    route = query(
+        PlanningProblem(_roadmap(), wall(), space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    )
     assert route.source is RouteSource.ROADMAP
     assert route.nodes == ("left", "right")
     _check(route, wall(), START, GOAL)
@@ -41,10 +43,12 @@ def test_a_stored_edge_that_is_blocked_now_is_dropped_and_the_search_goes_on() -
     world.boxes.append(
         (np.array([-0.3, 0.88]), np.array([0.3, 0.92]))
     )  # on the stored way, leaves room above
-    route = query(_roadmap(), world, space(), START, GOAL[None], seed=1)
+    route = query(PlanningProblem(_roadmap(), world, space(), START, GOAL[None], seed=1))
     assert route.source is RouteSource.PLANNER
     _check(route, world, START, GOAL)
-    both = query(_two_ways(), world, space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    both = query(
+        PlanningProblem(_two_ways(), world, space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    )
     assert both.source is RouteSource.ROADMAP
     assert both.dropped == (("left", "right"),)
     _check(both, world, START, GOAL)
@@ -52,7 +56,7 @@ def test_a_stored_edge_that_is_blocked_now_is_dropped_and_the_search_goes_on() -
 
 def test_without_a_roadmap_the_planner_answers() -> None:
     empty = Roadmap.empty(space().joint_names)
-    route = query(empty, wall(), space(), START, GOAL[None], seed=1)
+    route = query(PlanningProblem(empty, wall(), space(), START, GOAL[None], seed=1))
     assert route.source is RouteSource.PLANNER
     _check(route, wall(), START, GOAL)
 
@@ -68,14 +72,16 @@ def test_ends_without_a_straight_link_are_linked_by_the_planner(planner: Planner
     ]
     world = BoxWorld(wall().boxes + pocket)
     options = QueryOptions(planner=planner, n_rivals=0, max_iterations=2000)
-    route = query(_roadmap(), world, space(), START, GOAL[None], seed=4, options=options)
+    route = query(PlanningProblem(_roadmap(), world, space(), START, GOAL[None], seed=4, options=options))
     assert route.source is RouteSource.ROADMAP
     _check(route, world, START, GOAL)
 
 
 def test_a_detour_over_the_roadmap_loses_to_a_rival() -> None:
-    stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=0, options=_roadmap_only())
-    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=0)
+    stored = query(
+        PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=0, options=_roadmap_only())
+    )
+    route = query(PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=0))
     assert (stored.source, route.source) == (RouteSource.ROADMAP, RouteSource.PLANNER)
     assert _seconds(route.path) < 0.7 * _seconds(stored.path)
     _check(route, SCREEN, START, GOAL)
@@ -84,7 +90,7 @@ def test_a_detour_over_the_roadmap_loses_to_a_rival() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_the_quickest_of_the_roadmap_and_all_rivals_wins(seed: int) -> None:
     options = QueryOptions(enough=0.0, n_rivals=4)
-    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=options)
+    route = query(PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=options))
     assert _seconds(route.path) == min(_each_alone(seed, options))
 
 
@@ -94,19 +100,21 @@ def test_the_search_ends_with_what_is_quick_enough(enough: float, answer: int) -
     options = QueryOptions(enough=enough, n_rivals=6)
     alone = _each_alone(3, options)
     assert min(alone) == alone[5] < alone[4] <= 1.1 * _seconds(LINE) < min(alone[:4])
-    route = query(_over(), SCREEN, space(), START, GOAL[None], seed=3, options=options)
+    route = query(PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=3, options=options))
     assert _seconds(route.path) == alone[answer]
 
 
 def test_of_several_goals_one_that_is_free_is_reached_and_named() -> None:
     goals = np.array([[0.0, 0.0], [0.9, 0.0], [5.0, 0.0], [0.8, -0.5]])
-    route = query(_roadmap(), wall(), space(), START, goals, seed=1)
+    route = query(PlanningProblem(_roadmap(), wall(), space(), START, goals, seed=1))
     assert route.goal in (1, 3)
     np.testing.assert_array_equal(route.path.end, goals[route.goal])
 
 
 def test_the_links_of_start_and_goal_are_handed_out_and_nothing_that_is_stored() -> None:
-    route = query(_roadmap(), wall(), space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    route = query(
+        PlanningProblem(_roadmap(), wall(), space(), START, GOAL[None], seed=1, options=_roadmap_only())
+    )
     ends = sorted(tuple(polyline[0]) for polyline in route.new)
     assert ends == sorted([tuple(START), tuple(GOAL)])
     nodes = {tuple(q) for q in _roadmap().configurations}
@@ -117,21 +125,25 @@ def test_the_links_of_start_and_goal_are_handed_out_and_nothing_that_is_stored()
 @given(seed=st.integers(0, 2**31))
 def test_same_query_same_bytes(seed: int) -> None:
     def once() -> bytes:
-        return query(_roadmap(), wall(), space(), START, GOAL[None], seed=seed).path.waypoints.tobytes()
+        return query(
+            PlanningProblem(_roadmap(), wall(), space(), START, GOAL[None], seed=seed)
+        ).path.waypoints.tobytes()
 
     assert once() == once()
 
 
 def test_every_reason_is_told() -> None:
     with pytest.raises(NoPlanError, match=r"start: collision: inside a box"):
-        query(_roadmap(), wall(), space(), np.zeros(2), GOAL[None], seed=1)
+        query(PlanningProblem(_roadmap(), wall(), space(), np.zeros(2), GOAL[None], seed=1))
     with pytest.raises(NoPlanError, match="joint limit") as caught:
-        query(_roadmap(), wall(), space(), START, np.array([[0.0, 0.0], [1.5, 0.0]]), seed=1)
+        query(PlanningProblem(_roadmap(), wall(), space(), START, np.array([[0.0, 0.0], [1.5, 0.0]]), seed=1))
     assert [reason.what for reason in caught.value.reasons] == ["collision", "joint limit"]
     assert "j0 at 1.5000 is 0.5 outside" in caught.value.reasons[1].detail
     with pytest.raises(NoPlanError, match="no path"):
         options = QueryOptions(max_iterations=200)
-        query(_roadmap(), wall(gap=-0.1), space(), START, GOAL[None], seed=1, options=options)
+        query(
+            PlanningProblem(_roadmap(), wall(gap=-0.1), space(), START, GOAL[None], seed=1, options=options)
+        )
 
 
 def _check(route: CoarseRoute, world: BoxWorld, start: np.ndarray, goal: np.ndarray) -> None:
@@ -150,7 +162,9 @@ def _seconds(path: JointPath) -> float:
 
 def _each_alone(seed: int, options: QueryOptions) -> list[float]:
     """Durations of the roadmap's answer and of each of the planner's, with nobody to compete against."""
-    stored = query(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=_roadmap_only())
+    stored = query(
+        PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed=seed, options=_roadmap_only())
+    )
     problem = PlanningProblem(_over(), SCREEN, space(), START, GOAL[None], seed, options)
     ways = [problem.plan(START, GOAL[None], f"direct {k}") for k in range(options.n_rivals)]
     found = [JointPath(space().joint_names, way) for way in ways if way is not None]
@@ -185,5 +199,9 @@ def test_what_stands_in_the_straight_way_is_named_where_no_path_is_found() -> No
     world = wall(gap=0.0)
     options = QueryOptions(max_iterations=200)
     with pytest.raises(NoPlanError, match="no path") as caught:
-        query(Roadmap.empty(space().joint_names), world, space(), START, GOAL[None], seed=1, options=options)
+        query(
+            PlanningProblem(
+                Roadmap.empty(space().joint_names), world, space(), START, GOAL[None], seed=1, options=options
+            )
+        )
     assert caught.value.in_the_way == ("box 0",)

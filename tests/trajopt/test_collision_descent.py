@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.collision_descent import depths_of, descend_collisions
+from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
 from pickcli.trajopt.parabolic_segment import ParabolicLimits, resting_segment
 from pickcli.trajopt.trajectory_validator import TrajectoryValidator
 from support.fake_validator import FakeValidator
@@ -41,9 +41,8 @@ def nothing_near(Q: Array) -> Array:
 
 def test_where_no_sample_is_deep_another_bend_may_be_proven() -> None:
     checker = Grudging(n_refused=5)
-    motion = descend_collisions(
-        TrajectoryValidator(checker, SPACE), nothing_near, 0.01, PACE, ENDS, 4.0, seed=1, iterations=400
-    )  # fmt: skip
+    proof, depth = TrajectoryValidator(checker, SPACE), CollisionDepth(nothing_near, 0.01, SPACE)
+    motion = descend_collisions(proof, depth, PACE, ENDS, 4.0, seed=1, iterations=400)
     assert motion is not None and motion.duration == 4.0
     assert len(set(checker.asked)) == 6
 
@@ -54,8 +53,7 @@ def test_what_no_bend_improves_is_given_up() -> None:
         assert (
             descend_collisions(
                 TrajectoryValidator(checker, SPACE),
-                nothing_helps,
-                0.01,
+                CollisionDepth(nothing_helps, 0.01, SPACE),
                 PACE,
                 ENDS,
                 4.0,
@@ -72,4 +70,4 @@ def test_every_sample_has_a_depth_also_those_at_the_ends_of_legs(ticks: list[int
     times = np.linspace(0.0, sum(leg.duration for leg in legs), n)
     for _ in range(abs(ulps)):
         times = np.nextafter(times, np.inf if ulps > 0 else -np.inf)
-    assert depths_of(legs, times, nothing_near, 0.01, TrajectoryValidator(Grudging(0), SPACE)).shape == (n,)
+    assert CollisionDepth(nothing_near, 0.01, SPACE).over(legs, times).shape == (n,)

@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.trajopt.collision_descent import descend_collisions
+from pickcli.trajopt.collision_descent import CollisionDepth, descend_collisions
 from pickcli.trajopt.parabolic_segment import JointState, ParabolicLimits, resting_segment, straight_segment
 from pickcli.trajopt.parabolic_trajectory import ParabolicTrajectory
 from pickcli.trajopt.steering import steer_min_time
@@ -67,7 +67,13 @@ def least() -> float:
 def test_what_is_in_the_way_of_one_joint_is_avoided_by_the_other_in_no_more_time(seed: int) -> None:
     """The first joint needs all of the time; the second has nothing to do but get out of the way."""
     motion = descend_collisions(
-        proof(0.4), Disc(0.4).clearances, 0.01, PACE, (START, GOAL), least(), seed=seed, iterations=800
+        proof(0.4),
+        CollisionDepth(Disc(0.4).clearances, 0.01, SPACE),
+        PACE,
+        (START, GOAL),
+        least(),
+        seed=seed,
+        iterations=800,
     )
     assert motion is not None and motion.duration == pytest.approx(least())
     assert_avoids(motion, 0.4)
@@ -77,7 +83,13 @@ def test_where_there_is_not_the_time_there_is_no_motion() -> None:
     """The second joint cannot get 1.4 out of the way and back in the time of the first."""
     assert (
         descend_collisions(
-            proof(1.45), Disc(1.45).clearances, 0.01, PACE, (START, GOAL), least(), seed=0, iterations=200
+            proof(1.45),
+            CollisionDepth(Disc(1.45).clearances, 0.01, SPACE),
+            PACE,
+            (START, GOAL),
+            least(),
+            seed=0,
+            iterations=200,
         )
         is None
     )

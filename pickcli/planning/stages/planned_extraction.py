@@ -7,7 +7,6 @@ the six dimensions in which an item that hangs on a cup is pushed: along the bin
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from pickcli.cell.shapes import Shape
 from pickcli.collision.free_flyer import FreeItemChecker
 from pickcli.geometry import Array
 from pickcli.motion.path import JointPath
+from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.sampling_planner import plan
 from pickcli.path_planning.shortcutting import shorten
 from pickcli.path_planning.state_space import JointSpace
@@ -32,16 +32,10 @@ N_FINE = 3  # of the drawn first stretches, from which a narrow way is looked fo
 MOST_PUSHES = 5  # more turns than that are no line of a tool any more
 
 
-@dataclass(frozen=True)
-class _Search:
-    """How long a way is looked for, and by edges of which length over the diagonal of the bounds."""
-
-    iterations: int
-    step: float
-
-
-COARSE = _Search(1500, 0.1)
-FINE = _Search(20000, 0.01)  # what hardly fits through the mouth goes through by short edges only
+COARSE = PlannerOptions(max_iterations=1500, step=0.1)
+FINE = PlannerOptions(
+    max_iterations=20000, step=0.01
+)  # what hardly fits through the mouth goes through by short edges only
 
 
 def planned_corridors(
@@ -78,15 +72,13 @@ def planned_corridors(
 
 
 def _through(
-    carrying: FreeItemChecker, starts: Sequence[Array], goals: Array, search: _Search, seed: int
+    carrying: FreeItemChecker, starts: Sequence[Array], goals: Array, search: PlannerOptions, seed: int
 ) -> tuple[Corridor, ...]:
     """Corridors from the ends of first stretches (6,) to places outside (G, 6), shortest first."""
     space = JointSpace(NAMES, LOWER, UPPER, SPEED, SPEED)
     found: list[tuple[float, Corridor]] = []
     for k, freed in enumerate(starts):
-        path = plan(
-            carrying, space, freed, goals, seed=seed + k, max_iterations=search.iterations, step=search.step
-        )
+        path = plan(carrying, space, freed, goals, seed=seed + k, options=search)
         if path is None:
             continue
         short = shorten(carrying, space, path, seed=seed + k, iterations=SHORTCUTS)

@@ -20,7 +20,7 @@ from pickcli.geometry import Array
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.path_planning.path_cost import estimated_duration
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.roadmap.connection import QueryOptions
+from pickcli.roadmap.connection import PlanningProblem, QueryOptions
 from pickcli.roadmap.query import query
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -122,10 +122,9 @@ def _searched(
         return stored
     settings = context.settings
     options = QueryOptions(max_iterations=settings.rrt_iterations, n_shortcuts=settings.shortcuts)
+    problem = PlanningProblem(context.roadmap, checker, context.space, q_start, goals, seed, options)
     try:
-        route = query(
-            context.roadmap, checker, context.space, q_start, goals, seed=seed, options=options, label=where
-        )
+        route = query(problem, where)
     except NoPlanError as error:
         return error.failures.within(where)
     experience = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
