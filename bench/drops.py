@@ -1,12 +1,12 @@
 """How near what is dropped comes to cup and lance while these leave.
 
-    python -m bench.drops [--totes 6] [--seed 0] [--items 14] [--json FILE]
+    python -m bench.drops [--totes 6] [--seed 0] [--items 14] [--anywhere] [--json FILE]
 
 A tote is filled with the items of a fresh scene in random order, each by the plan that it has as it is seen.
 Only the release is played: from when the cup is vented the item falls and the tool moves as planned. What
 lands on an edge turns over, and its other end comes up: told is the least distance from the tool to the item
-from ``APART`` on, and to what lay in the tote before. A trial meets a handful of such releases, and takes a
-minute for each.
+from ``APART`` on, and to what lay in the tote before. With --anywhere the release is moved over a random
+place of the tote, as low as over any pile: edges are met far more often than where the planner lets go.
 """
 
 from __future__ import annotations
@@ -20,15 +20,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 
 from bench.warm import fresh_scene, planner
 from pickcli.cell.cell import Cell
+from pickcli.cell.place import Place
+from pickcli.cell.shapes import Shape
+from pickcli.cell.tool import ToolState
 from pickcli.errors import NoPlanError
 from pickcli.geometry import Array, inverse
 from pickcli.motion.plan import Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.drop_placements import ABOVE_PILE, LEAST_WALL
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
 from pickcli.seeds import derived_rng, derived_seed
@@ -75,14 +80,13 @@ class _Tool:
 
     Args:
         cell: Gives the robot.
-        plan: Gives the state of the tool.
+        tool_state: Its state.
     """
 
-    def __init__(self, cell: Cell, plan: Plan) -> None:
-        assert plan.grasp is not None
+    def __init__(self, cell: Cell, tool_state: ToolState) -> None:
         robot, tool = cell.robot, cell.robot.tool
         T_tip_cup = inverse(tool.T_cup_tip)
-        T_tip_lance = T_tip_cup @ inverse(T_lance_cup(robot, cup_position(robot, plan.grasp.tool_state)))
+        T_tip_lance = T_tip_cup @ inverse(T_lance_cup(robot, cup_position(robot, tool_state)))
         links = ((tool.cup_link, T_tip_cup), (tool.lance_link, T_tip_lance))
         self._parts = [
             (T_tip_link @ body.T_parent_shape, Solid(body.shape))
@@ -102,7 +106,7 @@ class _Tool:
         return least
 
 
-def fill(warm: PlanningContext, scene: Scene, seed: int, most: int) -> Iterator[Drop]:
+def fill(warm: PlanningContext, scene: Scene, seed: int, most: int, anywhere: bool = False) -> Iterator[Drop]:
     """Drop items of a scene into its tote, one after the other.
 
     Args:
@@ -110,6 +114,7 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int) -> Iterator[
         scene: Items in their bins, and an empty tote.
         seed: Of their order, and of how they are seen.
         most: Number of items.
+        anywhere: Whether they are dropped over random places instead of where they are planned to be.
 
     Yields:
         Every release.
@@ -117,10 +122,10 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int) -> Iterator[
     engine = Engine(TIME_STEP)
     for body in warm.cell.tote.bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS[TOTE])
-    left, fallen = scene, tuple[PlacedItem, ...]()
+    left, fallen, rng = scene, tuple[PlacedItem, ...](), derived_rng("drops", seed)
     held = [placed for placed in scene.items if placed.item.suction]
     try:
-        for k in derived_rng("drops", seed).permutation(len(held)).tolist():
+        for k in rng.permutation(len(held)).tolist():
             if len(fallen) == most:
                 return
             seen = perceive(replace(left, items=(*left.items, *fallen)), DEFAULT_NOISE, seed, k, Reality())
@@ -129,7 +134,10 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int) -> Iterator[
             except NoPlanError:
                 continue
             left = left.without(held[k].id)
-            yield _dropped(engine, warm, plan, seen, held[k], fallen)
+            release = _Release.of(warm, plan, seen, held[k])
+            if anywhere:
+                release = release.moved(held[k].item.shape, fallen, warm.cell.places[TOTE], rng)
+            yield _dropped(engine, warm.cell, release, held[k], fallen)
             fallen = _as_they_lie(engine, (*fallen, replace(held[k], location=TOTE)))
     finally:
         engine.close()
@@ -141,33 +149,70 @@ def _planned(warm: PlanningContext, seen: Scene, target: PlacedItem, seed: int) 
     return plan_pick(warm, seen, query, Start(home.q, home.tool_state), seed)
 
 
+@dataclass(frozen=True, eq=False)
+class _Release:
+    """How an item leaves the cup, and the tool the item.
+
+    Attributes:
+        tool_state: State of the tool.
+        tips: (N, 4, 4) poses of the tool frame in the world, one each time step from when the item is off.
+        T_tip_item: (4, 4) the item in the cup, as it truly hangs there.
+        pressed: m that its bellows are pressed in.
+    """
+
+    tool_state: ToolState
+    tips: Array
+    T_tip_item: Array
+    pressed: float
+
+    @classmethod
+    def of(cls, warm: PlanningContext, plan: Plan, seen: Scene, target: PlacedItem) -> _Release:
+        """That of a plan. target: as it truly lies where it is taken"""
+        (k,), T_tip_item, grasp = releases(plan), pose_in_tool(plan, seen), plan.grasp
+        assert grasp is not None and T_tip_item is not None
+        vented = plan.segments[k].t_end - warm.settings.release_time
+        vented += VENT_TIME * np.log(FULL_VACUUM / RELEASE_VACUUM)
+        times = vented + TIME_STEP * np.arange(round(WATCHED / TIME_STEP))
+        tips = warm.arm.tips(plan.trajectory.sample(times), grasp.tool_state)
+        pressed = float((inverse(grasp.T_item_tip) @ inverse(T_tip_item))[2, 3])
+        off = inverse(seen.find(target.id).T_world_item) @ target.T_world_item
+        return cls(grasp.tool_state, tips, T_tip_item @ off, pressed)
+
+    @property
+    def T_world_item(self) -> Array:
+        """(4, 4) where the item leaves the cup."""
+        return np.asarray(self.tips[0] @ self.T_tip_item)
+
+    def moved(self, shape: Shape, below: Sequence[PlacedItem], place: Place, rng: Generator) -> _Release:
+        """The same over a random place of the tote, as low as over any pile."""
+        T, T_place = self.T_world_item, place.T_carrier_place
+        reach, middle = shape.reach(T[:3, :3]), T_place[:2, 3]
+        room = np.maximum(place.room.size[:2] / 2 - reach[:2] - LEAST_WALL, 0.0)
+        centre, height = middle + rng.uniform(-room, room), float(T_place[2, 3])
+        for placed in below:
+            T_below = placed.T_world_item
+            half = placed.item.shape.reach(T_below[:3, :3])
+            if np.all(np.abs(T_below[:2, 3] - centre) < half[:2] + reach[:2]):
+                height = max(height, float(T_below[2, 3] + half[2]))
+        shift = np.array([*centre, height + ABOVE_PILE + reach[2]]) - T[:3, 3]
+        tips = self.tips.copy()
+        tips[:, :3, 3] += shift
+        return replace(self, tips=tips)
+
+
 def _dropped(
-    engine: Engine,
-    warm: PlanningContext,
-    plan: Plan,
-    seen: Scene,
-    target: PlacedItem,
-    below: Sequence[PlacedItem],
+    engine: Engine, cell: Cell, release: _Release, target: PlacedItem, below: Sequence[PlacedItem]
 ) -> Drop:
-    """Let an item go where the plan does, wherever it truly hangs in the cup, and follow it to rest."""
-    (k,), T_tip_item, grasp = releases(plan), pose_in_tool(plan, seen), plan.grasp
-    assert grasp is not None and T_tip_item is not None
-    t_off = (
-        plan.segments[k].t_end - warm.settings.release_time + VENT_TIME * np.log(FULL_VACUUM / RELEASE_VACUUM)
-    )
-    times = t_off + TIME_STEP * np.arange(round(WATCHED / TIME_STEP))
-    tips = warm.arm.tips(plan.trajectory.sample(times), grasp.tool_state)
-    off = inverse(seen.find(target.id).T_world_item) @ target.T_world_item
-    engine.add_item(target.id, target.item, tips[0] @ T_tip_item @ off, item_colour(target.item))
+    """Let an item go, and follow it to rest."""
+    engine.add_item(target.id, target.item, release.T_world_item, item_colour(target.item))
     for placed in below:
         engine.wake(placed.id)
-    pressed = float((inverse(grasp.T_item_tip) @ inverse(T_tip_item))[2, 3])
-    T_item_tip, axis = inverse(T_tip_item @ off), tips[0, :3, 2]
-    tool, to_item, to_others = _Tool(warm.cell, plan), FAR, FAR
-    for n, tip in enumerate(tips):
+    tool, T_item_tip = _Tool(cell, release.tool_state), inverse(release.T_tip_item)
+    to_item = to_others = FAR
+    for n, tip in enumerate(release.tips):
         at = (engine.pose(target.id) @ T_item_tip)[:3, 3]
-        if (spring := pressed - float((at - tip[:3, 3]) @ axis)) > 0.0:  # which the bellows push it off with
-            engine.push(target.id, warm.cell.robot.tool.cup_stiffness * spring * axis, at)
+        if (spring := release.pressed - float((at - tip[:3, 3]) @ tip[:3, 2])) > 0.0:  # the bellows push
+            engine.push(target.id, cell.robot.tool.cup_stiffness * spring * tip[:3, 2], at)
         engine.step()
         if n % LOOK == 0:
             to_others = min(to_others, tool.distance(tip, _as_they_lie(engine, below)))
@@ -175,19 +220,19 @@ def _dropped(
                 to_item = min(to_item, tool.distance(tip, _as_they_lie(engine, (target,))))
     for _ in range(round(SETTLED / TIME_STEP)):
         engine.step()
-    return Drop(target.id, len(below), str(grasp.tool_state), to_item, to_others)
+    return Drop(target.id, len(below), str(release.tool_state), to_item, to_others)
 
 
 def _as_they_lie(engine: Engine, items: Sequence[PlacedItem]) -> tuple[PlacedItem, ...]:
     return tuple(replace(placed, T_world_item=engine.pose(placed.id)) for placed in items)
 
 
-def measure(seeds: Sequence[int], most: int) -> dict[str, Any]:
+def measure(seeds: Sequence[int], most: int, anywhere: bool = False) -> dict[str, Any]:
     """All releases of some totes, and how near they came."""
     warm = planner()
     drops: list[Drop] = []
     for seed in seeds:
-        drops += fill(warm, fresh_scene(warm.cell, seed)[1], seed, most)
+        drops += fill(warm, fresh_scene(warm.cell, seed)[1], seed, most, anywhere)
         print(f"tote {seed}: {len(drops)} releases", file=sys.stderr, flush=True)
     gaps = np.array([drop.to_item for drop in drops])
     return {
@@ -207,9 +252,10 @@ def main() -> None:
     parser.add_argument("--totes", type=int, default=6)
     parser.add_argument("--seed", type=int, default=0, help="of the first scene")
     parser.add_argument("--items", type=int, default=14, help="in a tote, at most")
+    parser.add_argument("--anywhere", action="store_true", help="over random places")
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
-    figures = measure(range(given.seed, given.seed + given.totes), given.items)
+    figures = measure(range(given.seed, given.seed + given.totes), given.items, given.anywhere)
     if given.json is not None:
         given.json.write_text(json.dumps(figures, indent=2) + "\n")
     print(json.dumps({key: value for key, value in figures.items() if key != "each"}, indent=2))

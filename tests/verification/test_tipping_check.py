@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import GRAVITY, Array, inverse, pose
 from pickcli.motion.plan import Grasp, Plan
@@ -113,3 +114,18 @@ def test_a_slanting_press_counts_where_it_meets_the_support() -> None:
     assert beside_support(scene, item, np.array([0.2, 0.0, -1.0]), top) == 0.0
     slanting = beside_support(scene, item, np.array([0.5, 0.0, -1.0]), top)  # meets the floor at 50 mm
     assert slanting == pytest.approx(0.02 - 0.06 / 40, abs=5e-4)
+
+
+@pytest.mark.parametrize(("where", "off"), [("tote", 0.0), ("bin_E", 0.0), ("bin_E", 0.01)])
+def test_floors_carry_too_and_the_pod_where_it_may_stand(where: str, off: float) -> None:
+    """100 N, 30 mm beside the face of a box that weighs nothing."""
+    place = cell().places[where]
+    x = 0.4 if where == "bin_E" else 0.0
+    T = cell().T_world_place(place) @ pose((x, 0.0, float(place.room.floor_at(x)) + 0.05))
+    upright = lying("item", Shape(ShapeKind.BOX, (0.06, 0.06, 0.1)), T, 1e-6)
+    item = replace(upright, location=where)
+    scene = replace(make_scene(item), pod_error=Displacement(off, 0.0, 0.0))
+    push, top = np.array([0.0, 0.0, -100.0]), T[:3, 3] + (0.0, 0.0, 0.05)
+    assert beside_support(scene, item, push, top) == 0.0
+    beside = beside_support(scene, item, push, top - (0.06, 0.0, 0.0))
+    assert 0.03 - 0.06 / 40 - off - 1e-6 <= beside <= 0.03 - off + 1e-6
