@@ -66,8 +66,7 @@ class SceneChecker(KernelValidator):
         for part, name in contacts.opening:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored[world.indices([name])] |= np.uint64(1 << frame)
-        state = self._model.state(self._tool_state)
-        kernel = Checker(state.chain, state.centers, state.radii, state.frames, state.self_pairs)
+        kernel = self._model.state(self._tool_state).checker()
         kept = np.flatnonzero(world.is_kept(contacts.absent))
         world.enter(kernel, kept, ignored)
         if self.held is not None:

@@ -8,6 +8,7 @@ inverse kinematics to be refused, which costs a hundred times as much.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -154,7 +155,7 @@ class FreeToolChecker(KernelValidator):
         # The axes of the lance become x, y, z of the turning joints: x into the bin, and z away from where a
         # cup that stands across points, so that yaw and pitch stay far from where they jump.
         self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
-        spheres = _tool_spheres(model, tool_state, pose(R=self._R_tool.T))
+        spheres = _tool_spheres(model, tool_state)
         chain = _floating_chain(np.zeros(3), R_world_axes)
         world = build_world(model, scene)
         kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
@@ -192,12 +193,12 @@ def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
     return Chain(kinds, frames, axes, np.array([*range(N_FREE), -1], np.int32))
 
 
-def _tool_spheres(
-    model: CollisionModel, tool_state: ToolState, T_frame_tip: Array
-) -> tuple[Array, Array, NDArray[np.int32]]:
-    """Centres (S, 3), radii (S,) and frames (S,) of lance and cup, whose tip is at a pose in the frames."""
+@lru_cache(maxsize=32)
+def _tool_spheres(model: CollisionModel, tool_state: ToolState) -> tuple[Array, Array, NDArray[np.int32]]:
+    """Centres (S, 3), radii (S,) and frames (S,) of lance and cup, level about the tip. Cached."""
     state, tool = model.state(tool_state), model.robot.tool
     links = state.chain.fk(np.zeros(state.chain.n))
+    T_frame_tip = pose(R=tool.R_tip_lance(tool_state).T)
     T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_cup_tip)
     centers, frames = np.empty((0, 3)), np.empty(0, np.int32)
     radii = np.empty(0)

@@ -16,7 +16,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.sphere_cover import Cover, cover_bodies
 from pickcli.collision.swept_cover import sweep
 from pickcli.geometry import Array
-from pickcli.kernel import Chain
+from pickcli.kernel import Chain, Checker
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
 
 # How far a link's spheres may stick out: a share of the shape's thickness, between bounds in m. The lance and
@@ -43,6 +43,19 @@ class KernelRobot:
     radii: Array
     frames: NDArray[np.int32]
     self_pairs: NDArray[np.int32]
+
+    def checker(self) -> Checker:
+        """A new checker of the robot, with nothing around it and nothing held.
+
+        Returns:
+            The checker.
+        """
+        return self._bare.bare()
+
+    @cached_property
+    def _bare(self) -> Checker:
+        """What all checkers are copied from: to cut the spheres into trees takes longer than to copy them."""
+        return Checker(self.chain, self.centers, self.radii, self.frames, self.self_pairs)
 
 
 class CollisionModel:

@@ -260,6 +260,11 @@ class Checker:
         It holds for at most 1 m of prismatic travel, and grows with travel.
         """
 
+    def bare(self) -> Checker:
+        """
+        The same robot with nothing around it and nothing held: a fraction of the time that its spheres take.
+        """
+
     def set_world(self, T_world_box: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], group: numpy.typing.NDArray[numpy.int32], ignored_frames: numpy.typing.NDArray[numpy.uint64], kind: numpy.typing.NDArray[numpy.int32] | None = None, rounding: numpy.typing.NDArray[numpy.float64] | None = None) -> None:
         """
         Replace the world by solids.

@@ -285,3 +285,21 @@ def test_what_is_no_solid_is_refused(
         pair(solid, good)
     with pytest.raises(ValueError, match=rf"\[0\].*{message}"):
         pair(good, solid)
+
+
+@given(SEEDS)
+@settings(max_examples=40, deadline=None)
+def test_a_bare_copy_is_the_robot_as_it_was_made(seed: int) -> None:
+    """It outlives what it was copied from, and holds and meets nothing until it is told to."""
+    rng = np.random.default_rng(seed)
+    arm = random_arm(rng)
+    world, other = random_world(rng, arm), random_world(rng, arm)
+    copy = arm.checker(world).bare()
+    made = Checker(arm.chain(), arm.centers, arm.radii, arm.frame, arm.self_pairs)
+    Q = np.array([random_configuration(rng, arm) for _ in range(20)])
+    assert (copy.clearances(Q, 1.0) == made.clearances(Q, 1.0)).all()
+    for checker in (copy, made):
+        other.enter(checker)
+        checker.set_held(arm.held_centers, arm.held_radii, arm.held_tested)
+    assert (copy.clearances(Q, 1.0) == made.clearances(Q, 1.0)).all()
+    assert (copy.are_free(Q, 0.01) == made.are_free(Q, 0.01)).all()

@@ -192,6 +192,9 @@ namespace {
 
 void bind_setters(nb::class_<Checker>& checker) {
   checker
+      .def(
+          "bare", [](const Checker& self) { return Checker(self.robot().bare()); },
+          "The same robot with nothing around it and nothing held: a fraction of the time that its spheres take.")
       .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a,
            "kind"_a = nb::none(), "rounding"_a = nb::none(),
            nb::sig("def set_world(self, T_world_box: " APC_F64 ", half_extents: " APC_F64 ", group: " APC_I32

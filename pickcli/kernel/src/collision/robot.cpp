@@ -99,6 +99,12 @@ Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<
   prepare_covers();
 }
 
+Robot Robot::bare() const {
+  Robot copy(*this);
+  copy.replace_held({});
+  return copy;
+}
+
 void Robot::set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames) {
   for (size_t i = 0; i < spheres.size(); ++i) check_sphere(spheres[i], "held sphere " + std::to_string(i));
   std::vector<BallNode> tree = build_ball_tree(spheres);

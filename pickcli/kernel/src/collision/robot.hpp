@@ -27,8 +27,11 @@ class Robot {
  public:
   Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<int>& frame,
         const std::vector<std::pair<int, int>>& self_pairs);
-  Robot(Robot&&) = default;  //!< not copied: single_precision() points into it
+  Robot(Robot&&) = default;
   Robot& operator=(Robot&&) = default;
+
+  //! A copy that holds nothing: cheaper than cutting the spheres into trees again.
+  Robot bare() const;
 
   //! Replaces the held item; no spheres: nothing is held.
   void set_held(std::vector<Sphere> spheres, std::vector<int> tested_frames);
@@ -56,6 +59,7 @@ class Robot {
   double reach(double travel) const { return reach_ + travel; }
 
  private:
+  Robot(const Robot&) = default;  // single_ points into the other until the covers are prepared anew
   void replace_held(FrameCover held);
   void prepare_bodies();
   void prepare_covers();
