@@ -11,7 +11,6 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.cell.pod_tolerance import UNMOVED, Displacement
 from pickcli.geometry import Array, pose
 
 
@@ -211,8 +210,6 @@ class Place:
         access: The way into it.
         room: Its free room.
         support: Names of the bodies that carry what lies in it.
-        solids: Names of all bodies of what it is part of.
-        displacement: How far it may be from its place, with its carrier.
     """
 
     name: str
@@ -221,8 +218,6 @@ class Place:
     access: Access
     room: Room
     support: tuple[str, ...] = ()
-    solids: frozenset[str] = frozenset()
-    displacement: Displacement = UNMOVED
 
     @property
     def T_place_entry(self) -> Array:

@@ -7,8 +7,6 @@ back wall is solid: nothing of ours belongs there.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pickcli.cell.cell_schema import PodModel, RowModel
@@ -33,10 +31,9 @@ def build_pod(figures: PodModel) -> Pod:
     bodies = tuple(body for group in groups.values() for body in group)
     displacement = Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw)
     bins = [b for row in figures.rows for b in _row_bins(figures, row)]
-    solids = frozenset(body.name for body in bodies)
     return Pod(
         bodies=bodies,
-        bins={b.name: replace(b, solids=solids, displacement=displacement) for b in bins},
+        bins={b.name: b for b in bins},
         groups={name: tuple(body.name for body in group) for name, group in groups.items()},
         displacement=displacement,
     )

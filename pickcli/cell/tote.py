@@ -42,7 +42,6 @@ def build_tote(figures: ToteModel) -> Tote:
         access=Access.from_above(x1 - x0, y1 - y0, z1 - z0),
         room=Room.box(x1 - x0, y1 - y0, z1 - z0),
         support=(floor.name,),
-        solids=frozenset(body.name for body in bodies),
     )
     return Tote(place, bodies)
 

@@ -22,7 +22,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.errors import UnknownNameError, shortened, suggestion
 from pickcli.files.file_kind import ORDER
 from pickcli.files.schema import FileModel, validate
-from pickcli.files.yaml_reader import Key, Source, parse_yaml, read_yaml
+from pickcli.files.yaml_reader import Key, Source, read_yaml
 
 BINS = tuple(f"bin_{letter}" for letter in "ABCDEFGHIJKL")
 MAX_CONTENTS = 100  # items in one bin or in the tote
@@ -83,7 +83,9 @@ def read_order(path: Path, cell: Cell) -> Order:
         InputError: Something is wrong with the file; with every problem.
         UnknownNameError: There is no such file, and what would be a name is none.
     """
-    return _order(read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins))
+    return order_of(
+        read_yaml(order_file(path), ORDER), {name for name, _ in cell.items}, tuple(cell.pod.bins)
+    )
 
 
 def order_names() -> list[str]:
@@ -122,24 +124,6 @@ def order_file(name_or_path: Path) -> Path:
     return data_path() / "tasks" / f"{name_or_path}.json"
 
 
-def parse_order(text: str, path: Path, items: Collection[str], bins: tuple[str, ...] = BINS) -> Order:
-    """Read an order from a text.
-
-    Args:
-        text: The text, JSON or YAML.
-        path: The file whose content it is, for messages.
-        items: Names of the items that may stand in it.
-        bins: Names of the bins that may stand in it.
-
-    Returns:
-        The order.
-
-    Raises:
-        InputError: Something is wrong with the text; with every problem.
-    """
-    return _order(parse_yaml(text, path), items, bins)
-
-
 class _TargetModel(FileModel):
     bin: str = Field(description="the name of a bin")
     item: str = Field(description="the name of an item")
@@ -156,8 +140,20 @@ class _OrderModel(FileModel):
     )
 
 
-def _order(source: Source, items: Collection[str], bins: tuple[str, ...]) -> Order:
-    """The order that a file's values stand for, its names checked. Raises InputError with every mistake."""
+def order_of(source: Source, items: Collection[str], bins: tuple[str, ...]) -> Order:
+    """The order that a file's values stand for, its names checked.
+
+    Args:
+        source: The values of the file, with their places.
+        items: Names of the items that may stand in it.
+        bins: Names of the bins that may stand in it.
+
+    Returns:
+        The order.
+
+    Raises:
+        InputError: Something is wrong with the file; with every problem.
+    """
     model = validate(source, _OrderModel)
     _check_bins(source, model, bins)
     _check_items(source, model, items)

@@ -19,8 +19,3 @@ class Verdict:
 
     certificate: Certificate | None
     reasons: tuple[Reason, ...]
-
-    @property
-    def is_accepted(self) -> bool:
-        """Whether the plan may be executed."""
-        return self.certificate is not None

@@ -60,7 +60,7 @@ def test_the_second_opinion_refuses_it_by_the_depth_alone(
 ) -> None:
     alone = under.without(BOOK)
     plan = plan_pick(planner, alone, PickQuery(BIN, CASE), home)
-    assert verify(plan, alone).is_accepted
+    assert verify(plan, alone).certificate is not None
     reasons = verify(told_to_touch(plan, under, BOOK), under).reasons
     assert any(r.what == "planned contact too deep" and BOOK in r.detail for r in reasons)
 
@@ -91,7 +91,7 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
 ) -> None:
     thin = lying_on(cell, BIN, BOOK, None, PoseNoise())
     plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
-    assert verify(plan, thin).is_accepted
+    assert verify(plan, thin).certificate is not None
     for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
         tool = replace(cell.robot.tool, cup_stroke=stroke)
         stiff = replace(cell, robot=replace(cell.robot, tool=tool))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
-from pickcli.trial.order_file import BINS, Order, OrderKind, Target
+from pickcli.files.yaml_reader import parse_yaml
+from pickcli.trial.order_file import BINS, Order, OrderKind, Target, order_of
 
 ITEMS = ("crayola_24_ct", "dove_beauty_bar", "scotch_duct_tape", "dasani_water_bottle", "jane_eyre_dvd")
 
@@ -24,3 +26,8 @@ def pick_order(contents: Mapping[str, tuple[str, ...]], *targets: tuple[str, str
     """A pick order; bins that are not named are empty."""
     bin_contents = {name: contents.get(name, ()) for name in BINS}
     return Order(OrderKind.PICK, year, bin_contents, (), tuple(Target(b, i) for b, i in targets))
+
+
+def parsed_order(text: str, path: Path, items: Collection[str]) -> Order:
+    """The order of a text, for all bins; ``path`` is the file whose content it would be."""
+    return order_of(parse_yaml(text, path), items, BINS)

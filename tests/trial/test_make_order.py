@@ -16,9 +16,10 @@ from pickcli.seeds import derived_rng
 from pickcli.stowing.make_scene import make_scene
 from pickcli.trial import make_order as module
 from pickcli.trial.make_order import _draw, make_order
-from pickcli.trial.order_file import BINS, Order, OrderKind, parse_order
+from pickcli.trial.order_file import BINS, Order, OrderKind
 from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
+from support.order_builders import parsed_order
 
 CELL = load_cell("apc2016_delft")
 ITEMS = {name for name, _ in CELL.items}
@@ -69,7 +70,7 @@ def test_make_order_names_one_target_per_bin_that_lies_in_it(year: int, seed: in
 @given(seed=SEEDS)
 def test_make_order_writes_the_official_format(task: OrderKind, year: int, seed: int) -> None:
     order = make_order(task, year, seed)
-    assert parse_order(order_text(order), Path("fresh.json"), ITEMS) == order
+    assert parsed_order(order_text(order), Path("fresh.json"), ITEMS) == order
 
 
 @pytest.mark.parametrize(("task", "year"), KINDS)

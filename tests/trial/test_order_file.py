@@ -21,11 +21,10 @@ from pickcli.trial.order_file import (
     Target,
     order_file,
     order_names,
-    parse_order,
     read_order,
 )
 from pickcli.trial.output_file import order_text
-from support.order_builders import ITEMS, pick_data
+from support.order_builders import ITEMS, parsed_order, pick_data
 
 FILE = Path("o.json")
 INVALID = sorted((Path(__file__).parent / "invalid_orders").glob("*.json"))
@@ -33,7 +32,7 @@ INVALID = sorted((Path(__file__).parent / "invalid_orders").glob("*.json"))
 
 def parse(data: Any) -> Order:
     """Parse JSON data as an order."""
-    return parse_order(json.dumps(data), FILE, ITEMS)
+    return parsed_order(json.dumps(data), FILE, ITEMS)
 
 
 def refusal(data: Any) -> str:
@@ -59,7 +58,7 @@ def orders(draw: st.DrawFn) -> Order:
 
 @given(orders())
 def test_round_trip(order: Order) -> None:
-    assert parse_order(order_text(order), FILE, ITEMS) == order
+    assert parsed_order(order_text(order), FILE, ITEMS) == order
 
 
 @settings(max_examples=300)
@@ -73,11 +72,11 @@ def test_mutated_bytes_are_an_order_or_an_input_error(order: Order, data: st.Dat
             st.binary(max_size=3) | st.sampled_from([b"null", b"[]", b'""', b"{}", b"7"])
         )
     try:
-        mutated = parse_order(text.decode("utf-8", "replace"), FILE, ITEMS)
+        mutated = parsed_order(text.decode("utf-8", "replace"), FILE, ITEMS)
     except InputError as error:
         assert "o.json" in str(error)
     else:
-        assert parse_order(order_text(mutated), FILE, ITEMS) == mutated
+        assert parsed_order(order_text(mutated), FILE, ITEMS) == mutated
 
 
 @settings(max_examples=100)
@@ -95,7 +94,7 @@ def test_any_json_is_an_order_or_an_input_error(data: Any) -> None:
 @pytest.mark.parametrize("path", INVALID, ids=lambda p: p.stem)
 def test_real_files_with_errors_are_refused(path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        parse_order(path.read_text(), Path(path.name), ITEMS)
+        parsed_order(path.read_text(), Path(path.name), ITEMS)
     message = str(caught.value)
     line, column = (int(part) for part in message.split(":")[1:3])
     text = path.read_text().splitlines()
@@ -168,12 +167,12 @@ def test_an_item_in_other_words_is_understood(name: str, meant: str) -> None:
 def test_what_is_python_is_told_how_json_writes_it() -> None:
     for wrong, right in (("None", "null"), ("True", "true"), ("False", "false")):
         with pytest.raises(InputError, match=f"not JSON: {wrong} is Python; JSON writes {right}"):
-            parse_order(f'{{"bin_contents": {wrong}}}', FILE, ITEMS)
+            parsed_order(f'{{"bin_contents": {wrong}}}', FILE, ITEMS)
 
 
 def test_a_number_of_any_length_is_told_in_plain_words() -> None:
     with pytest.raises(InputError) as caught:
-        parse_order('{"tote_contents": [%s]}' % ("9" * 5000), FILE, ITEMS)
+        parsed_order('{"tote_contents": [%s]}' % ("9" * 5000), FILE, ITEMS)
     assert "tote_contents[0]: expected a number, got 999" in str(caught.value)
     assert "(5000 characters), which is too large; correct it" in str(caught.value)
     assert "sys" not in str(caught.value) and len(str(caught.value)) < 250
@@ -204,7 +203,7 @@ def test_two_targets_need_two_copies() -> None:
 def test_all_problems_are_named_at_their_own_places() -> None:
     text = json.dumps(pick_data(bin_B=["x"], bin_C=["y"]), indent=1)
     with pytest.raises(InputError) as caught:
-        parse_order(text, FILE, ITEMS)
+        parsed_order(text, FILE, ITEMS)
     found = {name: text.splitlines()[int(line.split(":")[1]) - 1] for line in str(caught.value).splitlines()
              for name in "xy" if f"item '{name}'" in line}  # fmt: skip
     assert found["x"].strip().startswith('"x"')

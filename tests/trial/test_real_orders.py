@@ -8,9 +8,10 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.trial.order_file import OrderKind, order_names, parse_order, read_order
+from pickcli.trial.order_file import OrderKind, order_names, read_order
 from pickcli.trial.output_file import order_text
 from pickcli.trial.score import item_bonuses, maximum_score
+from support.order_builders import parsed_order
 
 TASKS = Path(__file__).parents[2] / "data" / "tasks"
 CELL = load_cell("apc2016_delft")
@@ -27,7 +28,7 @@ def test_there_are_five_pick_orders_of_2016() -> None:
 def test_real_orders_are_read_and_survive_writing(path: Path) -> None:
     order = read_order(path, CELL)
     names = {name for name, _ in CELL.items}
-    assert parse_order(order_text(order), Path("copy.json"), names) == order
+    assert parsed_order(order_text(order), Path("copy.json"), names) == order
     n_items = sum(len(names) for names in order.bin_contents.values())
     if order.kind is OrderKind.PICK:
         assert len(order.work_order) == len({t.bin for t in order.work_order}) == 12
