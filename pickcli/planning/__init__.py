@@ -1,6 +1,7 @@
 """Online queries, from a scene to a proven, timed plan with its events.
 
-Read `pick` with `pick_problem`, then its `stages` in their order, then `stitching`; `move` and
-`recovery_plan` are the other queries. `planning_context` is what all need, `certified_timing` times what is
-proven and proves what is timed, `promises` are checked on the result.
+Read `pick` with `pick_problem`, then its `stages` in their order, with what they hand to each other in
+`pick_motion`, then `stitching`; `move` and `recovery_plan` are the other queries. `planning_context` is what
+all need, `certified_timing` times what is proven, `timed_motion_validation` proves what is timed, `promises`
+are checked on the result.
 """

@@ -16,13 +16,13 @@ from pickcli.grasping.holding import Hold, Load
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.cup_load import carried_load, path_load
+from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.promises import broken_promise, mended
-from pickcli.planning.stages.grasp_motion import SLOWER_THAN_ALLOWED
+from pickcli.planning.timed_motion_validation import prove
 from pickcli.scene.scene import Scene
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.timed_run import TimedRun, time_run
-from pickcli.timing.trajectory_chords import trajectory_chords
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
@@ -121,38 +121,6 @@ def _checkers(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment]
 ) -> list[SceneChecker]:
     return [context.checker_for(scene, segment.mode) for segment in segments]
-
-
-def prove(
-    run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
-) -> Reason | None:
-    """Prove the timed motion itself free, quintic by quintic, by the checker of the segment it lies in.
-
-    What reaches into two segments is proven by both.
-
-    Args:
-        run: The timed run.
-        segments: Segments of the run, one for each of its parts.
-        checkers: What proves each segment.
-
-    Returns:
-        What is not proven, and when; None when all is free.
-    """
-    chords, slack = trajectory_chords(run.trajectory)
-    times = run.trajectory.times
-    spans = zip(run.part_times[:-1], run.part_times[1:], strict=True)
-    for segment, checker, (t_start, t_end) in zip(segments, checkers, spans, strict=True):
-        first = max(0, int(np.searchsorted(times, t_start, side="right")) - 1)
-        last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
-        if last <= first:
-            continue
-        i = checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
-        if i >= 0:
-            reason = checker.explain_edge(chords[first + i], chords[first + i + 1])
-            where = f"{segment.kind} at {times[first + i]:.3f} s"
-            what = "the timed motion is not proven free"
-            return Reason(what, where, str(reason), reason.in_the_way)
-    return None
 
 
 def _timed(

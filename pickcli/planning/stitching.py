@@ -18,10 +18,10 @@ from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.certified_timing import carried_run, proven_run
 from pickcli.planning.events import schedule
+from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.promises import thrown
-from pickcli.planning.stages.transfer import PickMotion
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import concatenate

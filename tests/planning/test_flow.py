@@ -1,13 +1,17 @@
-"""The way of an item through a pick is as the page about the architecture draws it, and short."""
+"""The way of an item through a pick is as the page about the architecture draws it, short, and leads down."""
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
+from functools import cache
+from itertools import groupby, pairwise
 from pathlib import Path
 from types import FrameType
 
 import numpy as np
+import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.planning.pick import plan_pick
@@ -17,8 +21,8 @@ from pickcli.planning.start_state import Start
 from planning.conftest import SceneWith
 
 ROOT = Path(__file__).parents[2]
-ROOM = str(ROOT / "pickcli" / "planning")
-MOST_STOPS = 30
+ROOM = ROOT / "pickcli" / "planning"
+MOST_STOPS, MOST_STEPS_BACK = 30, 5
 
 
 def drawn() -> list[str]:
@@ -28,22 +32,36 @@ def drawn() -> list[str]:
     return [line.split()[0] for line in block.splitlines()]
 
 
-def test_a_pick_goes_the_way_that_is_drawn(
-    cell: Cell, planner: PlanningContext, scene_with: SceneWith
-) -> None:
+@cache
+def floor(module: str) -> int:
+    """How many modules stand on each other below one, by its imports."""
+    path = ROOT / "pickcli" / f"{module.replace('.', '/')}.py"
+    if not path.exists():
+        return 0
+    nodes = (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom))
+    below = (str(node.module) for node in nodes if str(node.module).startswith("pickcli."))
+    return 1 + max((floor(name.removeprefix("pickcli.")) for name in below), default=0)
+
+
+@pytest.fixture(scope="module")
+def passed(cell: Cell, planner: PlanningContext, scene_with: SceneWith) -> list[tuple[str, str]]:
+    """(module, name) of every function of the room, private ones too, in the order of their first calls.
+
+    What only reads a value that it belongs to (a method, a property) is no stop on the way.
+    """
     scene = scene_with(("crayola_24_ct", "bin_B", 0.2, 0.0))
     home = cell.configurations["home"]
-    passed: dict[str, None] = {}
+    found: dict[tuple[str, str], None] = {}
 
     def note(frame: FrameType, event: str, arg: object) -> None:
         code = frame.f_code
         if (
             event == "call"
-            and code.co_filename.startswith(ROOM)
-            and re.fullmatch("[a-z]\\w*", code.co_qualname)
+            and code.co_filename.startswith(str(ROOM))
+            and re.fullmatch("[a-z_]\\w*", code.co_qualname)
         ):
             module = Path(code.co_filename).relative_to(ROOM).with_suffix("")
-            passed[".".join((*module.parts, code.co_qualname))] = None
+            found[".".join(module.parts), code.co_qualname] = None
 
     before = sys.getprofile()
     sys.setprofile(note)
@@ -52,5 +70,18 @@ def test_a_pick_goes_the_way_that_is_drawn(
     finally:
         sys.setprofile(before)
     assert np.isfinite(plan.trajectory.duration)
-    assert list(passed) == drawn()
-    assert len(passed) <= MOST_STOPS
+    return list(found)
+
+
+def test_a_pick_goes_the_way_that_is_drawn(passed: list[tuple[str, str]]) -> None:
+    public = [f"{module}.{name}" for module, name in passed if not name.startswith("_")]
+    assert public == drawn()
+
+
+def test_the_way_of_a_pick_is_short_and_seldom_leads_back_up(passed: list[tuple[str, str]]) -> None:
+    """A stop is a module that is entered; a step back leads to one that stands higher than the last."""
+    assert any(name.startswith("_") for _, name in passed)
+    stops = [module for module, _ in groupby(module for module, _ in passed)]
+    assert len(stops) <= MOST_STOPS
+    back = [(a, b) for a, b in pairwise(stops) if floor(f"planning.{b}") > floor(f"planning.{a}")]
+    assert len(back) <= MOST_STEPS_BACK, back

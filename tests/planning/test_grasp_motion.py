@@ -11,11 +11,12 @@ from pickcli.cell.cell import Cell
 from pickcli.geometry import Array, pose
 from pickcli.grasping.cup_press import outward_of
 from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages import grasp_selection
-from pickcli.planning.stages.grasp_motion import GraspMotion
-from pickcli.planning.stages.grasp_selection import feasible_grasps, tips
+from pickcli.planning.stages.grasp_selection import feasible_grasps
+from pickcli.planning.stages.target_check import tips
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.verify import verify

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pickcli.cartesian.line import shifted
+from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
 from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import Scene
+from pickcli.seeds import derived_rng
 
 WALL = 0.02  # m between the held item's box and the walls, where there is room
 LEAST_WALL = 0.008
@@ -24,6 +30,8 @@ LANCE_TURN_COST = 0.03  # m of drop that a turn of 1 rad is worth
 PER_ORIENTATION = 2
 MAX_DROP = 0.28  # m from the item's lowest point to the floor (the rules: 0.3)
 YAWS = np.radians(np.arange(-180, 180, 15))
+WANTED = 4  # motions among which the best whole one is chosen
+DROP_COST = 2.0  # s that a metre of a drop's cost is worth
 LEVEL_LANCE = np.radians(105.0)  # how far a level lance may turn away from pointing across the place
 
 
@@ -88,6 +96,75 @@ class _Pile:
         """(M, K) top of each item under each footprint, the floor where it is beside it."""
         apart = np.abs(self.centres - centres[:, None])
         return np.where((apart < self.half + half).all(axis=2), self.tops, self.floor)
+
+
+def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
+    """Find motions that let the item go over its destination, straight down between the walls and up again.
+
+    Args:
+        problem: The pick.
+        chosen: How the item is held.
+
+    Returns:
+        The motions, the best placement first; or every reason why there is none.
+    """
+    context, state, destination = problem.context, chosen.grasp.tool_state, problem.destination
+    # What is taken out of its destination no longer lies there.
+    without = problem.scene.without(problem.target.id)
+    placements = drop_placements(without, destination, chosen.attached, state)
+    if isinstance(placements, Failures):
+        return placements
+    rng = derived_rng(problem.seed, "drop", problem.target.id)
+    carrying = Mode(state, chosen.attached, problem.contacts.while_transferring())
+    named = context.configurations_at(destination)
+    found: list[PlaceMotion] = []
+    failures = Failures()
+    for spot in placements:
+        seeds = np.vstack([chosen.end, *named, context.arm.random_seeds(rng, 4)])
+        motion = _dropped(problem, spot, seeds, carrying)
+        if isinstance(motion, Failures):
+            failures += motion
+            continue
+        found.append(motion)
+        if len(found) >= WANTED:
+            break
+    none = Reason(f"no free place in the {destination.name}", "place", f"{len(placements)} spots tried")
+    return tuple(found) or failures + none
+
+
+def _dropped(
+    problem: PickProblem, spot: DropPlacement, seeds: Array, carrying: Mode
+) -> PlaceMotion | Failures:
+    """Down to one placement and up again, from the first of the arm's solutions above it that can."""
+    context, checker = problem.context, problem.context.checker_for(problem.scene, carrying)
+    solutions = context.arm.solve(spot.above, carrying.tool_state, seeds)
+    if len(solutions) == 0:
+        return Failures.of(Reason("no inverse-kinematics solution", "place"))
+    are_valid = checker.are_valid(solutions)
+    if not are_valid.any():
+        return Failures.of(checker.explain(solutions[0]).at("place"))
+    failures = Failures()
+    for q in solutions[are_valid]:
+        motion = _lowered(problem, spot, q, carrying)
+        if not isinstance(motion, Reason):
+            return motion
+        failures += motion
+    return failures
+
+
+def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Reason:
+    """Down to one placement and up again, from a configuration (n,) above it."""
+    context, state = problem.context, carrying.tool_state
+    checker = context.checker_for(problem.scene, carrying)
+    down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
+    if isinstance(down, Reason):
+        return down
+    limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
+    place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)
+    # The way up is the way down without the item: a part of the volume that was just proven free.
+    empty = Mode(state, None, problem.contacts.after_dropping())
+    depart = replace(place.backwards(SegmentKind.DEPART), mode=empty)
+    return PlaceMotion(problem.scene, (place,), (depart,), DROP_COST * spot.cost)
 
 
 def drop_placements(

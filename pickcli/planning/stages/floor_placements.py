@@ -16,15 +16,92 @@ from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
+from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.supports import supports_of
+from pickcli.seeds import derived_rng
 
 STEP = 0.02  # m between spots that are tried
 FROM_MOUTH = 0.03  # m that stay free behind the mouth: the lips are 20 mm deep
 HOVER = 0.001  # m over the floor, on top of how much lower the item may be than its pose says
+WANTED = 2  # motions among which the best whole one is chosen
+NEXT_COST = 0.1  # s that the next best place is worth
+QUARTER_TURNS = (0.0, np.pi / 2, np.pi, -np.pi / 2)  # rad
 N_EXPLAINED = 16  # about, of the spots where none is free
 LEAST_SLENDERNESS = 0.35  # narrowest side of the base over the height: what is thinner falls over
+
+
+def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
+    """Find motions that set the item down on the floor of its destination, from the front.
+
+    It goes by a pick from there, backwards: what leads to an item lying there and brings it out also brings
+    it in and leads away from it, so the lines, their proofs and the reasons for failures are those of a pick.
+
+    Args:
+        problem: The pick.
+        chosen: How the item is held.
+
+    Returns:
+        The motions, the best placement first; or every reason why there is none.
+    """
+    context, target, destination = problem.context, problem.target, problem.destination
+    placements: list[PlacedItem] = []
+    failures = Failures()
+    for R_place_item in _orientations(problem):
+        there = floor_placements(context, problem.scene, target, R_place_item, destination)
+        if isinstance(there, Failures):
+            failures += there
+        else:
+            placements += there
+    rng = derived_rng(problem.seed, "set down", target.id, destination.name)
+    found: list[PlaceMotion] = []
+    for k, placed in enumerate(placements):
+        back = problem.back_from(placed)
+        if back.contacts.beside:
+            failures += _too_close(back, f"place {k} in {destination.name}")
+            continue
+        ways = tool_lines(back, chosen.grasp)
+        picked = ways if isinstance(ways, Failures) else plan_grasp_motion(back, ways, rng)
+        if isinstance(picked, Failures):
+            failures += picked
+            continue
+        found.append(_set_down(back, picked, NEXT_COST * k))
+        if len(found) >= WANTED:
+            break
+    return tuple(found) or failures
+
+
+def _orientations(problem: PickProblem) -> list[Array]:
+    """How the target may stand in a bin, (3, 3) each: as it stands where it is taken from.
+
+    What is taken out of a place from above by its upper side goes into a bin with that side to the front, and
+    may be turned about the way in.
+    """
+    R_entry_item = problem.T_entry_item[:3, :3]
+    if not problem.place.access.is_from_above:
+        return [R_entry_item]
+    return [rotation_axis_angle((1.0, 0.0, 0.0), turn) @ R_entry_item for turn in QUARTER_TURNS]
+
+
+def _too_close(back: PickProblem, where: str) -> Failures:
+    """What else than the floor the item would touch where it is set down."""
+    items, names = frozenset(placed.id for placed in back.scene.items), sorted(back.contacts.beside)
+    return Failures(tuple(Reason("too close", where, name, name if name in items else "") for name in names))
+
+
+def _set_down(back: PickProblem, picked: GraspMotion, cost: float) -> PlaceMotion:
+    """The segments of a pick from there, each backwards."""
+    kinds = {SegmentKind.RETREAT: SegmentKind.INSERT, SegmentKind.LIFT: SegmentKind.PLACE}
+    inward = tuple(segment.backwards(kinds[segment.kind]) for segment in reversed(picked.outward))
+    off, *rest = (segment.backwards(SegmentKind.DEPART) for segment in reversed(picked.inward))
+    # Away from the item the cup need not be as slow as it meets it.
+    off = replace(off, limits=SegmentLimits(max_tool_speed=back.context.settings.approach_speed))
+    return PlaceMotion(back.scene, inward, (off, *rest), cost)
 
 
 def floor_placements(

@@ -21,44 +21,15 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, inverse
-from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
+from pickcli.planning.pick_motion import GraspMotion, ToolLines
 from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.tool_clearance import ToolLines
 from pickcli.scene.scene import Scene
 
 N_SEEDS, N_ALONG = 12, 4  # of inverse kinematics at the contact, and of those along the rails
-SLOWER_THAN_ALLOWED = 0.98  # of a limit of the tool's speed: timing bounds it between points, nearly
-
 _Poses = TypeVar("_Poses")
-
-
-@dataclass(frozen=True, eq=False)
-class GraspMotion:
-    """All segments of one grasp inside its bin. Each starts where the one before ends.
-
-    Attributes:
-        grasp: Where the cup sits on the target.
-        attached: The target in the cup.
-        inward: Pre-approach, approach and contact, with the empty tool.
-        outward: First stretch of the lift, lift and retreat, with the target.
-    """
-
-    grasp: Grasp
-    attached: AttachedItem
-    inward: tuple[MotionSegment, ...]
-    outward: tuple[MotionSegment, ...]
-
-    @property
-    def start(self) -> Array:
-        """Configuration (n,) of the pre-approach."""
-        return self.inward[0].start
-
-    @property
-    def end(self) -> Array:
-        """Configuration (n,) at the end of the retreat."""
-        return self.outward[-1].end
 
 
 def plan_grasp_motion(

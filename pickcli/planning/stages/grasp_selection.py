@@ -10,13 +10,13 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
-from pickcli.grasping.cup_press import overtravel
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
+from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
-from pickcli.planning.stages.grasp_motion import GraspMotion, plan_grasp_motion
-from pickcli.planning.stages.target_check import check_target
+from pickcli.planning.stages.grasp_motion import plan_grasp_motion
+from pickcli.planning.stages.target_check import check_target, tips
 from pickcli.planning.stages.tool_clearance import tool_lines, with_room
 from pickcli.seeds import derived_rng
 
@@ -81,31 +81,6 @@ def _tried(
         if len(feasible) >= problem.context.settings.wanted:
             break
     return tuple(feasible), failures
-
-
-def tips(problem: PickProblem, grasp: Grasp) -> bool:
-    """Whether a cup from above tips the target, because it presses beside what carries it.
-
-    Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no matter
-    of balance: it rolls wherever the cup meets it. Nor is what would not stand by its weight as its pose
-    says: what keeps it is not known.
-
-    Args:
-        problem: The pick.
-        grasp: Where the cup sits on the target.
-
-    Returns:
-        True if it does.
-    """
-    target, supports = problem.target, problem.contacts.supports
-    if grasp.kind != "top-down" or target.can_roll:
-        return False
-    tip = target.T_world_item @ grasp.T_item_tip
-    tool = problem.context.cell.robot.tool
-    press = tool.cup_stiffness * overtravel(grasp, tool, problem.scene.noise)
-    if supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3]):
-        return False
-    return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
 
 
 def _in_turns(grasps: list[Grasp]) -> list[Grasp]:

@@ -3,41 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
 from pickcli.path_planning.path_cost import estimated_duration
+from pickcli.planning.pick_motion import GraspMotion, GraspTransit
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import RESERVE
-from pickcli.planning.stages.grasp_motion import GraspMotion
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
 
 SCORE_COST = 0.2  # s that a grasp's score of 1 is worth
-
-
-@dataclass(frozen=True, eq=False)
-class GraspTransit:
-    """A grasp with the transit to it.
-
-    Attributes:
-        in_bin: The motion inside the bin.
-        transit: From the start to where that begins.
-        cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
-        experience: What was found on the way to it that was not stored, also of grasps that were not chosen.
-    """
-
-    in_bin: GraspMotion
-    transit: MotionSegment
-    cost: float
-    experience: tuple[QueryExperience, ...] = ()
 
 
 def transits_to_grasps(

@@ -7,7 +7,6 @@ do so here, for a hundredth of what following a line with the arm costs.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -24,6 +23,7 @@ from pickcli.geometry import Array, inverse
 from pickcli.grasping.cup_press import cup_press, outward_of
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
+from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
 
@@ -35,28 +35,6 @@ N_WAYS = 2  # that the arm tries to follow
 N_EXPLAINED = 32  # of the grasps without room, about, from the best to the last
 LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0.055 are promised
 LIFTED = 1  # where the pushes of a way out have the end of the lift
-
-
-@dataclass(frozen=True, eq=False)
-class ToolLines:
-    """What the tool alone can do for one grasp.
-
-    Attributes:
-        grasp: Where the cup sits on the target.
-        press: How the cup is pressed on there.
-        inward: Ways to the contact, the plainest first.
-        outward: Ways out of the bin that leave the lance room, and on which the cup holds.
-    """
-
-    grasp: Grasp
-    press: CupPress
-    inward: tuple[PickPoses, ...]
-    outward: tuple[LiftPoses, ...]
-
-    @property
-    def contact(self) -> Array:
-        """(4, 4) pose of the tool in the world when the cup is pressed on."""
-        return self.inward[0].contact
 
 
 def with_room(
@@ -92,8 +70,9 @@ def _can_be_lifted(
     problem: PickProblem, tool_state: ToolState, T: Array, corridors: CorridorSet
 ) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
+    tool = _carrying(problem, tool_state)
     lifted = np.stack([pushed[LIFTED] for pushed in problem.extraction.pushes(corridors)]) @ T[:, None]
-    is_free = _are_valid(_carrying(problem, tool_state), lifted.reshape(-1, 4, 4))
+    is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 

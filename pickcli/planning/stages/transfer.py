@@ -2,40 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures
 from pickcli.motion.segment import SegmentKind
+from pickcli.planning.pick_motion import GraspTransit, PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import RESERVE
-from pickcli.planning.stages.grasp_motion import GraspMotion
-from pickcli.planning.stages.grasp_transit import GraspTransit
-from pickcli.planning.stages.placement import PlaceMotion, plan_placement
+from pickcli.planning.stages.placement import plan_placement
 from pickcli.planning.stages.transit import plan_coarse
-from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.seeds import derived_seed
-
-
-@dataclass(frozen=True, eq=False)
-class PickMotion:
-    """The geometry of a whole pick.
-
-    Attributes:
-        transit: From where the robot is to the pre-approach.
-        in_bin: In the bin, to the item and out with it.
-        transfer: From the end of the retreat to where the placement begins.
-        placement: To the release, and away from there.
-        experience: What the search for the transfer found that was not stored.
-    """
-
-    transit: MotionSegment
-    in_bin: GraspMotion
-    transfer: MotionSegment
-    placement: PlaceMotion
-    experience: tuple[QueryExperience, ...] = ()
 
 
 def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | Failures:

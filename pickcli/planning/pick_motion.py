@@ -1,0 +1,122 @@
+"""What the stages of a pick hand to each other, in the order in which it is made: values only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cartesian.corridor import LiftPoses
+from pickcli.cartesian.key_waypoints import PickPoses
+from pickcli.collision.attached_item import AttachedItem
+from pickcli.collision.motion_segment import MotionSegment
+from pickcli.collision.stage_contacts import CupPress
+from pickcli.geometry import Array
+from pickcli.motion.plan import Grasp
+from pickcli.roadmap.query_experience import QueryExperience
+from pickcli.scene.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class ToolLines:
+    """What the tool alone can do for one grasp.
+
+    Attributes:
+        grasp: Where the cup sits on the target.
+        press: How the cup is pressed on there.
+        inward: Ways to the contact, the plainest first.
+        outward: Ways out of the bin that leave the lance room, and on which the cup holds.
+    """
+
+    grasp: Grasp
+    press: CupPress
+    inward: tuple[PickPoses, ...]
+    outward: tuple[LiftPoses, ...]
+
+    @property
+    def contact(self) -> Array:
+        """(4, 4) pose of the tool in the world when the cup is pressed on."""
+        return self.inward[0].contact
+
+
+@dataclass(frozen=True, eq=False)
+class GraspMotion:
+    """All segments of one grasp inside its bin. Each starts where the one before ends.
+
+    Attributes:
+        grasp: Where the cup sits on the target.
+        attached: The target in the cup.
+        inward: Pre-approach, approach and contact, with the empty tool.
+        outward: First stretch of the lift, lift and retreat, with the target.
+    """
+
+    grasp: Grasp
+    attached: AttachedItem
+    inward: tuple[MotionSegment, ...]
+    outward: tuple[MotionSegment, ...]
+
+    @property
+    def start(self) -> Array:
+        """Configuration (n,) of the pre-approach."""
+        return self.inward[0].start
+
+    @property
+    def end(self) -> Array:
+        """Configuration (n,) at the end of the retreat."""
+        return self.outward[-1].end
+
+
+@dataclass(frozen=True, eq=False)
+class GraspTransit:
+    """A grasp with the transit to it.
+
+    Attributes:
+        in_bin: The motion inside the bin.
+        transit: From the start to where that begins.
+        cost: s, about the time to the end of the retreat, and what the grasp's score is worth.
+        experience: What was found on the way to it that was not stored, also of grasps that were not chosen.
+    """
+
+    in_bin: GraspMotion
+    transit: MotionSegment
+    cost: float
+    experience: tuple[QueryExperience, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceMotion:
+    """One way to let the item go. Each segment starts where the one before ends.
+
+    Attributes:
+        scene: The scene when the item has been let go.
+        inward: With the item, to the release.
+        away: With the empty tool, in that scene.
+        cost: s that a better place would be worth.
+    """
+
+    scene: Scene
+    inward: tuple[MotionSegment, ...]
+    away: tuple[MotionSegment, ...]
+    cost: float
+
+    @property
+    def start(self) -> Array:
+        """Configuration (n,) in which the transfer arrives."""
+        return self.inward[0].start
+
+
+@dataclass(frozen=True, eq=False)
+class PickMotion:
+    """The geometry of a whole pick.
+
+    Attributes:
+        transit: From where the robot is to the pre-approach.
+        in_bin: In the bin, to the item and out with it.
+        transfer: From the end of the retreat to where the placement begins.
+        placement: To the release, and away from there.
+        experience: What the search for the transfer found that was not stored.
+    """
+
+    transit: MotionSegment
+    in_bin: GraspMotion
+    transfer: MotionSegment
+    placement: PlaceMotion
+    experience: tuple[QueryExperience, ...] = ()

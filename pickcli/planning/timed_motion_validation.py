@@ -1,0 +1,45 @@
+"""Proof of a timed motion: every instant of it is free, not only the path that it was timed on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.motion_segment import MotionSegment
+from pickcli.errors import Reason
+from pickcli.timing.timed_run import TimedRun
+from pickcli.timing.trajectory_chords import trajectory_chords
+
+
+def prove(
+    run: TimedRun, segments: Sequence[MotionSegment], checkers: Sequence[SceneChecker]
+) -> Reason | None:
+    """Prove the timed motion itself free, quintic by quintic, by the checker of the segment it lies in.
+
+    What reaches into two segments is proven by both.
+
+    Args:
+        run: The timed run.
+        segments: Segments of the run, one for each of its parts.
+        checkers: What proves each segment.
+
+    Returns:
+        What is not proven, and when; None when all is free.
+    """
+    chords, slack = trajectory_chords(run.trajectory)
+    times = run.trajectory.times
+    spans = zip(run.part_times[:-1], run.part_times[1:], strict=True)
+    for segment, checker, (t_start, t_end) in zip(segments, checkers, spans, strict=True):
+        first = max(0, int(np.searchsorted(times, t_start, side="right")) - 1)
+        last = min(len(times) - 1, int(np.searchsorted(times, t_end, side="left")))
+        if last <= first:
+            continue
+        i = checker.first_invalid_edge(chords[first : last + 1], slack[first:last])
+        if i >= 0:
+            reason = checker.explain_edge(chords[first + i], chords[first + i + 1])
+            where = f"{segment.kind} at {times[first + i]:.3f} s"
+            what = "the timed motion is not proven free"
+            return Reason(what, where, str(reason), reason.in_the_way)
+    return None
