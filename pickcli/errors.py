@@ -256,7 +256,7 @@ class Failures:
         Returns:
             The changed failures.
         """
-        return Failures(tuple(reason.within(where) for reason in self.reasons))
+        return Failures((lambda: (reason.within(where) for reason in self.reasons),))
 
     def __iter__(self) -> Iterator[Reason]:
         """The reasons, in their order."""

@@ -101,6 +101,17 @@ class Hold:
         """
         return self._worst(self.body.weight(R_world_tip))
 
+    def ratios_at_rest(self, R_world_tip: Array) -> Array:
+        """The load at rest over what the cup bears.
+
+        Args:
+            R_world_tip: (N, 3, 3) orientations of the tool frame.
+
+        Returns:
+            (N,).
+        """
+        return self.limits.ratio(self.body.weight(R_world_tip), self.vacuum_share)
+
     def in_motion(self, motion: TipMotion) -> Load:
         """The worst load over the states of a motion in time.
 

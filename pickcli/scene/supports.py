@@ -253,8 +253,19 @@ class Supports:
         """Who stays without whom, as far as it was asked."""
         return {}
 
+    @cached_property
+    def _patches(self) -> dict[tuple[str, str, bytes], Array]:
+        """Corners of contacts, as far as they were asked for."""
+        return {}
+
     def _patch(self, contact: SolidContact) -> Array:
         """(N, 3) corners of where a presses on b."""
+        key = contact.a, contact.b, contact.normal.tobytes()
+        if key not in self._patches:
+            self._patches[key] = self._found_patch(contact)
+        return self._patches[key]
+
+    def _found_patch(self, contact: SolidContact) -> Array:
         a, b = self._index[contact.a], self._index[contact.b]
         solids, askew = self.solids, SETTLED + 2 * self.scene.noise.angle
         mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)

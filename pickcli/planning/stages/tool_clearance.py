@@ -61,7 +61,7 @@ def with_room(
 
     def why_not() -> Iterator[Reason]:
         for i in without[:: 1 + len(without) // N_EXPLAINED]:
-            yield _why_no_room(problem, grasps[i], T[i], corridors)
+            yield from _why_no_room(problem, grasps[i], T[i], corridors)
 
     return [g for g, has in zip(grasps, has_room, strict=True) if has], Failures((why_not,))
 
@@ -76,7 +76,7 @@ def _can_be_lifted(
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
-def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: CorridorSet) -> Reason:
+def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: CorridorSet) -> Failures:
     where, tool = str(grasp), _pressing(problem, grasp.tool_state, grasp.face)
     if not _are_valid(tool, T[None])[0]:
         return _blocked(problem, tool, T, f"{where}, contact")
@@ -102,15 +102,15 @@ def tool_lines(
     tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
     press = cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
     inward = _ways_in(problem, grasp, press)
-    if isinstance(inward, Reason):
-        return Failures.of(inward.within(str(grasp)))
+    if isinstance(inward, Failures):
+        return inward.within(str(grasp))
     outward = _ways_out(problem, grasp, inward[0].contact, corridors)
-    if isinstance(outward, Reason):
-        return Failures.of(outward.within(str(grasp)))
+    if isinstance(outward, Failures):
+        return outward.within(str(grasp))
     return ToolLines(grasp, press, inward, outward)
 
 
-def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickPoses, ...] | Reason:
+def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickPoses, ...] | Failures:
     """Ways to the contact, the plainest first."""
     empty = _checker(problem, grasp.tool_state, problem.contacts.while_approaching())
     pressing = _pressing(problem, grasp.tool_state, grasp.face)
@@ -141,22 +141,24 @@ def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickP
 
 def _ways_out(
     problem: PickProblem, grasp: Grasp, contact: Array, corridors: CorridorSet
-) -> tuple[LiftPoses, ...] | Reason:
+) -> tuple[LiftPoses, ...] | Failures:
     """Ways out on which the tool keeps clear of everything and holds the target."""
     tool = _checker(problem, grasp.tool_state, problem.contacts.while_carrying())
     found = [pushed @ contact for pushed in problem.extraction.pushes(corridors)]
     # A push that turns the item moves the tool farther than the item's middle.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
     if not found:
-        return Reason("touches too long", "lift", "the tool swings out too far where the item turns")
-    free = [poses for poses in found if _are_valid(tool, poses).all() and _is_valid_path(tool, *poses)]
+        what = "the tool swings out too far where the item turns"
+        return Failures.of(Reason("touches too long", "lift", what))
+    roomy = [poses for poses, has_room in zip(found, _all_valid(tool, found), strict=True) if has_room]
+    free = [poses for poses in roomy if _is_valid_path(tool, *poses)]
     if not free:
         return _blocked(problem, tool, found[0][LIFTED], "lift")
     hold = Hold.of(problem.target.item, grasp.face, inverse(grasp.T_item_tip), _tool_of(problem))
     most = problem.context.settings.load_ratio
-    held = [poses for poses in free if hold.at_rest(poses[:, :3, :3]).ratio <= most]
+    held = [poses for poses in free if hold.ratios_at_rest(poses[:, :3, :3]).max() <= most]
     if not held:
-        return Reason("does not hold", "lift", "turned over on every way out")
+        return Failures.of(Reason("does not hold", "lift", "turned over on every way out"))
     return tuple(LiftPoses.of(poses) for poses in held)
 
 
@@ -183,13 +185,23 @@ def _are_valid(tool: FreeToolChecker, T: Array) -> NDArray[np.bool_]:
     return tool.are_valid(tool.displacements(T))
 
 
+def _all_valid(tool: FreeToolChecker, ways: Sequence[Array]) -> NDArray[np.bool_]:
+    """(W,) whether the tool has room at all poses (K, 4, 4) of each of W ways."""
+    starts = np.cumsum([0, *(len(poses) for poses in ways[:-1])])
+    return np.asarray(np.logical_and.reduceat(_are_valid(tool, np.concatenate(ways)), starts))
+
+
 def _is_valid_path(tool: FreeToolChecker, *poses: Array) -> bool:
     """Whether the tool has room on the straight ways from pose to pose (4, 4)."""
     return tool.is_valid_path(tool.displacements(np.stack(poses)))
 
 
-def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Reason:
-    contact = tool.clearance(tool.displacements(T[None])[0])
-    detail = contact.with_distance(tool.margin)
-    in_the_way = contact.item if contact.item != problem.target.id else ""
-    return Reason("no room for the tool", where, detail, in_the_way)
+def _blocked(problem: PickProblem, tool: FreeToolChecker, T: Array, where: str) -> Failures:
+    """What is nearest to the tool at a pose (4, 4), looked up when somebody asks."""
+
+    def nearest() -> Iterator[Reason]:
+        contact = tool.clearance(tool.displacements(T[None])[0])
+        in_the_way = contact.item if contact.item != problem.target.id else ""
+        yield Reason("no room for the tool", where, contact.with_distance(tool.margin), in_the_way)
+
+    return Failures((nearest,))
