@@ -21,8 +21,8 @@ def line(T_a: Array, T_b: Array, step: float = STEP) -> Array:
     Returns:
         (P, 4, 4) poses, both ends included, P at least 2.
     """
-    distance = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3]))
-    turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
+    distance, is_turned = float(np.linalg.norm(T_b[:3, 3] - T_a[:3, 3])), (T_a[:3, :3] != T_b[:3, :3]).any()
+    turn = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3]) if is_turned else np.zeros(3)
     angle = float(np.linalg.norm(turn))
     n = max(1, int(np.ceil(max(distance / step, angle / ANGLE_STEP))))
     poses = np.tile(T_a, (n + 1, 1, 1))

@@ -19,6 +19,7 @@ from pickcli.kernel._kernel import (
     set_simd,
     shorten,
     simd,
+    smoothed_pace,
 )
 
 __all__ = [
@@ -36,4 +37,5 @@ __all__ = [
     "set_simd",
     "shorten",
     "simd",
+    "smoothed_pace",
 ]

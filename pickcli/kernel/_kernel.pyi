@@ -422,6 +422,22 @@ def fastest_pace(s: numpy.typing.NDArray[numpy.float64], dq: numpy.typing.NDArra
         t, s and ds/dt, each (P,); ds/dt is linear in t between the points.
     """
 
+def smoothed_pace(t: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], v: numpy.typing.NDArray[numpy.float64], step: float, n_window: int) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    A motion with its speed averaged over a window, which bounds its jerk.
+
+    Args:
+        t: (P,) s, increasing from 0.
+        s: (P,) path parameters.
+        v: (P,) ds/dt, linear in t between the points, 0 at both ends.
+        step: s between the times of the result.
+        n_window: Steps of the window, at least 1.
+
+    Returns:
+        s, ds/dt and d2s/dt2 at even times, each (K,): a window and a step longer than the motion, d2s/dt2 linear in
+        between.
+    """
+
 def quintic_peaks(times: numpy.typing.NDArray[numpy.float64], positions: numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], accelerations: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
     """
     Largest values on the quintics between points in time.
@@ -485,6 +501,13 @@ class BlendedPolyline:
 
         Returns:
             (K-1,) between each point and the next; below 1 there is room.
+        """
+
+    def knots(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Sorted s (M,) of both ends, of all stops, and of nodes within the blends, dense where the path bends fast.
+
+        Between two knots that lie in no blend the path is a straight line.
         """
 
     def are_lines(self, start: numpy.typing.NDArray[numpy.float64], end: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.bool_]:

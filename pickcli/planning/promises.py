@@ -152,7 +152,8 @@ def _evenly_turned(T_a: Array, T_b: Array, s: Array) -> Array:
     """Rotations (N, 3, 3) at shares s (N,) of the shortest turn between two poses (Rodrigues)."""
     v = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
     angle = float(np.linalg.norm(v))
-    K = np.cross(np.eye(3), v / max(angle, 1e-12))
+    x, y, z = v / max(angle, 1e-12)
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
     return np.asarray(T_a[:3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K)))
 

@@ -37,8 +37,6 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 DEPTH = 0.15625  # bump(0)
 _SIMPLIFY = 0.05  # share of the tolerance that dropping waypoints may use up
-_DENSITY = 4.0  # nodes per half-length of a blend
-_EVEN = np.linspace(-1.0, 1.0, int(2 * _DENSITY) + 1)  # the nodes of a lone blend, in half-lengths
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +94,7 @@ class BlendedPath:
 
         Between two knots that lie in no blend the path is a straight line.
         """
-        blends = np.flatnonzero(self.half_lengths > 0.0)
-        clusters = self._clusters(blends)
-        lone = np.array([first for first, last in clusters if first == last], dtype=np.intp)
-        even = self.corner_s[lone, None] + self.half_lengths[lone, None] * _EVEN
-        pieces = [self._nodes(first, last) for first, last in clusters if first < last]
-        return distinct(
-            np.concatenate([[0.0, self.length], self.corner_s[self.stops], even.ravel(), *pieces])
-        )
+        return self._kernel.knots()
 
     def is_line(self, start: Array, end: Array) -> Mask:
         """Whether the path is straight on intervals between knots.
@@ -127,30 +118,6 @@ class BlendedPath:
         pieces = [(self.corners[a : b + 1], self.half_lengths[a : b + 1]) for a, b in pairwise(cuts)]
         curves = [BlendedPath(corners, half, np.zeros(1)) for corners, half in pieces]
         return tuple(replace(c, waypoint_s=c.corner_s) for c in curves)
-
-    def _clusters(self, blends: Indices) -> list[tuple[int, int]]:
-        """Index ranges (first, last) of blends that overlap or touch."""
-        if len(blends) == 0:
-            return []
-        ends = np.maximum.accumulate(self.corner_s[blends] + self.half_lengths[blends])
-        # A later, longer blend may reach back over several earlier ones.
-        starts = np.minimum.accumulate((self.corner_s[blends] - self.half_lengths[blends])[::-1])[::-1]
-        cuts = np.flatnonzero(starts[1:] > ends[:-1] + SAME)
-        first = blends[np.concatenate([[0], cuts + 1])]
-        last = blends[np.concatenate([cuts, [len(blends) - 1]])]
-        return [(int(a), int(b)) for a, b in zip(first, last, strict=True)]
-
-    def _nodes(self, first: int, last: int) -> Array:
-        """Nodes of one cluster: ``_DENSITY`` or more per half-length of the shortest blend there."""
-        k = np.arange(first, last + 1)[self.half_lengths[first : last + 1] > 0.0]
-        s, h = self.corner_s[k], self.half_lengths[k]
-        marks = np.unique(np.concatenate([s - h, s - h / 2, s, s + h / 2, s + h]))
-        middle = (marks[1:] + marks[:-1]) / 2
-        covers = np.abs(middle[:, None] - s) < h
-        density = (covers / h).max(axis=1) * _DENSITY
-        count = np.concatenate([[0.0], np.cumsum(density * np.diff(marks))])
-        levels = np.linspace(0.0, count[-1], max(int(np.ceil(count[-1] - 1e-6)), 2) + 1)
-        return np.asarray(np.interp(levels, count, marks))
 
     def evaluate(self, s: Array | float, derivative: int = 0) -> Array:
         """Configuration or one of its derivatives by s.

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.geometry import Array
+from pickcli.kernel import smoothed_pace
 from pickcli.timing.toppra_closed_form import VelocityProfile
 
 
@@ -102,18 +103,8 @@ def smooth(profile: VelocityProfile, step: float, n_window: int) -> TimeLaw:
     Returns:
         The smooth time law, a window and a cell longer than the profile.
     """
-    n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
-    s = profile.position(step * np.arange(n_cells + 1.0))
-    rest = np.zeros(n_window + 1)
-    speed = np.concatenate([rest, np.diff(s) / step, rest])  # mean of each cell, taken at its middle
-    total = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
-    ds = np.maximum(total[n_window:] - total[:-n_window], 0.0) / n_window
-    dds = (speed[n_window:] - speed[:-n_window]) / (n_window * step)
-    ds[[0, -1]] = dds[[0, -1]] = 0.0
-    gained = step * ds[:-1] + step**2 * (dds[:-1] / 3 + dds[1:] / 6)
-    position = np.concatenate([[0.0], np.cumsum(np.maximum(gained, 0.0))])
-    position *= profile.s[-1] / position[-1]  # rounding only
-    return TimeLaw(step * np.arange(float(len(ds))), position, ds, dds)
+    s, ds, dds = smoothed_pace(profile.t, profile.s, profile.v, step, n_window)
+    return TimeLaw(step * np.arange(float(len(s))), s, ds, dds)
 
 
 def standing(length: float, step: float) -> TimeLaw:

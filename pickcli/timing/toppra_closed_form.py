@@ -74,21 +74,6 @@ class VelocityProfile:
         """Duration from rest to rest, s."""
         return float(self.t[-1])
 
-    def position(self, t: Array) -> Array:
-        """Path parameter at given times; exact.
-
-        Args:
-            t: (M,) s, clamped to both ends.
-
-        Returns:
-            (M,) s.
-        """
-        t = np.clip(t, 0.0, self.duration)
-        i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
-        dt = t - self.t[i]
-        slope = (self.v[i + 1] - self.v[i]) / (self.t[i + 1] - self.t[i])
-        return np.asarray(self.s[i] + dt * (self.v[i] + 0.5 * slope * dt))
-
 
 def parametrize(grid: PathGrid) -> VelocityProfile:
     """The fastest motion along a path from rest to rest; limits are enforced at both ends of each interval.

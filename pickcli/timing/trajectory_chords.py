@@ -7,18 +7,6 @@ import numpy as np
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
 
-# Power basis of a quintic on [0, 1] to its Bernstein coefficients.
-_BERNSTEIN = np.array(
-    [
-        [1, 0, 0, 0, 0, 0],
-        [1, 1 / 5, 0, 0, 0, 0],
-        [1, 2 / 5, 1 / 10, 0, 0, 0],
-        [1, 3 / 5, 3 / 10, 1 / 10, 0, 0],
-        [1, 4 / 5, 6 / 10, 4 / 10, 1 / 5, 0],
-        [1, 1, 1, 1, 1, 1],
-    ]
-)
-
 
 def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
     """Chords of a trajectory, and how far its quintics leave them.
@@ -32,8 +20,9 @@ def trajectory_chords(trajectory: Trajectory) -> tuple[Array, Array]:
     Returns:
         Chord ends (N, n) and slack (N - 1, n): each piece lies within its slack of its chord, joint by joint.
     """
-    control = _BERNSTEIN @ trajectory.coefficients()
-    q = trajectory.positions
-    along = np.linspace(0.0, 1.0, 6)[None, :, None]
-    chord = q[:-1, None] + along * (q[1:] - q[:-1])[:, None]
-    return q, np.abs(control - chord).max(axis=1)
+    h, q = np.diff(trajectory.times)[:, None], trajectory.positions
+    way, v, a = np.diff(q, axis=0), trajectory.velocities, trajectory.accelerations
+    # b_1 to b_4 from both ends; b_0 and b_5 are the ends themselves.
+    first, last = (v[:-1] * h - way) / 5, (way - v[1:] * h) / 5
+    off = np.abs([first, 2 * first + a[:-1] * h**2 / 20, 2 * last + a[1:] * h**2 / 20, last])
+    return q, off.max(axis=0)

@@ -48,6 +48,13 @@ def test_states_are_those_of_numpy(seed: int) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * scale, err_msg=f"derivative {d}")
 
 
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_knots_are_those_of_numpy(seed: int) -> None:
+    curve = random_curve(np.random.default_rng(seed))
+    np.testing.assert_array_equal(curve.knots, reference.knots(curve))
+
+
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_bounds_are_those_of_numpy(seed: int) -> None:

@@ -6,10 +6,39 @@ import numpy as np
 
 from pickcli.geometry import Array
 from pickcli.motion.trajectory import Trajectory
-from pickcli.timing.corner_blending import BlendedPath
+from pickcli.timing.corner_blending import BlendedPath, distinct
 from pickcli.timing.jerk_smoothing import TimeLaw
 from pickcli.timing.limit_check import peaks
 from pickcli.timing.polyline_simplification import SAME
+
+
+def knots(curve: BlendedPath) -> Array:
+    """Sorted s of both ends, all stops, and nodes within the blends: four or more per half-length."""
+    s, h = curve.corner_s, curve.half_lengths
+    found = [np.array([0.0, curve.length]), s[curve.stops]]
+    cluster: list[int] = []
+    for k in np.flatnonzero(h > 0.0).tolist():
+        rest = np.arange(len(s)) >= k
+        starts_here = cluster and (s - h)[rest & (h > 0.0)].min() > (s + h)[cluster].max() + SAME
+        if starts_here:
+            found.append(_nodes(s[cluster], h[cluster]))
+            cluster = []
+        cluster.append(k)
+    if cluster:
+        found.append(_nodes(s[cluster], h[cluster]))
+    return distinct(np.concatenate(found))
+
+
+def _nodes(s: Array, h: Array) -> Array:
+    """Nodes of blends that overlap."""
+    if len(s) == 1:
+        return np.asarray(s + h * np.linspace(-1.0, 1.0, 9))
+    marks = np.unique(np.concatenate([s - h, s - h / 2, s, s + h / 2, s + h]))
+    middle = (marks[1:] + marks[:-1]) / 2
+    density = 4.0 * ((np.abs(middle[:, None] - s) < h) / h).max(axis=1)
+    count = np.concatenate([[0.0], np.cumsum(density * np.diff(marks))])
+    levels = np.linspace(0.0, count[-1], max(int(np.ceil(count[-1] - 1e-6)), 2) + 1)
+    return np.asarray(np.interp(levels, count, marks))
 
 
 def evaluate(curve: BlendedPath, s: Array) -> Array:

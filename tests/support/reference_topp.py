@@ -20,6 +20,30 @@ def parametrize(grid: PathGrid) -> VelocityProfile:
     return _profile(grid, x, width)
 
 
+def position(profile: VelocityProfile, t: Array) -> Array:
+    """Path parameter (M,) at times t (M,), clamped to both ends."""
+    t = np.clip(t, 0.0, profile.duration)
+    i = np.clip(np.searchsorted(profile.t, t, side="right") - 1, 0, len(profile.t) - 2)
+    dt = t - profile.t[i]
+    slope = (profile.v[i + 1] - profile.v[i]) / (profile.t[i + 1] - profile.t[i])
+    return np.asarray(profile.s[i] + dt * (profile.v[i] + 0.5 * slope * dt))
+
+
+def smooth(profile: VelocityProfile, step: float, n_window: int) -> tuple[Array, Array, Array]:
+    """s, ds/dt and d2s/dt2 (K,) at even times, ds/dt averaged over a window."""
+    n_cells = max(int(np.ceil(profile.duration / step - 1e-9)), 1)
+    s = position(profile, step * np.arange(n_cells + 1.0))
+    rest = np.zeros(n_window + 1)
+    speed = np.concatenate([rest, np.diff(s) / step, rest])
+    total = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)])
+    ds = np.maximum(total[n_window:] - total[:-n_window], 0.0) / n_window
+    dds = (speed[n_window:] - speed[:-n_window]) / (n_window * step)
+    ds[[0, -1]] = dds[[0, -1]] = 0.0
+    gained = step * ds[:-1] + step**2 * (dds[:-1] / 3 + dds[1:] / 6)
+    along = np.concatenate([[0.0], np.cumsum(np.maximum(gained, 0.0))])
+    return along * (profile.s[-1] / along[-1]), ds, dds
+
+
 def _strips(grid: PathGrid) -> tuple[Array, Array]:
     """Slopes m and half-widths c, (M - 1, 2n), of the strips |u - m x_i| <= c of every interval.
 

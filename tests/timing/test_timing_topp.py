@@ -11,6 +11,7 @@ from toppra.interpolator import AbstractGeometricPath
 
 from pickcli.geometry import Array
 from pickcli.timing.corner_blending import BlendedPath, blend
+from pickcli.timing.jerk_smoothing import smooth
 from pickcli.timing.path_limits import path_bounds
 from pickcli.timing.toppra_closed_form import PathGrid, parametrize
 from support import reference_topp
@@ -89,7 +90,22 @@ def test_the_kernel_agrees_with_numpy(seed: int, n_points: int, n: int, size: fl
         mine, oracle = parametrize(grid), reference_topp.parametrize(grid)
         assert mine.duration == pytest.approx(oracle.duration, rel=1e-9)
         t = np.linspace(0.0, mine.duration, 200)
-        assert np.allclose(mine.position(t), oracle.position(t), rtol=0.0, atol=1e-9 * curve.length)
+        there, expected = (reference_topp.position(profile, t) for profile in (mine, oracle))
+        assert np.allclose(there, expected, rtol=0.0, atol=1e-9 * curve.length)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**31), step=st.floats(1e-3, 0.02), n_window=st.integers(1, 30))
+def test_the_kernel_smooths_as_numpy_does(seed: int, step: float, n_window: int) -> None:
+    curve = blend(random_walk(seed, 5), 0.02)
+    whole = np.array([0.0, curve.length])
+    bounds = path_bounds(curve, limits(), whole, np.ones(1), np.array([np.inf]), None)
+    profile = parametrize(bounds.grid(curve, 1.0, 1.0, 0.0))
+    pace = smooth(profile, step, n_window)
+    for found, expected in zip(
+        (pace.s, pace.ds, pace.dds), reference_topp.smooth(profile, step, n_window), strict=True
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_profile_is_at_rest_at_its_ends_and_never_turns_back() -> None:

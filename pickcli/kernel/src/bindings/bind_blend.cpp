@@ -79,6 +79,17 @@ nb::object stretch(const BlendedPolyline& curve, nb::handle t_in, nb::handle s_i
 
 void bind_bounds(nb::class_<BlendedPolyline>& curve) {
   curve
+      .def(
+          "knots",
+          [](const BlendedPolyline& self) {
+            std::vector<double> knots = self.knots();
+            const std::size_t M = knots.size();
+            return to_numpy(std::move(knots), {M});
+          },
+          nb::sig("def knots(self) -> " APC_F64),
+          R"(Sorted s (M,) of both ends, of all stops, and of nodes within the blends, dense where the path bends fast.
+
+Between two knots that lie in no blend the path is a straight line.)")
       .def("are_lines", &are_lines, "start"_a, "end"_a,
            nb::sig("def are_lines(self, start: " APC_F64 ", end: " APC_F64 ") -> " APC_BOOL),
            "Whether nothing bends (M,) on each of the intervals start (M,) to end (M,), which lie between "

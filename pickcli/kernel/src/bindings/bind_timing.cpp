@@ -26,6 +26,8 @@ void check_positive(const Doubles& values, const char* name) {
     if (!(values[i] > 0.0)) throw nb::value_error((std::string(name) + ": not positive").c_str());
 }
 
+constexpr double kMostCells = 1e8;  // of a motion in time: more is a mistake in the arguments
+
 nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, nb::handle acceleration_in,
                           nb::handle speed_in, nb::handle line_speed_in, nb::handle is_line_in,
                           double cruise) {
@@ -56,6 +58,22 @@ nb::tuple fastest_pace_of(nb::handle s_in, nb::handle dq_in, nb::handle ddq_in, 
   const std::size_t P = profile.t.size();
   return nb::make_tuple(to_numpy(std::move(profile.t), {P}), to_numpy(std::move(profile.s), {P}),
                         to_numpy(std::move(profile.v), {P}));
+}
+
+nb::tuple smoothed_pace(nb::handle t_in, nb::handle s_in, nb::handle v_in, double step,
+                        std::size_t n_window) {
+  const Doubles t(t_in, "t", {kAny}), s(s_in, "s", {t.rows()}), v(v_in, "v", {t.rows()});
+  check_increasing(t, "t");
+  if (!(step > 0.0 && t[t.size() - 1] / step < kMostCells)) throw nb::value_error("step: not positive, or tiny");
+  if (n_window < 1 || n_window > kMostCells) throw nb::value_error("n_window: not at least 1, or huge");
+  SmoothPace pace;
+  {
+    nb::gil_scoped_release unlocked;
+    pace = smoothed(t.data(), s.data(), v.data(), t.size(), step, n_window);
+  }
+  const std::size_t K = pace.s.size();
+  return nb::make_tuple(to_numpy(std::move(pace.s), {K}), to_numpy(std::move(pace.ds), {K}),
+                        to_numpy(std::move(pace.dds), {K}));
 }
 
 //! Beyond these, products of values and powers of steps are no longer finite.
@@ -120,6 +138,21 @@ Args:
 
 Returns:
     t, s and ds/dt, each (P,); ds/dt is linear in t between the points.)");
+  m.def("smoothed_pace", &smoothed_pace, "t"_a, "s"_a, "v"_a, "step"_a, "n_window"_a,
+        nb::sig("def smoothed_pace(t: " APC_F64 ", s: " APC_F64 ", v: " APC_F64
+                ", step: float, n_window: int) -> tuple[" APC_F64 ", " APC_F64 ", " APC_F64 "]"),
+        R"(A motion with its speed averaged over a window, which bounds its jerk.
+
+Args:
+    t: (P,) s, increasing from 0.
+    s: (P,) path parameters.
+    v: (P,) ds/dt, linear in t between the points, 0 at both ends.
+    step: s between the times of the result.
+    n_window: Steps of the window, at least 1.
+
+Returns:
+    s, ds/dt and d2s/dt2 at even times, each (K,): a window and a step longer than the motion, d2s/dt2 linear in
+    between.)");
   m.def("quintic_peaks", &peaks_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a,
         nb::sig("def quintic_peaks(times: " APC_F64 ", positions: " APC_F64 ", velocities: " APC_F64
                 ", accelerations: " APC_F64 ") -> tuple[" APC_F64 ", " APC_F64 ", " APC_F64 "]"),

@@ -8,6 +8,7 @@
 namespace apc {
 namespace {
 
+constexpr double kDensity = 4.0;                  // nodes per half-length of a blend
 constexpr double kSame = 1e-6;                    // joint units: what is nearer is one point
 const double kPeakThird = 10.0 / std::sqrt(3.0);  // of the smoothstep's second derivative
 
@@ -19,6 +20,25 @@ void bumps(double offset, double h, int highest, double* out) {
   if (highest >= 1) out[1] = u3 * (10.0 - 15.0 * u + 6.0 * u2) - (is_past ? 1.0 : 0.0);
   if (highest >= 2) out[2] = 30.0 * u2 * v * v / width;
   if (highest >= 3) out[3] = 60.0 * u * v * (v - u) / (width * width);
+}
+
+//! Sorted, without those that differ from a neighbour only by rounding; the largest is kept as it is.
+std::vector<double> distinct(std::vector<double> s) {
+  std::sort(s.begin(), s.end());
+  const double last = s.back(), tolerance = std::min(1e-8, 0.1 * last);
+  if (!(last > 0.0)) return {0.0};
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < s.size(); ++i)
+    if ((i == 0 || s[i] - s[i - 1] > tolerance) && s[i] < last - tolerance) kept.push_back(s[i]);
+  kept.push_back(last);
+  return kept;
+}
+
+//! y at x < xs.back(), linear between increasing xs.
+double interpolated(double x, const std::vector<double>& xs, const std::vector<double>& ys) {
+  const std::size_t i = static_cast<std::size_t>(std::upper_bound(xs.begin(), xs.end(), x) - xs.begin()) - 1;
+  if (x == xs[i]) return ys[i];
+  return (ys[i + 1] - ys[i]) / (xs[i + 1] - xs[i]) * (x - xs[i]) + ys[i];
 }
 
 double length_of(const double* v, std::size_t n) {
@@ -50,6 +70,54 @@ std::size_t BlendedPolyline::edge_of(double s) const {
   if (data_.s.size() <= 2) return 0;
   return static_cast<std::size_t>(std::upper_bound(data_.s.begin() + 1, data_.s.end() - 1, s) -
                                   (data_.s.begin() + 1));
+}
+
+std::vector<double> BlendedPolyline::knots() const {
+  const std::vector<double>&s = data_.s, &h = data_.half_lengths;
+  std::vector<double> found{0.0, length()};
+  std::vector<std::size_t> blends;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    if (h[k] > 0.0)
+      blends.push_back(k);
+    else if (k > 0 && k + 1 < s.size())
+      found.push_back(s[k]);
+  }
+  // Blends that overlap or touch are one cluster; a later, longer one may reach back over several.
+  for (std::size_t i = 0, first = 0; i < blends.size(); ++i) {
+    if (i + 1 < blends.size() && starts_[blends[i + 1]] <= ends_[blends[i]] + kSame) continue;
+    add_nodes(blends[first], blends[i], found);
+    first = i + 1;
+  }
+  return distinct(std::move(found));
+}
+
+//! Nodes of one cluster: kDensity or more per half-length of the shortest blend there.
+void BlendedPolyline::add_nodes(std::size_t first, std::size_t last, std::vector<double>& out) const {
+  if (first == last) {
+    for (int i = 0; i <= 2 * kDensity; ++i)
+      out.push_back(data_.s[first] + data_.half_lengths[first] * (i / kDensity - 1.0));
+    return;
+  }
+  std::vector<double> marks;
+  for (std::size_t k = first; k <= last; ++k) {
+    const double s = data_.s[k], h = data_.half_lengths[k];
+    if (h > 0.0) marks.insert(marks.end(), {s - h, s - h / 2, s, s + h / 2, s + h});
+  }
+  std::sort(marks.begin(), marks.end());
+  marks.erase(std::unique(marks.begin(), marks.end()), marks.end());
+  std::vector<double> count{0.0};  // of nodes, up to each mark
+  for (std::size_t i = 0; i + 1 < marks.size(); ++i) {
+    const double middle = (marks[i + 1] + marks[i]) / 2;
+    double density = 0.0;
+    for (std::size_t k = first; k <= last; ++k)
+      if (std::abs(middle - data_.s[k]) < data_.half_lengths[k])
+        density = std::max(density, 1.0 / data_.half_lengths[k]);
+    count.push_back(count.back() + density * kDensity * (marks[i + 1] - marks[i]));
+  }
+  const int n = std::max(static_cast<int>(std::ceil(count.back() - 1e-6)), 2);
+  const double step = count.back() / n;
+  for (int i = 0; i < n; ++i) out.push_back(interpolated(i * step, count, marks));
+  out.push_back(marks.back());
 }
 
 void BlendedPolyline::evaluate(const double* s, std::size_t M, int highest, double* out) const {

@@ -31,6 +31,10 @@ class BlendedPolyline {
   //! n).
   void evaluate(const double* s, std::size_t M, int highest, double* out) const;
 
+  //! Sorted s of both ends, of all stops, and of nodes within the blends, dense where the path bends fast.
+  //! Between two that lie in no blend it is straight.
+  std::vector<double> knots() const;
+
   //! Whether nothing bends on each of the intervals start (M,) .. end (M,), which lie between knots.
   void are_lines(const double* start, const double* end, std::size_t M, bool* out) const;
 
@@ -50,6 +54,7 @@ class BlendedPolyline {
   };
   Corners near(double start, double end) const;
   std::size_t edge_of(double s) const;
+  void add_nodes(std::size_t first, std::size_t last, std::vector<double>& out) const;
   const double* direction(std::size_t edge) const { return &data_.directions[(edge + 1) * n_]; }
   const double* turn(std::size_t k) const { return &data_.turns[k * n_]; }
 

@@ -153,4 +153,36 @@ PaceProfile fastest_pace(const PathGrid& grid) {
   return points.ended(grid.s[last], std::sqrt(passes.x(last)));
 }
 
+SmoothPace smoothed(const double* t, const double* s, const double* v, std::size_t P, double step,
+                    std::size_t n_window) {
+  const double duration = t[P - 1], window = static_cast<double>(n_window);
+  const std::size_t n_cells = static_cast<std::size_t>(std::max(std::ceil(duration / step - 1e-9), 1.0));
+  std::vector<double> speed(n_cells + 2 * (n_window + 1), 0.0);  // mean of each cell, taken at its middle
+  double before = 0.0;
+  for (std::size_t i = 0, at = 0; i <= n_cells; ++i) {
+    const double now = std::min(step * static_cast<double>(i), duration);
+    while (at + 2 < P && t[at + 1] <= now) ++at;
+    const double dt = now - t[at], slope = (v[at + 1] - v[at]) / (t[at + 1] - t[at]);
+    const double position = s[at] + dt * (v[at] + 0.5 * slope * dt);
+    if (i > 0) speed[n_window + i] = (position - before) / step;
+    before = position;
+  }
+  std::vector<double> total(speed.size(), 0.0);
+  for (std::size_t i = 1; i < total.size(); ++i) total[i] = total[i - 1] + (speed[i] + speed[i - 1]) / 2;
+  const std::size_t K = speed.size() - n_window;
+  SmoothPace pace{std::vector<double>(K, 0.0), std::vector<double>(K, 0.0), std::vector<double>(K, 0.0)};
+  for (std::size_t i = 1; i + 1 < K; ++i) {
+    pace.ds[i] = std::max(total[i + n_window] - total[i], 0.0) / window;
+    pace.dds[i] = (speed[i + n_window] - speed[i]) / (window * step);
+  }
+  for (std::size_t i = 1; i < K; ++i) {
+    const double gained =
+        step * pace.ds[i - 1] + step * step * (pace.dds[i - 1] / 3 + pace.dds[i] / 6);
+    pace.s[i] = pace.s[i - 1] + std::max(gained, 0.0);
+  }
+  const double rounding = s[P - 1] / pace.s.back();
+  for (double& value : pace.s) value *= rounding;
+  return pace;
+}
+
 }  // namespace apc

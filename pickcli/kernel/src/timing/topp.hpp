@@ -35,4 +35,14 @@ struct PaceProfile {
 //! (accelerate, cruise, brake) with no gridpoints in between.
 PaceProfile fastest_pace(const PathGrid& grid);
 
+//! s and its derivatives by time at even times, each (K,).
+struct SmoothPace {
+  std::vector<double> s, ds, dds;
+};
+
+//! The profile (P points) with its speed averaged over a window of n_window steps, which bounds its jerk: a
+//! window and a step longer.
+SmoothPace smoothed(const double* t, const double* s, const double* v, std::size_t P, double step,
+                    std::size_t n_window);
+
 }  // namespace apc
