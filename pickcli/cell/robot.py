@@ -115,6 +115,12 @@ class Robot:
         """Number of planned joints."""
         return len(self.joint_names)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the planned joints' positions: "m" or "rad"."""
+        slides = {joint.name for joint in self.joints if joint.type is JointType.PRISMATIC}
+        return tuple("m" if name in slides else "rad" for name in self.joint_names)
+
     def link(self, name: str) -> Link:
         """The link of a name.
 

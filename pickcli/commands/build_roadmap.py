@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
+from pickcli.commands.command import Command
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from pickcli.roadmap.graph import Roadmap
 
 
-@click.command("build-roadmap")
+@click.command("build-roadmap", cls=Command)
 @cell_option
 @click.option("--neighbours", type=NumberType(1, 100), default=RoadmapSettings.n_neighbours,
               show_default=True,

@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
+from pickcli.commands.command import Command
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, refuse_output
 from pickcli.commands.report import emit_json
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from pickcli.precompute.database_builder import TrajectoryReport
 
 
-@click.command("build-trajectories")
+@click.command("build-trajectories", cls=Command)
 @cell_option
 @click.option("--tries", type=NumberType(1, 1000), default=TrajectorySettings.n_tries,
               show_default=True,

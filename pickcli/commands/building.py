@@ -53,10 +53,10 @@ def building(
     try:
         with stage(label), build_report(label, as_json) as report:
             yield RunOptions(who, report=told)
-    except (KeyboardInterrupt, InputError):
+    except (KeyboardInterrupt, InputError) as stop:
         if last is not None and last.journal is not None and last.journal.exists():
             done = f"{last.done:.0f} of {last.total:.0f} tasks are kept in {last.journal}"
-            click.echo(f"{done}; the same command goes on from there", err=True)
+            stop.add_note(f"{done}; the same command goes on from there")
         raise
     for journal in journals(output):
         click.echo(

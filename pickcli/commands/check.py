@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 MOST_LINES = 20  # damaged blocks that are listed for people
 
 
-@click.command("check")
+@click.command("check", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
 @click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
 @cell_option
@@ -55,9 +56,8 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     else:
         click.echo("\n".join(_lines(path, found, done)))
     if found.damage and done is None:
-        raise DamagedError(
-            f"{path}: damaged in {_places(len(found.damage))}; add --repair, or build it again"
-        )
+        what = found.cut_off or f"damaged in {_places(len(found.damage))}"
+        raise DamagedError(f"{path}: {what}; add --repair, or build it again")
 
 
 def _places(n: int) -> str:
@@ -76,6 +76,7 @@ def _summary(path: Path, found: IntegrityReport, done: Repair | None) -> dict[st
         "file": str(path),
         "format": found.kind.name,
         "cell_fingerprint": found.fingerprint,
+        "cut_off": found.cut_off or None,
         "damage": [{"where": damage.where, "lost": damage.lost or None} for damage in found.damage],
         "intact": {name: len(rows) for name, rows in found.intact.items()},
         "repair": None
@@ -90,7 +91,8 @@ def _lines(path: Path, found: IntegrityReport, done: Repair | None) -> list[str]
         return [f"{path}: {found.kind.name}, undamaged: {intact}"]
     listed = [f"  {d.where}: {'lost: ' + d.lost if d.lost else 'nothing is lost'}" for d in found.damage]
     more = len(listed) - MOST_LINES
-    lines = [f"{path}: {found.kind.name}, damaged; intact: {intact}", *listed[:MOST_LINES]]
+    what = found.cut_off or "damaged"
+    lines = [f"{path}: {found.kind.name}, {what}; intact: {intact}", *listed[:MOST_LINES]]
     lines += [f"  and {more} more"] if more > 0 else []
     if done is not None:
         same = "the same bytes as when it was made" if done.is_same else "not the bytes that were made then"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, json_option, seed_option
@@ -32,7 +33,7 @@ HEAD = ("planner", "solved", "planning ms", "p95", "whole ms", "p95", "as found"
 PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 
 
-@click.command("compare-planners")
+@click.command("compare-planners", cls=Command)
 @cell_option
 @click.option(
     "--pairs", metavar="A:B,...", help="Configurations.  [default: Delft's pairs whose line is blocked]"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from pickcli.simulation.world import World
 
 
-@click.command("execute")
+@click.command("execute", cls=Command)
 @click.argument("plan_path", metavar="PLAN.json", type=PATH)
 @scene_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
@@ -203,7 +204,8 @@ def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
                     on_step=look if film is not None else None,
                 )
             except StartError as error:
-                raise StartError(error.joint, error.offset, "add --bridge, which does that") from None
+                advice = "add --bridge, which does that"
+                raise StartError(error.joint, error.offset, error.unit, advice) from None
             runs.append(run)
             if not run.is_clean:
                 break

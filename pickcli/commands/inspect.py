@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
@@ -23,7 +24,7 @@ MOST_LISTED = 3  # entries of a list that are shown without --all
 HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
 
 
-@click.command("inspect")
+@click.command("inspect", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
 @click.option("--cell", "cell_name", metavar="NAME|DIR",
               help="The cell of a scene or drawing, or the one that a stored file has to be of.  "
@@ -90,7 +91,7 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import refuse_special_file
-    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, kind_of
+    from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, kind_of, refuse_utf_16
 
     if path.is_dir() or not path.exists():
         return _cell(path)
@@ -102,6 +103,7 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
             head += file.read()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    refuse_utf_16(path, head)
     kind = kind_of(head) or (CELL if path.suffix == ".yaml" else None)
     if kind == SCENE:
         return _scene(path, cell_name)

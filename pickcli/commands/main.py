@@ -170,17 +170,14 @@ def _outcome() -> int:
     except click.UsageError as error:
         _with_help(error).show()
         return 2
-    except Terminated:
-        click.echo("terminated", err=True)
-        return 143
-    except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        return 130
+    except KeyboardInterrupt as stop:
+        return _stopped(stop)
     except click.ClickException as error:
         error.show()
         return 3
     except ApcError as error:
         _log.debug("raised here", exc_info=error)
+        _tell_notes(error)
         click.echo(f"apc: error: {printable(str(error))}", err=True)
         return error.exit_code
     except BrokenPipeError:  # who read us has heard enough
@@ -193,6 +190,23 @@ def _outcome() -> int:
         click.echo(f"apc: error: {printable(str(where))}: {error.strerror}", err=True)
         return 3
     return code if isinstance(code, int) else 0
+
+
+def _stopped(stop: KeyboardInterrupt) -> int:
+    """Say how an interrupted command goes on: as who was interrupted noted, else from its beginning."""
+    if not _tell_notes(stop):
+        click.echo("the same command begins anew", err=True)
+    is_terminated = isinstance(stop, Terminated)
+    click.echo("terminated" if is_terminated else "interrupted", err=True)
+    return 143 if is_terminated else 130
+
+
+def _tell_notes(error: BaseException) -> bool:
+    """Tell what was noted on an exception on its way up (``add_note``); whether anything was."""
+    notes = getattr(error, "__notes__", [])
+    for note in notes:
+        click.echo(note, err=True)
+    return bool(notes)
 
 
 def _with_help(error: click.UsageError) -> click.UsageError:

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.report import emit_json
 
 
-@click.command("make-order")
+@click.command("make-order", cls=Command)
 @click.option("--task", type=click.Choice(["pick", "stow"], case_sensitive=False), default="pick",
               show_default=True,
               help="Move targets into the tote, or the tote's items into bins.")  # fmt: skip

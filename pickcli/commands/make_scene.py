@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
     cell_option,
     json_option,
+    of_file,
     order_argument,
     output_option,
     refuse_output,
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from pickcli.cell.pod_tolerance import Displacement
 
 
-@click.command("make-scene")
+@click.command("make-scene", cls=Command)
 @order_argument
 @output_option("scene")
 @click.option("--picture", type=PATH, metavar="FILE.png", help="Also write a picture of the pod's front.")
@@ -70,7 +72,7 @@ def command(
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
-    with stage("stowing"), progress("settling") as report:
+    with stage("stowing"), progress("settling") as report, of_file(order_path):
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     write_scene(scene, output, overwrite)
     if picture is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -188,6 +189,25 @@ def refuse_same(*outputs: Path) -> None:
         first = by_target.setdefault(os.path.realpath(output), output)
         if first is not output:
             raise InputError(f"{output}: would be written twice, also as {first}; name two files")
+
+
+@contextmanager
+def of_file(path: Path) -> Iterator[None]:
+    """Name the file in what is refused because of it, where who refuses does not know of files.
+
+    Args:
+        path: The file.
+
+    Yields:
+        Nothing, once.
+
+    Raises:
+        InputError: As it was raised inside, with the file.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _files(inputs: Sequence[Path | str | None]) -> Iterator[Path]:

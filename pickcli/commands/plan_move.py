@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
@@ -21,7 +22,7 @@ from pickcli.commands.planner import (
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 
-@click.command("plan-move")
+@click.command("plan-move", cls=Command)
 @scene_options
 @click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
 @click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from pickcli.scene.scene import Scene
 
 
-@click.command("plan-pick")
+@click.command("plan-pick", cls=Command)
 @scene_options
 @click.option(
     "--bin", "bin_name", metavar="BIN", required=True, help="Where the item is: a bin, e.g. bin_C, or tote."

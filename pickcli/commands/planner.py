@@ -126,10 +126,10 @@ def _build_missing(cell: Cell) -> None:
                 lambda what: bars.enter_context(build_report(f"building the {what}")),
                 runner(min(2, available_cores())),
             )
-    except (KeyboardInterrupt, InputError):
+    except (KeyboardInterrupt, InputError) as stop:
         paths = default_paths(cell)
         for journal in (*journals(paths.roadmap), *journals(paths.trajectories)):
-            click.echo(f"what is built is kept in {journal}; the same command goes on from there", err=True)
+            stop.add_note(f"what is built is kept in {journal}; the same command goes on from there")
         raise
 
 
@@ -274,26 +274,18 @@ def _is_number(text: str) -> bool:
 def _beyond_limits(robot: Robot, q: Array) -> list[str]:
     """What is wrong with the joints of a configuration (n,) that are beyond their limits, with units."""
     told = []
-    for i, (name, unit) in enumerate(zip(robot.joint_names, _units(robot), strict=True)):
+    for i, (name, unit) in enumerate(zip(robot.joint_names, robot.units, strict=True)):
         low, high = robot.limits.lower[i], robot.limits.upper[i]
         if not low <= q[i] <= high:  # nan is in no range
             told.append(f"{name} is {q[i]:g} {unit}, its limits are {low:g} to {high:g} {unit}")
     return told
 
 
-def _units(robot: Robot) -> list[str]:
-    """The units of a configuration's numbers: "m" or "rad"."""
-    from pickcli.cell.robot import JointType
-
-    slides = {joint.name for joint in robot.joints if joint.type is JointType.PRISMATIC}
-    return ["m" if name in slides else "rad" for name in robot.joint_names]
-
-
 def _unit_advice(robot: Robot, q: Array) -> str:
     """What to do about a configuration (n,) beyond its limits: far off, it was meant in other units."""
     import numpy as np
 
-    units = np.array(_units(robot))
+    units = np.array(robot.units)
     angle, length = (float(np.abs(q[units == unit]).max(initial=0.0)) for unit in ("rad", "m"))
     if FULL_TURN < angle < inf:
         return "angles are in rad, not degrees"

@@ -9,6 +9,7 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
+from pickcli.commands.command import Command
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
 from pickcli.commands.report import emit_json
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from pickcli.precompute.refreshing import Refresh
 
 
-@click.command("refresh")
+@click.command("refresh", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
 @cell_option
 @jobs_option

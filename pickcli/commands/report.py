@@ -104,7 +104,13 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
         if grasp is None
         else {"item": grasp.item, "kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.tool_state)},
         "segments": [
-            {"kind": str(s.kind), "t_start": s.t_start, "t_end": s.t_end, "held": s.held}
+            {
+                "kind": str(s.kind),
+                "t_start": s.t_start,
+                "t_end": s.t_end,
+                "tool_state": str(s.tool_state),
+                "held": s.held,
+            }
             for s in plan.segments
         ],
         "events": [{"device": e.device, "action": e.action, "t": e.t_trigger} for e in plan.events],
@@ -129,12 +135,20 @@ def plan_text(plan: Plan, path: Path) -> str:
         else f"certified, at least {1e3 * certificate.min_clearance:.1f} mm clear of all but planned contacts"
     )
     slow = "" if plan.speed_scale == 1.0 else f", carried at {plan.speed_scale:.2f} of full speed"
-    how = [] if grasp is None else [f"  {grasp.kind} grasp on face {grasp.face} of {grasp.item}"]
+    how = f"{grasp.kind} grasp on face {grasp.face} of {grasp.item}" if grasp else _tool(plan)
     times = ", ".join(f"{name.removesuffix('_ms')} {ms:.0f} ms" for name, ms in plan.statistics.items())
     return "\n".join(
-        [f"{plan.query}: {plan.trajectory.duration:.2f} s{slow}", *how, f"  {trust}", *_timetable(plan),
+        [f"{plan.query}: {plan.trajectory.duration:.2f} s{slow}", f"  {how}", f"  {trust}", *_timetable(plan),
          f"  took: {times}", f"  wrote {path}"]
     )  # fmt: skip
+
+
+def _tool(plan: Plan) -> str:
+    """The states that the empty tool goes through."""
+    states = [str(segment.tool_state) for segment in plan.segments]
+    return (
+        f"tool {', then '.join(state for i, state in enumerate(states) if i == 0 or state != states[i - 1])}"
+    )
 
 
 def _timetable(plan: Plan) -> list[str]:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
     cell_option,
     json_option,
+    of_file,
     order_argument,
     reality_option,
     refuse_reading,
@@ -88,7 +90,7 @@ def standing(
     return pod_pose(shift, cell, seed), replace(reality, pod_shift=shift == RANDOM)
 
 
-@click.command("run-trial")
+@click.command("run-trial", cls=Command)
 @order_argument
 @click.option(
     "-o", "--output", type=PATH, metavar="DIR",
@@ -144,7 +146,7 @@ def command(
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True)
-    with stage("stowing"), progress("placing the items") as report:
+    with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     arena = SimulatedArena(scene, reality, seed)
     click.get_current_context().call_on_close(arena.close)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip x y z in the bin frame, m")
 
 
-@click.command("suggest-configurations")
+@click.command("suggest-configurations", cls=Command)
 @cell_option
 @click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
 @click.option("--pivot", "tool_state", metavar="STATE", default=None, show_default="the first of the cell",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.command import Command
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
 
 
-@click.command("verify")
+@click.command("verify", cls=Command)
 @click.argument("plan_path", metavar="PLAN", type=PATH)
 @scene_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",

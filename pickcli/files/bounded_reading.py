@@ -74,7 +74,7 @@ def read_text(
     """
     content = read_bytes(path, max_bytes, what_to_do, wanted)
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # some editors begin a file with a mark
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8") from None
 

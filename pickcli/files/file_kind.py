@@ -6,6 +6,7 @@ that every one of its keys is unknown.
 
 from __future__ import annotations
 
+import codecs
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +17,8 @@ HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 STORE_END = (
     b"APCSPARE"  # the last bytes of a stored file: its spare copy may be used where its first are damaged
 )
+HEAD = 64  # bytes that tell how a text is encoded
+UTF_16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 PICTURE_MAGICS = (b"\x89PNG\r\n\x1a\n", b"GIF87a", b"GIF89a", b"\xff\xd8\xff")  # PNG, GIF, JPEG
 
 
@@ -91,6 +94,7 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
     Raises:
         InputError: It is of another kind.
     """
+    refuse_utf_16(path, content)
     found = kind_of(content)
     if found is not None:
         name = found.name
@@ -100,6 +104,24 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
         return
     if found is not wanted:
         raise InputError(f"{path}: is {name}, but {wanted.name} is wanted here ({wanted.origin})")
+
+
+def refuse_utf_16(path: Path, content: bytes) -> None:
+    """Refuse a text in UTF-16, as some editors write it: with a mark, or every other byte of ASCII a zero.
+
+    Args:
+        path: The file, for the message.
+        content: Its content, or the beginning of it.
+
+    Raises:
+        InputError: It is such a text.
+    """
+    low, high = content[:HEAD:2], content[1:HEAD:2]
+    is_ascii = len(high) > 1 and any(
+        not any(a) and b.isascii() and all(b) for a, b in ((low, high), (high, low))
+    )
+    if content.startswith(UTF_16_MARKS) or is_ascii:
+        raise InputError(f"{path}: is text in UTF-16; save the file as UTF-8")
 
 
 def _is_utf8(content: bytes) -> bool:

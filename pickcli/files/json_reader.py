@@ -11,6 +11,7 @@ from pickcli.errors import InputError, shortened
 
 MAX_DIGITS = 20  # of a whole number
 _CONSTANT = re.compile(r'"(?:[^"\\]|\\.)*"|(-?\b(?:NaN|Infinity)\b)')
+_YAML = re.compile(r"---|- |[A-Za-z_][\w ]*:(\s|$)")  # how a text of YAML begins
 _PYTHON = {"None": "null", "True": "true", "False": "false"}
 
 
@@ -82,10 +83,14 @@ def _advice(text: str, error: json.JSONDecodeError) -> str:
     rest, before = text[error.pos :], text[: error.pos].rstrip()
     if not text.strip():
         return "the file is empty"
+    if not before and _YAML.match(rest):
+        return "it looks like YAML; write it as JSON, with braces around it and keys in double quotes"
     if not rest.strip() or error.msg.startswith("Unterminated string"):
         return "the text ends too early; the file is cut off, or a quote or bracket is not closed"
     if rest.startswith(("//", "/*", "#")):
         return "JSON has no comments; delete them"
+    if not before and rest[0] not in '"{[':
+        return f"it begins with {rest[:12].split(chr(10))[0]!r}; is it the right file?"
     if word := re.match(r"[A-Za-z_]\w*", rest):
         return _advice_about(word.group())
     if rest.startswith("'"):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
 from typing import Annotated, Any, TypeVar, get_args
 
 from annotated_types import Len
@@ -53,7 +52,7 @@ def validate(source: Source, model: type[Model]) -> Model:
         # By way of JSON: there a list may become a tuple while everything else stays strict.
         return model.model_validate_json(json.dumps(source.data))
     except ValidationError as error:
-        details = _causes(error.errors(include_url=False))
+        details = causes(error)
         for detail in details[:MOST_TOLD]:
             note(source, model, detail)
         source.n_untold += len(details[MOST_TOLD:])
@@ -61,13 +60,32 @@ def validate(source: Source, model: type[Model]) -> Model:
         raise
 
 
-def _causes(details: Sequence[Any]) -> list[Any]:
+def causes(error: ValidationError) -> list[Any]:
     """Pydantic's errors without those that follow from others.
 
-    A list whose entries are wrong is also too short for pydantic, which counts the right ones.
+    A list whose entries are wrong is also too short for pydantic, which counts the right ones. Where many
+    keys of one object are missing, that is one mistake.
+
+    Args:
+        error: What pydantic raised.
+
+    Returns:
+        Entries of ``ValidationError.errors()``; one of the type ``MANY_MISSING`` in place of those of the
+        missing keys of one object.
     """
+    details = error.errors(include_url=False)
     inner = {detail["loc"][:i] for detail in details for i in range(len(detail["loc"]))}
-    return [detail for detail in details if detail["type"] != "too_short" or detail["loc"] not in inner]
+    told: list[Any] = [d for d in details if d["type"] != "too_short" or d["loc"] not in inner]
+    missing: dict[Key, list[Any]] = {}
+    for detail in told:
+        if detail["type"] == "missing":
+            missing.setdefault(detail["loc"][:-1], []).append(detail)
+    for parent, group in missing.items():
+        if len(group) > FEW_MISSING:
+            names = [str(detail["loc"][-1]) for detail in group]
+            told[told.index(group[0])] = {"type": MANY_MISSING, "loc": parent, "input": names}
+            told = [detail for detail in told if detail not in group]
+    return told
 
 
 def note(source: Source, model: type[BaseModel], detail: Any) -> None:
@@ -95,7 +113,9 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     """
     kind, given = detail["type"], detail["input"]
     if kind == "missing":
-        return f"expected {_meaning(model, key)}, got nothing; add it"
+        return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key)}"
+    if kind == MANY_MISSING:
+        return f"lacks {', '.join(given[:-1])} and {given[-1]}; {_addition(model, key, 'add them')}"
     if kind == "extra_forbidden":
         known = sorted(_fields(model, key[:-1]))
         return f"unknown key; {suggestion(str(key[-1]), known)}"
@@ -105,6 +125,13 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
     got = f"{len(given)}" if kind in _BOUNDS else _short(given)
     return f"expected {_wanted(model, key, detail)}, got {got}; {advice}"
+
+
+def _addition(model: type[BaseModel], key: Key, otherwise: str = "add it") -> str:
+    """What to do about a value that is missing: its field may say so, under ``advice``."""
+    field = _fields(model, key[:-1]).get(str(key[-1])) if key else None
+    extra = getattr(field, "json_schema_extra", None)
+    return str(extra["advice"]) if isinstance(extra, dict) and "advice" in extra else otherwise
 
 
 def _wanted(model: type[BaseModel], key: Key, detail: Any) -> str:
@@ -130,6 +157,8 @@ _TYPES = {"model_type": "an object {...}", "dict_type": "an object {...}", "list
           "tuple_type": "a list [...]", "string_type": "text in quotes"}  # fmt: skip
 _BOUNDS = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 NO_MEANING = "a value"
+FEW_MISSING = 3  # keys of one object that are told one by one
+MANY_MISSING = "many_missing"  # the kind of the one error that tells more
 MAX_SHOWN = 40  # characters of a value that is wrong
 
 

@@ -124,12 +124,13 @@ def name_of(key: Key) -> str:
     return text.removeprefix(".")
 
 
-def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
+def read_yaml(path: Path, wanted: FileKind | None = None, is_json: bool = False) -> Source:
     """Read values and marks of a YAML file, or of a JSON file, which is YAML too.
 
     Args:
         path: The file; what is named `.json` must be JSON and nothing else.
         wanted: The kind that the file should be of; None for any.
+        is_json: Whether it must be JSON whatever its name.
 
     Returns:
         The values with their places.
@@ -137,15 +138,16 @@ def read_yaml(path: Path, wanted: FileKind | None = None) -> Source:
     Raises:
         InputError: With every mistake found and its place.
     """
-    return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path)
+    return parse_yaml(read_text(path, MAX_BYTES, wanted=wanted), path, is_json)
 
 
-def parse_yaml(text: str, path: Path) -> Source:
+def parse_yaml(text: str, path: Path, is_json: bool = False) -> Source:
     """Read a YAML or JSON text as ``read_yaml`` reads a file.
 
     Args:
         text: The text.
         path: The file whose content it is or would be; `.json` asks for JSON.
+        is_json: Whether it must be JSON whatever its name.
 
     Returns:
         The values with their places.
@@ -155,7 +157,7 @@ def parse_yaml(text: str, path: Path) -> Source:
     """
     source = Source(path)
     text = text.removeprefix(BYTE_ORDER_MARK)
-    if path.suffix.lower() == ".json":
+    if is_json or path.suffix.lower() == ".json":
         refuse_bad_syntax(text, str(path))
         text = _without_tabs_around(text)
     events = _Events(source, _SURROGATES.sub(_character, text))

@@ -3,8 +3,9 @@
 Progress is the trajectory's time of the path point nearest to the measured configuration. It is searched in
 a short window ahead of the progress so far, so it never goes back, and a path that crosses itself or passes
 the same place twice cannot confuse it. A robot that lags, pauses or runs slower takes its progress, and with
-it the events, along. Where the trajectory itself rests, the path says nothing: there the progress advances
-with the given time, but only once the robot has arrived.
+it the events, along. Where the trajectory itself rests, the path says nothing, and just before that, where a
+motion creeps, next to nothing: from when the robot has come near to a rest, the progress advances with the
+given time.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pickcli.motion.trajectory import Trajectory
 
 SPACING = 4e-3  # s between the points of the path that the tracker keeps
 WINDOW = 0.02  # s of the trajectory that one update may advance at most, on top of 2 dt
-ARRIVED = 5e-4  # joint units (0.5 mm at 1 m from a joint): this near to a rest, along the path, is there
+NEAR = 5e-4  # joint units (0.5 mm at 1 m from a joint): so near to a rest, along the path, the clock runs
 LEFT = 1e-3  # joint units: this far out of a rest, along the path, has left it
 FASTEST = 1.5  # progress per time that is believed when the next step is foreseen
 ROUNDING = 1e-9  # s
@@ -91,7 +92,8 @@ class EventTracker:
         """Take a measurement, and fire the events that are due.
 
         An event fires at the step nearest to its trigger: half a step early where the progress of the last
-        step foretells that the next would be farther past it. Nothing of a rest fires before arrival.
+        step foretells that the next would be farther past it. Nothing of a rest fires before the robot
+        is near.
 
         Args:
             q: (n,) measured configuration.
@@ -103,15 +105,17 @@ class EventTracker:
         before = self._progress
         here = self._weights * q
         rest = self._next_rest()
-        if self._is_in(rest) and self._has_left(rest, here, dt):
+        if self._is_near(rest) and self._has_left(rest, here):
             self._piece, self._progress = rest + 1, self._times[rest + 1]
             rest = self._next_rest()
-        is_resting = self._is_in(rest) or self._arrives(rest, here, dt)
-        if is_resting:
-            self._rest(rest, before, dt)
+        is_near = self._is_near(rest)
+        if is_near:
+            self._wait(rest, dt)
+        else:
+            self._follow(rest, here, dt)
         rate = min((self._progress - before) / dt, FASTEST) if dt > 0.0 else 0.0
         due = self._progress + 0.5 * rate * dt
-        if not is_resting:
+        if not is_near:
             due = min(due, np.nextafter(self._times[rest], -1.0))
         return self._fire(due)
 
@@ -119,22 +123,24 @@ class EventTracker:
         """Index of the point at which the present or next rest begins."""
         return self._rests[bisect_left(self._rests, self._piece)]
 
-    def _is_in(self, rest: int) -> bool:
-        return self._piece == rest and self._progress >= self._times[rest]
+    def _is_near(self, rest: int) -> bool:
+        """Whether the robot rests, or what is left of its way to the rest tells nothing any more."""
+        times, travel, piece = self._times, self._travel, self._piece
+        if piece >= rest:
+            return True
+        share = (self._progress - times[piece]) / (times[piece + 1] - times[piece])
+        return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= NEAR
 
-    def _arrives(self, rest: int, q: Array, dt: float) -> bool:
-        """Move the progress on by projection; True if the robot has come near enough to the rest."""
-        end = min(bisect_left(self._times, self._progress + WINDOW + 2.0 * dt), rest)
-        times, travel, start = self._times, self._travel, self._piece
-        if end <= start:
-            return travel[rest] - travel[start] <= ARRIVED
+    def _follow(self, rest: int, q: Array, dt: float) -> None:
+        """Move the progress on by projection, as far as the rest."""
+        times, start = self._times, self._piece
+        end = min(bisect_left(times, self._progress + WINDOW + 2.0 * dt), rest)
         begun = (self._progress - times[start]) / (times[start + 1] - times[start])
-        share, piece = self._nearest(start, end, begun, q)
+        share, piece = self._nearest(start, max(end, start + 1), begun, q)
         self._piece = piece
         self._progress = times[piece] + share * (times[piece + 1] - times[piece])
-        return travel[rest] - travel[piece] - share * (travel[piece + 1] - travel[piece]) <= ARRIVED
 
-    def _has_left(self, rest: int, q: Array, dt: float) -> bool:
+    def _has_left(self, rest: int, q: Array) -> bool:
         """Whether the robot is on its way out of a rest that its own clock has not ended yet.
 
         It came late, or was commanded on before: what is left of the rest is over.
@@ -157,13 +163,12 @@ class EventTracker:
         nearest = int(np.einsum("ij,ij->i", away, away).argmin())
         return float(u[nearest]), start + nearest
 
-    def _rest(self, rest: int, before: float, dt: float) -> None:
-        """Let the given time pass at a rest, from the moment the robot came to it."""
-        start = self._times[rest]
-        self._piece = rest
-        self._progress = before + dt if before >= start else start
-        if rest < len(self._times) - 1 and self._progress >= self._times[rest + 1]:
-            self._piece = rest + 1
+    def _wait(self, rest: int, dt: float) -> None:
+        """Let the given time pass at a rest, or just before it."""
+        self._progress += dt
+        last = min(rest + 1, len(self._times) - 1)
+        while self._piece < last and self._progress >= self._times[self._piece + 1]:
+            self._piece += 1
 
     def _fire(self, due: float) -> tuple[Event, ...]:
         first = self._n_fired

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, shortened
 from pickcli.files.json_reader import parse_json
-from pickcli.files.schema import explain
+from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
 from pickcli.geometry import is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -119,12 +119,16 @@ class _Plan(_Model):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     speed_scale: Annotated[float, Field(gt=0.0, le=1.0)]
     recovery: Annotated[RecoveryLevel | None, Field(strict=False)] = None
-    grasp: _Grasp | None
+    grasp: _Grasp | None = Field(
+        description="the grasp, or null for a move",
+        json_schema_extra={"advice": "add them, or set it to null for a move"},
+    )
     segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
     events: Annotated[list[_Event], Field(max_length=1000)]
     trajectory: _Trajectory
     certificate: _Certificate | None = Field(
-        description="the verifier's certificate, or null for a plan that was not verified"
+        description="the verifier's certificate, or null for a plan that was not verified",
+        json_schema_extra={"advice": "set it to null, then run apc verify --write"},
     )
     statistics: Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)]
 
@@ -150,7 +154,7 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
     try:
         model = _Plan.model_validate(data)
     except ValidationError as error:
-        found = error.errors(include_url=False)
+        found = causes(error)
         raise _refusal(where, len(found), map(_problem, found)) from None
     problems = list(_problems(model))
     if problems:
@@ -161,7 +165,8 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
 def _problem(error: Any) -> str:
     """One pydantic error as ``field: expected, got; what to do``."""
     key = tuple(part if isinstance(part, int) else shortened(part) for part in error["loc"])
-    return f"{name_of(key)}: {explain(_Plan, error['loc'], error)}"
+    told = explain(_Plan, error["loc"], error)
+    return f"{name_of(key)}: {told}" if key else told
 
 
 def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:

@@ -47,15 +47,16 @@ def plan_move(
     began = time.perf_counter()
     mode = Mode(start.tool_state)
     checker = context.checker_for(scene, mode)
+    asked = f"{label} with the tool {start.tool_state}"
     if not checker.is_valid(q_goal):
-        raise NoPlanError(label, [checker.explain(q_goal).at("goal")])
+        raise NoPlanError(asked, [checker.explain(q_goal).at("goal")])
     coarse = plan_coarse(context, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
     if isinstance(coarse, Failures):
-        raise NoPlanError(label, coarse)
+        raise NoPlanError(asked, coarse)
     if recorder is not None:
         recorder.record(coarse.experience)
     plan = stitch_run(context, scene, [coarse.segment(SegmentKind.TRANSIT, mode)], label, seed)
     if isinstance(plan, Failures):
-        raise NoPlanError(label, plan)
+        raise NoPlanError(asked, plan)
     plan.statistics.update(planning_ms=1e3 * (time.perf_counter() - began))
     return plan

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pickcli.cell.cell import NamedConfiguration
-from pickcli.cell.tool import MOVING
+from pickcli.cell.tool import MOVING, Tool
 from pickcli.errors import InputError, Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job_run import Build
@@ -49,6 +49,12 @@ def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Road
     builder.join_components()
     builder.add_second_routes()
     return builder.roadmap, builder.report()
+
+
+def _states(tool: Tool) -> str:
+    """The states for which an edge holds, in words; nothing of a tool that has one."""
+    states = sorted(tool.states, key=tool.position)
+    return f"tool anywhere from {states[0]} to {states[-1]}" if len(states) > 1 else ""
 
 
 def nearest_pairs(configurations: Array, k: int) -> list[Pair]:
@@ -132,7 +138,9 @@ class _Builder:
         if tests.is_valid(named.q):
             self.roadmap, _ = self.roadmap.with_node(named.q, named.name, named.tool_state)
         else:
-            self.refused.append(((named.name,), tests.explain(named.q)))
+            # In a single state it may be free, and a move to it possible, but edges are for all of them.
+            reason = tests.explain(named.q).within(_states(self.job.cell.robot.tool))
+            self.refused.append(((named.name,), reason))
 
     def _two_routes(self, names: tuple[str, str], added: list[Pair]) -> EdgeDisjoint:
         """The routes of a pair, once edges were tried; those found are also noted in ``added``."""

@@ -47,7 +47,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         InputError: With every mistake and its place.
         StaleError: If the file was made for another cell.
     """
-    source = read_yaml(Path(path), SCENE)  # JSON is YAML, and so every value has a line and a column
+    source = read_yaml(Path(path), SCENE, is_json=True)  # so that every value has a line and a column
     model = validate(source, SceneModel)
     cell = cell or load_cell(model.cell.name)
     if model.cell.fingerprint != cell.fingerprint:

@@ -17,17 +17,18 @@ class StartError(InputError):
 
     Args:
         joint: Name of the worst joint.
-        offset: Its distance, m or rad.
+        offset: Its distance.
+        unit: Of the distance, "m" or "rad".
         advice: What to do.
     """
 
-    def __init__(self, joint: str, offset: float, advice: str = "") -> None:
+    def __init__(self, joint: str, offset: float, unit: str, advice: str = "") -> None:
         super().__init__(
-            f"refusing to start: {joint} is {offset:.4f} from the plan's first point (at most "
-            f"{START_TOLERANCE}); plan a move from the measured configuration to it first"
+            f"refusing to start: {joint} is {offset:.4f} {unit} from the plan's first point (at most "
+            f"{START_TOLERANCE} {unit}); plan a move from the measured configuration to it first"
             f"{advice and f' ({advice})'}"
         )
-        self.joint, self.offset = joint, offset
+        self.joint, self.offset, self.unit = joint, offset, unit
 
 
 def check_start(plan: Plan, world: World) -> None:
@@ -51,7 +52,7 @@ def check_start(plan: Plan, world: World) -> None:
     offsets = np.abs(world.q - plan.trajectory.positions[0])
     worst = int(np.argmax(offsets))
     if offsets[worst] > START_TOLERANCE:
-        raise StartError(cell.robot.joint_names[worst], float(offsets[worst]))
+        raise StartError(cell.robot.joint_names[worst], float(offsets[worst]), cell.robot.units[worst])
     wanted = plan.segments[0].tool_state
     if MOVING not in (wanted, world.tool_state) and wanted != world.tool_state:
         raise InputError(

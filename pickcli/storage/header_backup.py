@@ -15,10 +15,11 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pickcli.files.file_kind import STORE_END
+from pickcli.files.file_kind import HDF5_MAGIC, STORE_END
 
 Place = tuple[int, int]  # first byte, number of bytes
 
+MAX_FILE = 512 * 2**20  # bytes
 _MAGIC = STORE_END
 _TAIL = struct.Struct("<32sQ8s")
 _PLACE = struct.Struct("<QQ")
@@ -130,6 +131,20 @@ def _parsed(packed: bytes, length: int) -> _Spare | None:
     if sum(count for _, count in places) != len(copied) or any(sum(place) > length for place in places):
         return None
     return _Spare(places, copied, len(packed))
+
+
+def full_length(content: bytes) -> int | None:
+    """Tell how long a file must have been that is cut off.
+
+    Args:
+        content: Bytes of the file.
+
+    Returns:
+        Bytes that it had at least; None if it is not cut off, or its beginning does not tell.
+    """
+    length = _length(content)
+    is_told = content.startswith(HDF5_MAGIC) and len(content) < length <= MAX_FILE
+    return length if is_told else None
 
 
 def _length(content: bytes) -> int:

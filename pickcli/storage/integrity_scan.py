@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import h5py
 
 from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.geometry import Array
-from pickcli.storage.header_backup import RestoredFile, restored
+from pickcli.storage.header_backup import RestoredFile, full_length, restored
 from pickcli.storage.safe_open import (
     SYMPTOMS,
     Dataset,
@@ -69,6 +69,7 @@ class IntegrityReport(FileHeader):
         attributes: Verified attributes, without the seal itself.
         seal: ``content_sha256`` of the file as it was written.
         damage: Damaged blocks.
+        cut_off: Where the file is cut off, "" if it is not.
         intact: Table to its intact rows.
     """
 
@@ -76,6 +77,7 @@ class IntegrityReport(FileHeader):
     attributes: Mapping[str, str]
     seal: str
     damage: tuple[DamagedBlock, ...]
+    cut_off: str
     intact: Mapping[str, Sequence[IntactRow]]
 
     @property
@@ -100,7 +102,9 @@ def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
         DamagedError: If both the file's structure and its backup are damaged: then nothing can be told.
     """
     check_readable(path)
-    found = restored(path.read_bytes())
+    content = path.read_bytes()
+    found, length = restored(content), full_length(content)
+    cut_off = "" if length is None else f"cut off at byte {len(content)} of at least {length}"
     try:
         with h5py.File(io.BytesIO(found.image), "r") as file:
             attributes = read_attributes(file)
@@ -109,11 +113,11 @@ def scan_integrity(path: Path, kinds: Sequence[FileFormat]) -> IntegrityReport:
             if seal != content_digest(attributes):
                 raise ValueError("its description is not what its SHA-256 says")
             datasets = open_datasets(file, kind, len(found.image))
-            return _survey(found, kind, attributes, seal, datasets)
+            return replace(_survey(found, kind, attributes, seal, datasets), cut_off=cut_off)
     except SYMPTOMS as error:
         raise DamagedError(
-            f"{path}: damaged beyond repair ({cause_of(error)}): neither its directory nor the spare copy "
-            "can be used; build it again"
+            f"{path}: damaged beyond repair ({cut_off or cause_of(error)}): neither its directory nor "
+            "the spare copy can be used; build it again"
         ) from None
 
 
@@ -149,7 +153,7 @@ def _survey(
             (damage if isinstance(row, DamagedBlock) else intact[name]).append(row)  # type: ignore[arg-type]
         if len(damage) == n_before and table_digest(table) != digests[name]:
             damage.append(DamagedBlock(f"order of the rows of {name}", name))
-    return IntegrityReport(kind, attributes, seal, tuple(damage), intact)
+    return IntegrityReport(kind, attributes, seal, tuple(damage), "", intact)
 
 
 def _rows(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import math
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,10 +23,17 @@ import numpy as np
 
 from pickcli.errors import DamagedError, InputError
 from pickcli.files.bounded_reading import refuse_special_file
-from pickcli.files.file_kind import PICTURE_MAGICS, STORE, STORE_END, kind_of, refuse_other_kind
+from pickcli.files.file_kind import (
+    PICTURE_MAGICS,
+    STORE,
+    STORE_END,
+    kind_of,
+    refuse_other_kind,
+    refuse_utf_16,
+)
+from pickcli.storage.header_backup import MAX_FILE
 from pickcli.storage.table_format import MAX_ATTRIBUTE, MAX_TEXT, NUMBER, TEXT, AnyArray, FileFormat, Table
 
-MAX_FILE = 512 * 2**20  # bytes
 MAX_NAMES = 64
 HEAD = 64  # bytes that tell a text from anything else
 MAX_TEXT_READ = 2**20  # bytes of a text, to tell what it is
@@ -42,6 +50,7 @@ SYMPTOMS = (
     SystemError,
 )
 
+_CUT_OFF = re.compile(r"truncated file: eof = (\d+).*stored_eof = (\d+)")  # as HDF5 says it
 _log = logging.getLogger(__name__)
 
 
@@ -77,6 +86,8 @@ def cause_of(error: Exception) -> str:
     Returns:
         The line.
     """
+    if cut := _CUT_OFF.search(str(error)):
+        return f"cut off at byte {cut[1]} of at least {cut[2]}"
     return str(error).split("\n")[0][:200] or type(error).__name__
 
 
@@ -91,8 +102,8 @@ def damaged(path: Path, cause: str) -> DamagedError:
         The error, to be raised.
     """
     return DamagedError(
-        f"{path}: damaged ({cause}); apc check {path} --repair mends it where its directory can still be "
-        "read, else build it again"
+        f"{path}: damaged ({cause}); apc check {path} says what is lost and whether it can be repaired, else "
+        "build it again"
     )
 
 
@@ -142,6 +153,7 @@ def check_readable(path: Path) -> None:
             head = file.read(HEAD)
             end = _last_bytes(file)
             text = head + file.read(MAX_TEXT_READ) if _is_text(head) else None
+        refuse_utf_16(path, head)
         if head.startswith(PICTURE_MAGICS):
             refuse_other_kind(path, head, STORE)
         if text is not None:

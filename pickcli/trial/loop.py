@@ -58,7 +58,11 @@ def run_trial(
         InputError: The order is no pick order.
     """
     trial = _Trial(require_pick(order), crew, settings or TrialSettings(), on_progress, after_attempt)
-    trial.play()
+    try:
+        trial.play()
+    except KeyboardInterrupt as stop:
+        stop.add_note(trial.so_far())
+        raise
     return trial.result()
 
 
@@ -125,6 +129,14 @@ class _Trial:
                 break
             (self._pick if best.move is Move.PICK else self._clear)(best.job)
         self.on_progress(Progress(len(self.jobs), len(self.jobs), "done"))
+
+    def so_far(self) -> str:
+        """What is lost with a trial that is interrupted, and how to have it again."""
+        n_in = sum(attempt.outcome is Outcome.IN_TOTE for _, attempt in self.attempts)
+        played = f"{n_in} of {len(self.jobs)} targets were in the tote after {len(self.attempts)} attempts"
+        return (
+            f"{played}; no trial goes on where it was: the same command plays the same one from its beginning"
+        )
 
     def _pick(self, job: TargetState) -> None:
         """One attempt at a target; what comes of it decides whether its job stays open."""

@@ -122,6 +122,9 @@ def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
             yield from _near(plan, scene, contact, event.t_anchor, OPENS_WITHIN, "valve on")
         for kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             yield from _is_on(find(kind, "on"), find(kind, "off"), contact.t_end)
+    if contact is None and not held:
+        for event in find(DeviceKind.PUMP, "on") + find(DeviceKind.VALVE, "on"):
+            yield Reason("vacuum for nothing", f"{event.device} on", "the plan takes and holds nothing")
     if held and plan.segments[-1].held is not None:
         yield from _kept(
             find(DeviceKind.PUMP, "off") + find(DeviceKind.VALVE, "off"), held[0].t_start, np.inf
@@ -133,14 +136,16 @@ def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
 def _release(
     plan: Plan, scene: Scene, first: Segment, last: Segment, find: Callable[[DeviceKind, str], list[Event]]
 ) -> Iterator[Reason]:
-    """The valve closes where the item is released, and nothing lets the vacuum go before."""
+    """The valve closes where the item is released, the pump stops, and nothing lets the vacuum go before."""
     valves = find(DeviceKind.VALVE, "off")
     yield from _needed("valve off", valves, last.t_start, last.t_end)
     for event in valves:
         yield from _near(plan, scene, last, event.t_trigger, CLOSES_WITHIN, "valve off")
         yield from _slow(plan, scene, last, event)
     released = max((e.t_trigger for e in valves if e.t_trigger is not None), default=last.t_end)
-    yield from _kept(find(DeviceKind.PUMP, "off") + valves, first.t_start, released - TIME_TOLERANCE)
+    pumps = find(DeviceKind.PUMP, "off")
+    yield from _needed("pump off", pumps, released, np.inf)
+    yield from _kept(pumps + valves, first.t_start, released - TIME_TOLERANCE)
 
 
 def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Reason]:

@@ -227,11 +227,30 @@ def test_wrong_usage(argv: tuple[str, ...]) -> None:
         (("order",), "did you mean 'make-order'?"),
         (("zzz",), "known: build-roadmap"),
         (("plan-pick", "-o", "x.json"), "Missing option '--scene'. FILE: Scene file (see apc make-scene)"),
+        (("make-order", "-o", "x", "--seed", "1", "--seed", "2"), "--seed is given 2 times; keep one"),
+        (("make-order", "-o", "x", "--output", "y"), "--output is given 2 times; keep one"),
         (("make-order", "-o", "x.json", "--seed", "1.5"), "'1.5' is not a valid whole number"),
     ],
 )
 def test_usage_is_told_with_what_was_meant(argv: tuple[str, ...], told: str) -> None:
     misused(apc(*argv), told)
+
+
+def test_a_switch_may_be_said_twice(out: Path) -> None:
+    assert apc("make-order", "-o", out, "--json", "--json").code == 0
+
+
+def test_a_start_that_is_away_is_told_with_its_unit(made: Made) -> None:
+    answer = apc("execute", made.move, "--scene", made.scene, "--start", "tote")
+    refused(answer, 3, "rad from the plan's first point (at most 0.01 rad)")
+
+
+def test_what_does_not_fit_names_the_order(tmp_path: Path, out: Path) -> None:
+    bins: dict[str, list[str]] = {f"bin_{letter}": [] for letter in "ABCDEFGHIJKL"}
+    bins |= {"bin_H": ["kleenex_paper_towels"] * 2, "bin_I": [ITEM]}
+    order, work = tmp_path / "order.json", [{"bin": "bin_I", "item": ITEM}]
+    order.write_text(json.dumps({"bin_contents": bins, "tote_contents": [], "work_order": work}))
+    refused(apc("make-scene", order, "-o", out), 3, f"{order}: bin_H: its 2 items do not fit at rest")
 
 
 def test_choices_may_be_written_in_any_case(out: Path) -> None:
@@ -284,3 +303,10 @@ def test_no_input_is_replaced(made: Made, tmp_path: Path) -> None:
         before = path.read_bytes()
         refused(apc(*argv, path, "--overwrite"), 3, path, "is what this command reads")
         assert path.read_bytes() == before
+
+
+def test_a_move_says_in_which_state_the_tool_is(made: Made, tmp_path: Path) -> None:
+    move = ("plan-move", "--scene", made.scene, "--from", "home", "-o", tmp_path / "move.json")
+    told = apc(*move, "--to", "tote_02v")  # a node of no roadmap: not free in every state of the tool
+    assert told.code == 0 and "\n  tool straight\n" in told.out
+    refused(apc(*move, "--overwrite", "--to", "tote_10h"), 5, "with the tool straight: goal: collision")

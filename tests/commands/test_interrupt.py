@@ -48,8 +48,13 @@ def test_a_trial_leaves_nothing(seconds: float, made: Made, tmp_path: Path) -> N
         answer = apc("run-trial", made.order, "-o", tmp_path / "out")
     assert answer.code == 130
     *kept, last = answer.err.splitlines()
-    assert answer.out == "" and last == "interrupted"
-    assert all("the same command goes on from there" in line for line in kept)
+    assert answer.out == "" and last == "interrupted" and kept
+    told = (
+        "the same command goes on from there",
+        "the same command begins anew",
+        "plays the same one from its",
+    )
+    assert all(any(text in line for text in told) for line in kept)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -84,10 +89,21 @@ def test_a_build_leaves_its_journal_and_says_how_to_go_on(
     assert answer.err.splitlines()[-1] == end
 
 
+@pytest.mark.parametrize("command", ["make-scene", "execute"])
+def test_what_keeps_nothing_says_that_it_begins_anew(
+    command: str, made: Made, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    argv = {"make-scene": (made.order, "-o", out), "execute": (made.plan, "--scene", made.scene)}[command]
+    monkeypatch.setattr("pickcli.commands.logs._log.debug", lambda *_: interrupt())  # a stage begins
+    answer = apc(command, *argv)
+    assert answer.code == 130 and answer.err == "the same command begins anew\ninterrupted\n"
+    assert not out.exists()
+
+
 def test_a_build_that_has_nothing_yet_leaves_nothing(tmp_path: Path) -> None:
     with interrupted_after(0.05):
         answer = apc("build-roadmap", "-o", tmp_path / "out.h5")
-    assert answer.code == 130 and answer.err.strip() == "interrupted"
+    assert answer.code == 130 and answer.err == "the same command begins anew\ninterrupted\n"
     assert list(tmp_path.iterdir()) == []
 
 

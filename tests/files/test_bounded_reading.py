@@ -57,6 +57,12 @@ def test_text_is_utf8(tmp_path: Path) -> None:
         read_text(path, 100)
 
 
+def test_a_mark_of_utf8_is_no_part_of_the_text(tmp_path: Path) -> None:
+    path = tmp_path / "f"
+    path.write_text("{}", encoding="utf-8-sig")
+    assert read_text(path, 100) == "{}"
+
+
 def test_a_file_of_another_kind_is_called_by_its_name_even_where_it_is_too_large(tmp_path: Path) -> None:
     path = tmp_path / "file"
     path.write_bytes(HDF5_MAGIC + bytes(100))

@@ -48,6 +48,13 @@ def test_every_kind_is_told(content: bytes, kind: FileKind) -> None:
             refuse_other_kind(Path("f"), content, wanted)
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_text_in_utf_16_is_called_that(encoding: str) -> None:
+    for content, kind in BEGINNINGS[1:]:
+        with pytest.raises(InputError, match=r"^f: is text in UTF-16; save the file as UTF-8"):
+            refuse_other_kind(Path("f"), content.decode().encode(encoding), kind)
+
+
 def test_the_cases_are_all_kinds() -> None:
     assert {kind for _, kind in BEGINNINGS} == set(KINDS)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pickcli.errors import InputError
 from pickcli.files.json_reader import parse_json, refuse_bad_syntax
-from pickcli.files.yaml_reader import parse_yaml
+from pickcli.files.yaml_reader import parse_yaml, read_yaml
 
 JSON_VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**53), 2**53) | st.text(),
@@ -90,6 +90,26 @@ def test_traps_are_refused(text: str, advice: str) -> None:
         parse_json(text, "f.json")
     assert advice in str(caught.value) and "sys." not in str(caught.value)
     assert parse_json("[" + "9" * 20 + "]", "f.json") == [10**20 - 1]
+
+
+@pytest.mark.parametrize(
+    "text", ["format: apc scene\nversion: 1\n", "---\na: 1\n", "- 1\n- 2\n", "a:\n  b: 2\n"]
+)
+def test_yaml_in_place_of_json_is_told_once(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.txt"
+    path.write_text(text)
+    with pytest.raises(
+        InputError, match=r"scene.txt:1:1: not JSON: it looks like YAML; write it as JSON"
+    ) as told:
+        read_yaml(path, is_json=True)
+    assert "\n" not in str(told.value)
+
+
+def test_a_text_that_is_nothing_is_told_by_its_beginning() -> None:
+    with pytest.raises(
+        InputError, match=r"f:1:1: not JSON: it begins with 'hello world'; is it the right file"
+    ):
+        parse_json("hello world\nagain", "f")
 
 
 def test_a_file_named_json_is_json_and_one_named_yaml_may_be_either(tmp_path: Path) -> None:

@@ -167,6 +167,32 @@ def test_time_of_a_rest_runs_by_the_clock_from_arrival() -> None:
     assert seen[-1][0] * DT == pytest.approx(0.3, abs=0.07)
 
 
+def creeping(duration: float, rest: float) -> Trajectory:
+    """0.3 m from rest to rest by a quintic, whose last half millimetre takes long; then a rest."""
+    u = np.linspace(0.0, 1.0, 1001)
+    s = 0.3 * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
+    v = 0.3 * (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) / duration
+    a = 0.3 * (60.0 * u - 180.0 * u**2 + 120.0 * u**3) / duration**2
+    t, q = np.append(u * duration, duration + rest), np.append(s, s[-1])[:, None]
+    return Trajectory(("j0",), t, q, np.append(v, 0.0)[:, None], np.append(a, 0.0)[:, None])
+
+
+@pytest.mark.parametrize("lag", [DT, 0.02])
+def test_events_near_a_creeping_end_fire_in_time_and_at_their_place(lag: float) -> None:
+    trajectory = creeping(6.0, 0.5)
+    left = trajectory.positions[-1, 0] - trajectory.positions[:, 0]
+    assert trajectory.times[-2] - trajectory.times[np.argmax(left < 5e-4)] > 0.3
+    triggers = np.array([4.0, 5.0, 5.4, 5.6, 5.7, 5.8, 5.9, 5.95, 5.99, 6.0, 6.2, 6.5])
+    fired = execute(trajectory, EventTracker(trajectory, (), events_at(triggers)), lag, lambda k: 1.0, 0.0, 0)
+    assert [event.t_trigger for event, _, _ in fired] == triggers.tolist()
+    for event, q, t in fired:
+        late = t - (event.t_trigger or 0.0)
+        # By as much as the robot lags behind its commands; the last fires where the commands end.
+        assert -DT <= late <= lag + 2e-3
+        place = trajectory.sample(event.t_trigger or 0.0)[0]
+        assert np.linalg.norm(q - place) < 5e-5
+
+
 def test_robot_that_never_arrives_fires_nothing_of_the_rest() -> None:
     trajectory = TRAJECTORIES["there and back"]
     rest = np.flatnonzero(np.all(np.diff(trajectory.positions, axis=0) == 0.0, axis=1))[0]

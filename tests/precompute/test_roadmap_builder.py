@@ -42,6 +42,7 @@ def test_nodes_are_the_free_configurations_and_the_rest_is_reported_with_its_rea
     roadmap, report = build_roadmap(RoadmapEdgeJob(small_cell(), QUICK))
     assert set(roadmap.names) == set(FEW) - {"tote_10h"}
     ((names, reason),) = report.gaps.refused
+    assert reason.where == "tool anywhere from straight to down"
     assert names == ("tote_10h",)
     assert reason.what == "collision" and "tote" in reason.detail
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import random
+import re
 import struct
 import zlib
 from dataclasses import replace
@@ -144,6 +145,22 @@ def test_what_a_truncation_leaves_is_intact(stored: dict[str, Path]) -> None:
         )
         assert all(edge.pieces["waypoints"].any() for edge in found.intact["edges"])
     assert n_told > 5
+
+
+def test_a_file_that_is_cut_off_is_called_that(stored: dict[str, Path]) -> None:
+    path = stored["trajectory database"]
+    content = path.read_bytes()
+    length = int.from_bytes(content[28:36], "little")
+    assert surveyed(path).cut_off == ""
+    for n in (length - 1, length // 2):
+        path.write_bytes(content[:n])
+        told = f"cut off at byte {n} of at least {length}"
+        assert surveyed(path).cut_off == told
+        with pytest.raises(DamagedError, match=re.escape(f"{path}: damaged ({told})")):
+            read_database(path)
+    path.write_bytes(content[:200])
+    with pytest.raises(DamagedError, match=f"beyond repair .cut off at byte 200 of at least {length}"):
+        surveyed(path)
 
 
 def test_edges_of_a_lost_node_are_intact_and_still_checked(stored: dict[str, Path]) -> None:

@@ -337,3 +337,19 @@ def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
     assert done == sorted(done)
     assert (seen[-1].done, seen[-1].total) == (4, 4)
     assert any("planning" in each.what and "s left" in each.what for each in seen)
+
+
+def test_an_interrupted_trial_says_what_is_lost_with_it(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
+    n_left = 2
+
+    def stop() -> None:
+        nonlocal n_left
+        n_left -= 1
+        if not n_left:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        run_trial(ORDER, fake.crew(), after_attempt=stop)
+    (note,) = stopped.value.__notes__
+    assert note.startswith("1 of 4 targets were in the tote after 2 attempts; no trial goes on")

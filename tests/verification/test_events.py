@@ -124,3 +124,22 @@ def test_the_cup_has_turned_when_the_motion_ends(early: float, is_refused: bool)
         (event_at("cup_pivot", "down", 1.0),),
     )
     assert ("moves after the motion" in whats(check_io(bound(plan, scene), scene))) is is_refused
+
+
+@pytest.mark.parametrize("device", ["pump", "valve"])
+def test_what_takes_nothing_switches_no_vacuum_on(device: str) -> None:
+    builder, scene = Builder(Q), make_scene()
+    builder.wait(SegmentKind.TRANSIT, 4.0)
+    plan = Plan("move", "", "", 0, tuple(builder.segments), builder.trajectory(), ())
+    for action, told in (("on", ["vacuum for nothing"]), ("off", [])):
+        switching = replace(plan, events=(event_at(device, action, 0.5),))
+        assert whats(check_io(bound(switching, scene), scene)) == told
+
+
+def test_the_pump_is_switched_off_after_the_release() -> None:
+    plan, scene = pick()
+    assert check_io(plan, scene) == ()
+    left_on = tuple(e for e in plan.events if (e.device, e.action) != ("pump", "off"))
+    assert [str(r) for r in check_io(replace(plan, events=left_on), scene)] == [
+        "pump off: event missing: 0 of them, needs one"
+    ]
