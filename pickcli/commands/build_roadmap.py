@@ -9,10 +9,9 @@ import click
 
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, refuse_output
-from pickcli.commands.report import emit_json
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 
@@ -62,7 +61,7 @@ def command(
 def _summary(output: Path, fingerprint: str, roadmap: Roadmap, built: RoadmapReport) -> dict[str, Any]:
     gaps = built.gaps
     return {
-        "roadmap": str(output),
+        "path": str(output),
         "cell_fingerprint": fingerprint,
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,

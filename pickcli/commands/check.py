@@ -9,11 +9,10 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
-from pickcli.commands.report import emit_json
 from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ def _repaired(path: Path, found: IntegrityReport, cell: Cell, jobs: int | None, 
 
 def _summary(path: Path, found: IntegrityReport, done: Repair | None) -> dict[str, Any]:
     return {
-        "file": str(path),
+        "path": str(path),
         "format": found.kind.name,
         "cell_fingerprint": found.fingerprint,
         "cut_off": found.cut_off or None,

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
 from pickcli.commands.options import cell_option, json_option, seed_option
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.path_planning.planner_names import PlannerName

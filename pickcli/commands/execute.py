@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -25,7 +25,6 @@ from pickcli.commands.planner import (
     parse_configuration,
 )
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:

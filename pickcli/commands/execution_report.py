@@ -110,25 +110,25 @@ def _record(run: Execution) -> dict[str, Any]:
         "simulated_s": run.duration,
         "sensor_reads_held": run.has_item,
         "held": run.held,
-        "max_lag_mm": 1e3 * run.max_lag,
+        "max_lag_m": run.max_lag,
         "max_load": run.max_load,
         "events": [
             {
                 "device": fired.event.device,
                 "action": fired.event.action,
-                "t": fired.t - run.t_start,
-                "distance_mm": 1e3 * fired.distance,
+                "t_s": fired.t - run.t_start,
+                "distance_m": fired.distance,
                 "reading": fired.reading,
             }
             for fired in run.events
         ],
         "missed_events": [f"{event.device} {event.action}" for event in run.missed],
         "collisions": [
-            {"a": c.a, "b": c.b, "t": c.t_start - run.t_start, "depth_mm": 1e3 * c.depth, "at": c.position}
+            {"a": c.a, "b": c.b, "t_s": c.t_start - run.t_start, "depth_m": c.depth, "at_m": c.position}
             for c in run.collisions
         ],
         "limit_violations": [str(violation) for violation in run.limit_violations],
-        "falls": [{"item": f.item, "height": f.height, "is_wanted": f.is_wanted} for f in run.falls],
+        "falls": [{"item": f.item, "height_m": f.height, "is_wanted": f.is_wanted} for f in run.falls],
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
-from pickcli.commands.report import emit_json, key_lines
+from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.table import stdout_width
 
@@ -211,6 +212,8 @@ def _supports(scene: Scene) -> dict[str, Any]:
 
 def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
     """The summary for people: of what rests on what only where others are concerned."""
+    if "segments" in summary:
+        return _plan_in_words(summary)
     if "supports" not in summary:
         return summary
     lines = []
@@ -260,27 +263,36 @@ def _plan(path: Path) -> dict[str, Any]:
     from pickcli.motion.plan_schema import VERSION
 
     plan = read_plan(path)
-    certificate = plan.certificate
+    told = plan_summary(plan, path)
     return {
         "format": "apc plan",
         "version": VERSION,
-        "query": plan.query,
+        "query": told.pop("query"),
         "cell_fingerprint": plan.cell_fingerprint,
         "scene_hash": plan.scene_hash,
         "motion_hash": motion_hash(plan),
         "seed": plan.seed,
-        "duration_s": plan.trajectory.duration,
         "points": len(plan.trajectory.times),
         "joints": list(plan.trajectory.joint_names),
-        "segments": [f"{s.t_start:.3f}..{s.t_end:.3f} s {s.kind}" for s in plan.segments],
-        "events": [_event(e.t_trigger, e.device, e.action) for e in plan.events],
-        "grasp": None
-        if plan.grasp is None
-        else f"{plan.grasp.kind} on {plan.grasp.item}, face {plan.grasp.face}",
-        "certificate": "none"
-        if certificate is None
-        else "its seal matches the plan; apc verify says if it is true",
-        "min_clearance_m": None if certificate is None else certificate.min_clearance,
+        **told,
+    }
+
+
+def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """A plan's segments, events, grasp and certificate in a sentence each."""
+    grasp = summary["grasp"]
+    is_certified = summary["certified"]
+    segments = [
+        f"{s['t_start_s']:.3f}..{s['t_end_s']:.3f} s {s['kind']}, tool {s['tool_state']}"
+        for s in summary["segments"]
+    ]
+    events = sorted(summary["events"], key=lambda e: math.inf if e["t_s"] is None else e["t_s"])
+    return {
+        **summary,
+        "certified": "its seal matches the plan; apc verify says if it is true" if is_certified else "no",
+        "grasp": None if grasp is None else f"{grasp['kind']} on {grasp['item']}, face {grasp['face']}",
+        "segments": segments,
+        "events": [_event(e["t_s"], e["device"], e["action"]) for e in events],
     }
 
 

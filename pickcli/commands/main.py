@@ -14,6 +14,7 @@ import click
 from click.exceptions import Exit
 
 from pickcli import __version__
+from pickcli.commands.command import Terminated, exit_code
 from pickcli.commands.logs import hide, log_options
 from pickcli.errors import ApcError, printable, suggestion
 
@@ -118,10 +119,6 @@ def apc() -> None:
 apc.params += log_options()
 
 
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a command as Ctrl-C does: so that it can say what is kept and how it goes on."""
-
-
 def main() -> None:
     """Entry point: maps every outcome to its exit code (docs/commands.md)."""
     _open_closed_streams()
@@ -196,9 +193,8 @@ def _stopped(stop: KeyboardInterrupt) -> int:
     """Say how an interrupted command goes on: as who was interrupted noted, else from its beginning."""
     if not _tell_notes(stop):
         click.echo("the same command begins anew", err=True)
-    is_terminated = isinstance(stop, Terminated)
-    click.echo("terminated" if is_terminated else "interrupted", err=True)
-    return 143 if is_terminated else 130
+    click.echo("terminated" if isinstance(stop, Terminated) else "interrupted", err=True)
+    return exit_code(stop)
 
 
 def _tell_notes(error: BaseException) -> bool:

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
-from pickcli.commands.report import emit_json
 
 
 @click.command("make-order", cls=Command)
@@ -41,7 +40,7 @@ def command(task: str, year: str, output: Path, overwrite: bool, seed: int, as_j
     if as_json:
         emit_json(
             {
-                "order": str(output),
+                "path": str(output),
                 "task": task,
                 "year": order.year,
                 "seed": seed,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, refuse_suffix
 from pickcli.commands.options import (
@@ -22,7 +22,6 @@ from pickcli.commands.options import (
 )
 from pickcli.commands.pod_shift import NONE, pod_pose, pod_shift_option
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
     from pickcli.cell.pod_tolerance import Displacement
@@ -81,6 +80,6 @@ def command(
         write_png(picture_of(scene), picture, overwrite)
     if as_json:
         bins = {name: [placed.id for placed in scene.in_location(name)] for name in cell.pod.bins}
-        emit_json({"scene": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
+        emit_json({"path": str(output), "scene_hash": scene_hash(scene), "seed": seed, "bins": bins})
     else:
         click.echo(f"{len(scene.items)} items at rest in {len(cell.pod.bins)} bins, seed {seed}: {output}")

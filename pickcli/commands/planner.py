@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pickcli.commands.building import build_report
+from pickcli.commands.command import emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.report import emit_json, plan_summary, plan_text
+from pickcli.commands.report import plan_summary, plan_text
 from pickcli.errors import InputError, RejectedError, UnknownNameError, shortened, suggestion
 
 if TYPE_CHECKING:

@@ -9,10 +9,9 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import cell_option, json_option
-from pickcli.commands.report import emit_json
 
 if TYPE_CHECKING:
     from pickcli.precompute.refreshing import Refresh
@@ -52,7 +51,7 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
 
 def _summary(path: Path, fingerprint: str, done: Refresh) -> dict[str, Any]:
     return {
-        "file": str(path),
+        "path": str(path),
         "cell_fingerprint": fingerprint,
         "changed": list(done.changed),
         "all_anew_because": done.why_anew or None,

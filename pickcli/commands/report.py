@@ -1,14 +1,11 @@
-"""How commands answer on stdout: one JSON object for programs, short text for people."""
+"""What commands answer on stdout: JSON values for programs, short text for people."""
 
 from __future__ import annotations
 
-import json
 import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import click
 
 from pickcli.errors import printable
 
@@ -18,15 +15,6 @@ if TYPE_CHECKING:
 KEY_WIDTH = 18  # characters of the widest key
 LINE_WIDTH = 110  # columns where nobody says how many there are
 LEAST_ROOM = 30  # columns beside a key that a value has at least
-
-
-def emit_json(value: Any) -> None:
-    """Print one JSON object to stdout, keys in the order given.
-
-    Args:
-        value: JSON values.
-    """
-    click.echo(json.dumps(value, indent=2, allow_nan=False))
 
 
 def key_lines(summary: Mapping[str, Any], width: int = LINE_WIDTH) -> list[str]:
@@ -83,7 +71,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
-    """Sum up a plan that was written.
+    """Sum up a plan that was written or read.
 
     Args:
         plan: The plan.
@@ -94,26 +82,31 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
     """
     grasp, certificate = plan.grasp, plan.certificate
     return {
-        "plan": str(path),
+        "path": str(path),
         "query": plan.query,
         "duration_s": plan.trajectory.duration,
         "speed_scale": plan.speed_scale,
         "certified": certificate is not None,
-        "min_clearance_mm": None if certificate is None else 1e3 * certificate.min_clearance,
+        "min_clearance_m": None if certificate is None else certificate.min_clearance,
         "grasp": None
         if grasp is None
-        else {"item": grasp.item, "kind": grasp.kind, "face": grasp.face, "pivot": str(grasp.tool_state)},
+        else {
+            "item": grasp.item,
+            "kind": grasp.kind,
+            "face": grasp.face,
+            "tool_state": str(grasp.tool_state),
+        },
         "segments": [
             {
                 "kind": str(s.kind),
-                "t_start": s.t_start,
-                "t_end": s.t_end,
+                "t_start_s": s.t_start,
+                "t_end_s": s.t_end,
                 "tool_state": str(s.tool_state),
                 "held": s.held,
             }
             for s in plan.segments
         ],
-        "events": [{"device": e.device, "action": e.action, "t": e.t_trigger} for e in plan.events],
+        "events": [{"device": e.device, "action": e.action, "t_s": e.t_trigger} for e in plan.events],
         "statistics": plan.statistics,
     }
 

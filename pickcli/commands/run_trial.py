@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
@@ -27,7 +27,6 @@ from pickcli.commands.options import (
 from pickcli.commands.planner import artifact_options, load_planner
 from pickcli.commands.pod_shift import NONE, RANDOM, pod_pose, pod_shift_option
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.report import emit_json
 from pickcli.commands.table import stdout_console
 from pickcli.errors import TrialAbortedError
 

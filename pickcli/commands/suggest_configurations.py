@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
 from pickcli.commands.options import cell_option, json_option, overwrite_option, refuse_output, seed_option
 from pickcli.commands.planner import named_state
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.report import emit_json
 from pickcli.commands.table import table_lines
 
 if TYPE_CHECKING:
@@ -73,7 +72,7 @@ def command(
         write_text(output, entry, overwrite)
     if as_json:
         asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": state.name, "poses": poses}
-        written = {"yaml": entry, "output": None if output is None else str(output)}
+        written = {"yaml": entry, "path": None if output is None else str(output)}
         emit_json({**asked, "seed": seed, **_summary(now, found), **written})
     else:
         click.echo("\n".join([*_table(now, found), _how_to_adopt(bin_name, entry)]), nl=False)

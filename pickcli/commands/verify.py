@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pickcli.commands.command import Command
+from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.report import emit_json
 from pickcli.commands.scene_options import open_scene, scene_options
 
 if TYPE_CHECKING:
@@ -68,9 +67,9 @@ def _summary(verdict: Verdict, path: Path, write: bool) -> dict[str, Any]:
     """The verdict as JSON values."""
     certificate = verdict.certificate
     return {
-        "plan": str(path),
+        "path": str(path),
         "accepted": certificate is not None,
-        "reasons": [asdict(reason) for reason in verdict.reasons],
+        "min_clearance_m": None if certificate is None else certificate.min_clearance,
         "certificate": None if certificate is None else asdict(certificate),
         "written": certificate is not None and write,
     }

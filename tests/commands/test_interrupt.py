@@ -16,7 +16,8 @@ import pytest
 import pickcli.precompute.artifact_cache
 import pickcli.trial.simulated_cell
 from pickcli.cell.cell import Cell
-from pickcli.commands.main import Terminated, _terminate
+from pickcli.commands.command import Terminated
+from pickcli.commands.main import _terminate
 from pickcli.jobs.journal import Journal
 from support.command_line import Made, apc
 

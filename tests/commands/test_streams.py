@@ -94,3 +94,35 @@ def test_a_user_without_a_home_is_told_what_to_set(
     monkeypatch.setattr(pwd, "getpwuid", no_entry)
     move = ("plan-move", "--scene", made.scene, "--from", "home", "--to", "bin_C", "-o", out)
     refused(apc(*move), 3, "set HOME or XDG_CACHE_HOME")
+
+
+def test_a_failure_is_told_in_json_too(made: Made, tmp_path: Path) -> None:
+    """Usage, bad input, no plan, rejected and stale: one schema, the reasons included."""
+    move = ("plan-move", "--scene", made.scene, "--json", "-o", tmp_path / "m.json", "--from", "home", "--to")
+    edited = made.changed("plan", tmp_path, lambda p: p.update(certificate=None, events=[]))
+    failures: tuple[tuple[tuple[object, ...], int, str], ...] = (
+        (("plan-move", "--json"), 2, "MissingParameter"),
+        (("make-order", "--json", "--seed", "1", "--seed", "2", "-o", "x"), 2, "UsageError"),
+        ((*move, "bin_Q"), 3, "UnknownNameError"),
+        ((*move, "tote_10h"), 5, "NoPlanError"),
+        (("verify", edited, "--scene", made.scene, "--json"), 4, "RejectedError"),
+    )
+    for argv, code, kind in failures:
+        answer = apc(*argv)
+        told = json.loads(answer.out)
+        assert (answer.code, told["exit_code"], told["command"]) == (code, code, argv[0])
+        error = told["error"]
+        assert error["kind"] == kind and error["message"].splitlines()[0] in answer.err
+        assert bool(error["reasons"]) == (kind in ("NoPlanError", "RejectedError"))
+        assert all(set(reason) == {"what", "where", "detail", "in_the_way"} for reason in error["reasons"])
+    done = json.loads(apc("verify", made.plan, "--scene", made.scene, "--json").out)
+    assert (done["command"], done["exit_code"], done["error"]) == ("verify", 0, None)
+
+
+def test_an_interrupted_command_answers_in_json(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pickcli.commands.logs._log.debug", interrupt)  # a stage begins
+    answer = apc("verify", made.plan, "--scene", made.scene, "--json")
+    assert answer.code == 130 and json.loads(answer.out)["error"]["kind"] == "KeyboardInterrupt"

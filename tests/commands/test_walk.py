@@ -18,7 +18,7 @@ def test_a_plan_is_certified_unless_unwanted(made: Made, tmp_path: Path) -> None
     argv = ("plan-pick", "--scene", made.scene, "--bin", "bin_C", "--item", ITEM, "-o", out, "--no-verify")
     answer = apc(*argv, "--json")
     told = json.loads(answer.out)
-    assert answer.code == 0 and not told["certified"] and told["min_clearance_mm"] is None
+    assert answer.code == 0 and not told["certified"] and told["min_clearance_m"] is None
     assert read_plan(out).certificate is None
     assert [segment["kind"] for segment in told["segments"]][-1] == "depart"
 
@@ -37,7 +37,7 @@ def test_the_item_ends_in_the_tote(made: Made) -> None:
     assert answer.code == 0 and told["in_tote"] and told["item"] == ITEM
     assert told["execution"]["sensor_reads_held"] and told["bridge"] is None
     assert {event["device"] for event in told["execution"]["events"]} >= {"pump", "valve", "vacuum_sensor"}
-    assert all(event["distance_mm"] < 2.0 for event in told["execution"]["events"])
+    assert all(event["distance_m"] < 2e-3 for event in told["execution"]["events"])
 
 
 def test_it_starts_elsewhere_only_over_a_bridge(made: Made) -> None:

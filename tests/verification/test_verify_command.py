@@ -60,7 +60,11 @@ def test_rejects_with_every_reason_and_exit_code_4(
     out, err = capsys.readouterr()
     answer = json.loads(out)
     assert not answer["accepted"] and answer["certificate"] is None and not answer["written"]
-    assert {reason["where"] for reason in answer["reasons"]} == {"pump on", "valve off"}
+    assert {reason["where"] for reason in answer["error"]["reasons"]} == {
+        "pump on",
+        "valve off",
+        "pump off",
+    }
     assert "pump on: event missing" in err and "Traceback" not in err
     assert files[0].read_bytes() == before
 
