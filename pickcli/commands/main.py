@@ -36,6 +36,7 @@ COMMANDS: dict[str, str] = {
     "run-trial": "Play a whole order by the rules and keep score.",
     "check": "Find damage in a roadmap or trajectory database.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
+    "cache": "Show what is in the cache of built files, or delete it.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 from platformdirs import user_cache_path
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import cell_names, load_cell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import Executor, SerialExecutor
 from pickcli.jobs.job_run import BuildObserver, RunOptions
@@ -33,8 +35,75 @@ class Artifacts:
     trajectories: Path
 
 
+@dataclass(frozen=True)
+class CachedFolder:
+    """A folder of the cache.
+
+    Attributes:
+        name: Of a cell's folder its fingerprint.
+        cell: Name of the cell under data/cells that has this fingerprint, "" if none has.
+        n_files: How many files are in it.
+        n_bytes: Of all of them.
+    """
+
+    name: str
+    cell: str
+    n_files: int
+    n_bytes: int
+
+
+def cache_folder() -> Path:
+    """Name the folder of the user's cache: $XDG_CACHE_HOME/apc, ~/.cache/apc by default.
+
+    Returns:
+        The folder, which need not exist.
+
+    Raises:
+        InputError: This user has no home.
+    """
+    try:
+        return user_cache_path("apc", appauthor=False)
+    except RuntimeError:  # e.g. a user without an entry in a container
+        raise InputError(
+            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
+        ) from None
+
+
+def cached(base: Path) -> list[CachedFolder]:
+    """Look what is in the cache.
+
+    Args:
+        base: Folder of the cache, which need not exist.
+
+    Returns:
+        Its folders, by name.
+    """
+    names = {load_cell(name).fingerprint: name for name in cell_names()}
+    found = []
+    for folder in sorted(path for path in base.glob("*") if path.is_dir()):
+        sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+        found.append(CachedFolder(folder.name, names.get(folder.name, ""), len(sizes), sum(sizes)))
+    return found
+
+
+def clear_cache(base: Path) -> None:
+    """Delete every folder of the cache.
+
+    Args:
+        base: Folder of the cache, which need not exist and stays.
+
+    Raises:
+        InputError: Something cannot be deleted.
+    """
+    for folder in [path for path in base.glob("*") if path.is_dir()]:
+        try:
+            shutil.rmtree(folder)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be deleted: {error.strerror}") from None
+
+
 def default_paths(cell: Cell) -> Artifacts:
-    """Name a cell's files in the user's cache: $XDG_CACHE_HOME/apc/<fingerprint>, ~/.cache by default.
+    """Name a cell's files in the user's cache.
 
     The folder's name is the fingerprint, so that a changed cell finds nothing stale.
 
@@ -47,13 +116,7 @@ def default_paths(cell: Cell) -> Artifacts:
     Raises:
         InputError: This user has no home.
     """
-    try:
-        base = user_cache_path("apc", appauthor=False)
-    except RuntimeError:  # e.g. a user without an entry in a container
-        raise InputError(
-            "this user has no home folder for the cache of built files; set HOME or XDG_CACHE_HOME"
-        ) from None
-    folder = base / cell.fingerprint
+    folder = cache_folder() / cell.fingerprint
     return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
 
 

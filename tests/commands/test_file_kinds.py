@@ -48,6 +48,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     },
     "check": {"path": STORE, "cell_name": CELL},
     "refresh": {"path": STORE, "cell_name": CELL},
+    "cache": {},
     "inspect": {"path": None, "cell_name": CELL},
 }  # fmt: skip
 WRITTEN = ("output", "picture", "video", "plot")  # and are told apart by refuse_output
