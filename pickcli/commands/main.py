@@ -112,7 +112,7 @@ def apc() -> None:
     \b
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
-      apc plan-pick --scene scene.json --bin bin_C --item NAME -o plan.json
+      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
       apc execute plan.json --scene scene.json
     """
 

@@ -64,7 +64,7 @@ def command(
 
     \b
     Example:
-      apc plan-pick --scene scene.json --bin bin_C --item dove_beauty_bar -o plan.json
+      apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
     """
     from pickcli.planning.pick import plan_pick
     from pickcli.planning.pick_problem import PickQuery

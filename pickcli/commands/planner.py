@@ -71,7 +71,11 @@ def verify_option(function: F) -> F:
 
 
 def load_planner(
-    cell: Cell, roadmap: Path | None, trajectories: Path | None, build_missing: bool = False
+    cell: Cell,
+    roadmap: Path | None,
+    trajectories: Path | None,
+    build_missing: bool = False,
+    jobs: int | None = None,
 ) -> PlanningContext:
     """Load a planner with the named artifacts, or those in the cache where they are built.
 
@@ -81,6 +85,7 @@ def load_planner(
         trajectories: The trajectory database that was named; None for the one in the cache.
         build_missing: Whether to build those in the cache that are needed and not there; else the planner
             does without, and a note says so.
+        jobs: Number of processes that build at once; None for one per core.
 
     Returns:
         The planner.
@@ -97,7 +102,7 @@ def load_planner(
     stored = None if roadmap is None else read_roadmap(roadmap, cell)
     database = None if trajectories is None else read_database(trajectories, cell)
     if build_missing and (stored is None or database is None):
-        _build_missing(cell)
+        _build_missing(cell, jobs)
     default = default_paths(cell)
     if stored is None and default.roadmap.exists():
         stored = read_roadmap(default.roadmap, cell)
@@ -112,7 +117,7 @@ def load_planner(
     return PlanningContext(cell, stored, database)
 
 
-def _build_missing(cell: Cell) -> None:
+def _build_missing(cell: Cell, jobs: int | None) -> None:
     """Build what is missing in the cell's cache, with progress."""
     from contextlib import ExitStack
 
@@ -125,7 +130,7 @@ def _build_missing(cell: Cell) -> None:
             ensure_artifacts(
                 cell,
                 lambda what: bars.enter_context(build_report(f"building the {what}")),
-                runner(min(2, available_cores())),
+                runner(jobs or available_cores()),
             )
     except (KeyboardInterrupt, InputError) as stop:
         paths = default_paths(cell)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.learning import learn_option, learning
 from pickcli.commands.logs import stage
@@ -104,13 +105,14 @@ def standing(
 @reality_option
 @cell_option
 @artifact_options
+@jobs_option
 @learn_option
 @seed_option
 @json_option
 def command(
     order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise,
     pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
-    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
+    roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
 
@@ -144,7 +146,7 @@ def command(
     from pickcli.trial.simulated_cell import SimulatedArena, crew_of
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
-    planner = load_planner(cell, roadmap, trajectories, build_missing=True)
+    planner = load_planner(cell, roadmap, trajectories, build_missing=True, jobs=jobs)
     with stage("stowing"), progress("placing the items") as report, of_file(order_path):
         scene = make_scene(order.bin_contents, cell, seed, order.year, report, T_world_pod)
     arena = SimulatedArena(scene, reality, seed)
@@ -175,9 +177,11 @@ def _show(result: TrialResult) -> None:
     from pickcli.trial.trial_summary import rows, summary
 
     console = stdout_console()
-    print_rows(console, rows(result))
-    for line in summary(result):
-        console.print(line, markup=False, highlight=False)
+    with console.capture() as captured:
+        print_rows(console, rows(result))
+        for line in summary(result):
+            console.print(line, markup=False, highlight=False)
+    click.echo("\n".join(line.rstrip() for line in captured.get().splitlines()))  # no blanks at the ends
 
 
 def _what_went_wrong(result: TrialResult) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from shutil import get_terminal_size
@@ -10,16 +11,17 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-FILE_WIDTH = 160  # columns of what does not go to a terminal
+FILE_WIDTH = 100  # columns of what does not go to a terminal, where COLUMNS says nothing else
 
 
 def stdout_width() -> int:
     """Measure the width of stdout.
 
     Returns:
-        Columns of the terminal that stdout is, or those of a file.
+        Columns of the terminal that stdout is, else those that COLUMNS says, or those of a file.
     """
-    return get_terminal_size().columns if sys.stdout.isatty() else FILE_WIDTH
+    is_told = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
+    return get_terminal_size().columns if is_told else FILE_WIDTH
 
 
 def stdout_console() -> Console:
@@ -39,13 +41,15 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]], width: int |
     Args:
         head: The titles.
         rows: The cells, as many per row as there are titles.
-        width: Columns that a line may have, those of stdout if None. Where there is too little room, titles
-            go on below themselves, and after them cells.
+        width: Columns that a line may have; None for those of a terminal, and as many as it takes where
+            stdout is none. Where there is too little room, titles go on below themselves, and after them
+            cells.
 
     Returns:
         The lines.
     """
-    width = stdout_width() if width is None else width
+    if width is None:
+        width = stdout_width() if sys.stdout.isatty() else sys.maxsize
     if (lines := _lines(head, rows, width)) is not None:
         return lines
     from rich.console import Console

@@ -17,6 +17,8 @@ WIDE = 120  # columns from which the reasons have a column of their own
 def print_rows(console: Console, rows: Sequence[Row]) -> None:
     """Print one row per target; where there is little room, the reasons follow as a list below.
 
+    What is no terminal gets every reason on a line of its own, however long: for who looks for one by grep.
+
     Args:
         console: Where to print.
         rows: The targets.
@@ -26,7 +28,8 @@ def print_rows(console: Console, rows: Sequence[Row]) -> None:
     if not is_wide:
         for row in rows:
             if row.reason:
-                console.print(f"{row.bin} {row.item}: {row.reason}", markup=False, highlight=False)
+                told = f"{row.bin} {row.item}: {row.reason}"
+                console.print(told, markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
 
 def _table(rows: Sequence[Row], has_reasons: bool) -> Table:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pickcli.commands.report import key_lines
-from pickcli.commands.table import table_lines
+from pickcli.commands.table import stdout_width, table_lines
 from pickcli.precompute.artifact_files import make_roadmap
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from support.command_line import apc
@@ -61,3 +61,12 @@ def test_inspect_shows_a_stored_file_on_one_screen(stored: Path) -> None:
     solids = told["made"]["parts"]["solids"]
     assert solids and all(name in whole.out and name not in brief.out for name in solids)
     assert f"nodes: {told['nodes']}" in brief.out and told["cell_fingerprint"] in brief.out
+
+
+def test_a_pipe_has_the_width_that_columns_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert max(map(len, apc("inspect", "apc2016_delft").out.splitlines())) <= 100
+    monkeypatch.setenv("COLUMNS", "60")
+    assert stdout_width() == 60
+    rows = [["a" * 70, "b" * 70]]
+    assert table_lines(("x", "y"), rows)[1].split() == rows[0]  # a row is a line, however long

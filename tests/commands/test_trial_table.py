@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
 from rich.console import Console
@@ -19,10 +20,10 @@ ROWS = (
 
 @pytest.mark.parametrize("width", [60, 80, 100, WIDE, 160])
 def test_nothing_is_cut_off(width: int) -> None:
-    console = Console(file=io.StringIO(), width=width)
+    console = Console(file=io.StringIO(), width=width, force_terminal=True, no_color=True)
     print_rows(console, ROWS)
     assert isinstance(console.file, io.StringIO)
-    lines = console.file.getvalue().splitlines()
+    lines = re.sub("\x1b\\[\\d*m", "", console.file.getvalue()).splitlines()
     assert max(map(len, lines)) <= width
     words = " ".join(lines).split()
     assert {word for word in REASON.split() if word not in words} == set()
@@ -36,3 +37,10 @@ def test_a_row_stays_on_one_line_where_nothing_went_wrong(width: int) -> None:
     assert isinstance(console.file, io.StringIO)
     line = next(line for line in console.file.getvalue().splitlines() if line.startswith("bin_A"))
     assert line.split() == ["bin_A", "elmers_washable_no_run_school_glue", "in", "tote", "10", "82", "6.2"]
+
+
+def test_a_reason_is_one_line_where_nobody_looks() -> None:
+    console = Console(file=io.StringIO(), width=80)
+    print_rows(console, ROWS)
+    assert isinstance(console.file, io.StringIO)
+    assert f"bin_E creativity_chenille_stems: {REASON}" in console.file.getvalue().splitlines()
