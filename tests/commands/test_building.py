@@ -86,15 +86,16 @@ def test_a_scheduler_takes_the_place_of_jobs(tmp_path: Path) -> None:
 
 
 def test_where_the_output_cannot_be_written_the_journal_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
 ) -> None:
     journal = tmp_path / "roadmap.h5.0.journal"
     journal.write_bytes(b"")
     with (
-        pytest.raises(InputError),
+        pytest.raises(InputError) as stopped,
         building("building", tmp_path / "roadmap.h5", 1, as_json=False) as run_options,
     ):
         assert run_options.report is not None
         run_options.report(BuildProgress(4, 4, journal=journal))
         raise InputError("roadmap.h5: cannot be written: No space left on device")
-    assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in capsys.readouterr().err
+    (note,) = stopped.value.__notes__  # which main() tells
+    assert f"4 of 4 tasks are kept in {journal}; the same command goes on" in note
