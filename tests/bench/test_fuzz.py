@@ -94,6 +94,8 @@ def test_an_unbroken_input_is_accepted(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("bench.fuzz.targets.mutated_bytes", lambda content, rng: content)
     monkeypatch.setattr("bench.fuzz.targets.mutated_value", lambda value, rng: value)
     monkeypatch.setattr("bench.fuzz.targets._extreme", lambda plan, rng: plan)
-    for kind in kinds(sound(), tmp_path, 1):
+    all_kinds = kinds(sound(), tmp_path, 1)
+    assert all_kinds
+    for kind in all_kinds:
         results = list(tried(kind.attempt, range(4), Limits()))
         assert {result.outcome for result in results} == {Outcome.ACCEPTED}, (kind.name, results)

@@ -91,7 +91,7 @@ def test_an_item_that_only_fits_when_turned_is_turned() -> None:
     T_item = pose([0.2, 0.0, 0.0], rpy=[0.0, 0.0, 0.35])
     shape = Shape(ShapeKind.BOX, (0.15, 0.27, 0.05))  # 0.305 m wide as it lies, the mouth has 0.299
     found = corridors(BIN, T_item, shape, alone(), alone(), FIRST, MOST)
-    assert isinstance(found, tuple)
+    assert isinstance(found, tuple) and found
     assert all(abs(c.lift[3] + 0.35) < 0.02 for c in found)
 
 
@@ -132,7 +132,8 @@ def test_a_steep_item_rolls_and_is_levelled_where_only_both_together_fit() -> No
     T_bin_item = pose([0.15, 0.0, 0.0], rpy=[0.0, 0.09, 0.0])
     shape = Shape(ShapeKind.BOX, (0.16, 0.25, 0.03))
     found = corridors(low, T_bin_item, shape, alone(), alone(), FIRST, 1000)
-    assert isinstance(found, tuple) and all(c.lift[4] < 0.0 != c.lift[5] for c in found)
+    assert isinstance(found, tuple) and found
+    assert all(c.lift[4] < 0.0 != c.lift[5] for c in found)
 
 
 def test_what_fits_as_it_lies_is_not_rolled() -> None:
@@ -145,7 +146,8 @@ def test_what_fits_as_it_lies_is_not_rolled() -> None:
         FIRST,
         100,
     )
-    assert isinstance(found, tuple) and all(c.lift[5] == 0.0 for c in found)
+    assert isinstance(found, tuple) and found
+    assert all(c.lift[5] == 0.0 for c in found)
 
 
 def test_too_tall_an_item_is_refused_with_its_size() -> None:

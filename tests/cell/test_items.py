@@ -54,11 +54,14 @@ def test_both_years_are_complete() -> None:
 
 
 def test_the_orders_ask_for_known_items_only() -> None:
-    for path in (data_path() / "tasks").glob("*.json"):
+    paths = list((data_path() / "tasks").glob("*.json"))
+    assert paths
+    for path in paths:
         order = json.loads(path.read_text())
         names = [n for contents in order["bin_contents"].values() for n in contents]
         names += order.get("tote_contents", [])
         years = {2015} if "2015" in path.name else {2016}
+        assert names, path.name
         assert all(any((name, year) in ITEMS for year in years) for name in names), path.name
 
 

@@ -12,12 +12,13 @@ from pickcli.geometry import pose
 
 
 def test_a_cell_has_its_bins_and_the_tote_as_places(cell: Cell) -> None:
-    assert list(cell.places) == [*cell.pod.bins, "tote"]
+    assert len(cell.pod.bins) == 12 and list(cell.places) == [*cell.pod.bins, "tote"]
     assert all(place.name == name for name, place in cell.places.items())
 
 
 def test_the_way_in_leads_through_the_middle_of_the_mouth(cell: Cell) -> None:
     """Along +x into each bin, straight down into the tote, from a mouth that is level with its rim."""
+    assert cell.pod.bins
     for cell_bin in cell.pod.bins.values():
         assert_allclose(cell_bin.access.direction, (1.0, 0.0, 0.0))
         assert_allclose(cell_bin.access.T_place_mouth[:3, 3], (0.0, 0.0, cell_bin.access.height / 2))
@@ -33,6 +34,7 @@ def test_the_way_in_leads_through_the_middle_of_the_mouth(cell: Cell) -> None:
 
 def test_a_place_stands_where_its_carrier_does(cell: Cell) -> None:
     moved = cell.T_world_pod @ pose((0.01, 0.02, 0.0), rpy=(0.0, 0.0, 0.03))
+    assert {place.carrier for place in cell.places.values()} == set(Carrier)
     for place in cell.places.values():
         T = place.in_world(moved)
         if place.carrier is Carrier.POD:
@@ -43,6 +45,7 @@ def test_a_place_stands_where_its_carrier_does(cell: Cell) -> None:
 
 def test_every_place_knows_which_bodies_carry_what_lies_in_it(cell: Cell) -> None:
     pod, tote = ({body.name for body in part.bodies} for part in (cell.pod, cell.tote))
+    assert cell.places and pod and tote
     for place in cell.places.values():
         assert place.support
         assert set(place.support) <= (pod if place.carrier is Carrier.POD else tote)

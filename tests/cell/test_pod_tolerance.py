@@ -58,7 +58,9 @@ def test_each_face_of_a_swept_box_is_touched_by_some_displaced_copy(body: Body) 
 
 
 def test_a_body_that_cannot_move_is_its_own_sweep() -> None:
-    for body in load_cell("apc2016_delft").pod.bodies:
+    bodies = load_cell("apc2016_delft").pod.bodies
+    assert bodies
+    for body in bodies:
         swept = Displacement().swept(body)
         np.testing.assert_allclose(swept.shape.extents, body.shape.extents, atol=1e-12)
         np.testing.assert_allclose(swept.T_parent_shape, body.T_parent_shape, atol=1e-12)

@@ -121,8 +121,9 @@ def test_groups_hold_every_body_once_and_floors_are_named(cell: Cell) -> None:
     grouped = [name for group in cell.pod.groups.values() for name in group]
     assert len(names) == len(set(names))
     assert sorted(names) == sorted(grouped)
+    assert cell.pod.bins
     for b in cell.pod.bins.values():
-        assert set(b.support) <= set(names)
+        assert b.support and set(b.support) <= set(names)
 
 
 def test_names_of_all_bodies_are_their_own(cell: Cell) -> None:

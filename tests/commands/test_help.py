@@ -56,6 +56,7 @@ def test_help_has_the_line_of_the_list_and_an_example(name: str) -> None:
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_examples_use_options_that_exist(name: str) -> None:
     examples = re.findall(rf"^ +apc {name} (.*)$", apc(name, "--help").out, re.MULTILINE)
+    assert examples
     for example in examples:
         used = {word for word in example.split() if re.match(r"--?[a-z]", word)}
         assert used <= options(name)

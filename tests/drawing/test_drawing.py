@@ -122,10 +122,13 @@ def test_an_empty_roadmap_can_be_drawn(cell: Cell) -> None:
 
 
 def test_the_page_holds_everything_and_fetches_nothing(cell: Cell) -> None:
-    for picture in _drawn(cell):
+    drawn = list(_drawn(cell))
+    assert drawn
+    for picture in drawn:
         page = html_bytes(picture).decode()
         assert page == html_bytes(picture).decode()
         assert "<script src=" not in page and "https://cdn" not in page.split("plotly.js")[0]
+        assert picture.nodes and picture.words
         for node in picture.nodes:
             assert f'"{node.name}"' in page
         for line in picture.words:

@@ -86,7 +86,7 @@ def test_the_counts_of_the_search_bound_the_grasps(search: Search, most: int) ->
 @pytest.mark.parametrize(("name", "T"), ITEMS)
 def test_the_same_seed_gives_the_same_candidates(name: str, T: Array) -> None:
     a, b = sampled(name, T, USUAL, 7), sampled(name, T, USUAL, 7)
-    assert [g.score for g in a] == [g.score for g in b]
+    assert a and [g.score for g in a] == [g.score for g in b]
     assert all((g.T_item_tip == h.T_item_tip).all() for g, h in zip(a, b, strict=True))
 
 

@@ -26,7 +26,9 @@ numbers = st.lists(st.one_of(lengths, angles), min_size=12, max_size=12)
 @given(numbers, st.integers(0, 2**31))
 def test_what_is_sampled_is_contained(values: list[float], seed: int) -> None:
     region = region_of(values)
-    for T in region.sample(np.random.default_rng(seed), 5):
+    sampled = region.sample(np.random.default_rng(seed), 5)
+    assert len(sampled) == 5
+    for T in sampled:
         assert is_pose(T)
         assert region.contains(T, 1e-7)
 

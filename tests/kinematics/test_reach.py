@@ -35,6 +35,7 @@ def test_every_bin_is_within_reach(cell: Cell, arm: Arm, tool_state: ToolState) 
     rng = np.random.default_rng(2016)
     empty = Scene(cell, cell.T_world_pod, (), PoseNoise())
     checker = SceneChecker(CollisionModel(cell), empty, tool_state)
+    assert cell.pod.bins
     for name in cell.pod.bins:
         for T in poses_in(cell, name, tool_state, rng, 8):
             solutions = arm.solve_spread(T, tool_state, rng, 32)

@@ -50,7 +50,7 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
 
 def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[DropPlacement, ...]:
     places = drop_placements(scene, scene.cell.tote.place, held, tool_state)
-    assert not isinstance(places, Failures)
+    assert not isinstance(places, Failures) and places
     return places
 
 
@@ -66,6 +66,7 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
     tote = scene.cell.tote
     walls = np.array(tote.place.room.size[:2]) / 2 - LEAST_WALL
+    assert len(scene.in_location(TOTE)) == 3
     for spot in found(scene, held, tool_state):
         low, high = box(released_pose(spot, held), held)
         middle = tote.place.T_carrier_place[:2, 3]

@@ -174,6 +174,7 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
         if isinstance(spots, Failures):
             assert [reason.what for reason in spots] == ["would fall over or roll"]
             continue
+        assert spots
         for spot in spots:
             rested = settle(scene, (spot,))
             assert not isinstance(rested, Reason)
@@ -183,7 +184,7 @@ def test_what_rolls_is_set_down_on_level_ground_or_nowhere(
 def test_an_item_that_leans_is_set_down_level(planner: PlanningContext, scene: Scene) -> None:
     leaning = pose(rpy=(0.1, 0.0, 0.4))[:3, :3]
     spots = floor_placements(planner, scene, scene.find(ITEM), leaning, scene.cell.pod.bins[INTO])
-    assert not isinstance(spots, Failures)
+    assert not isinstance(spots, Failures) and spots
     T_world_bin = scene.T_world_place(scene.cell.pod.bins[INTO])
     for spot in spots:
         R = (inverse(T_world_bin) @ spot.T_world_item)[:3, :3]

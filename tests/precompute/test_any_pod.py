@@ -81,6 +81,7 @@ def test_no_displaced_pod_comes_closer_than_the_motion_says(
 ) -> None:
     scene = _displaced(share)
     assert scene.is_pod_within_bounds
+    assert set(motions) == set(KEYS)
     assert all(_clearance(motion, scene) >= motion.clearance for motion in motions.values())
 
 
@@ -144,6 +145,7 @@ def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
 def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
     tests = SceneChecker(MODEL, _displaced(share), MOVING)
     held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
+    assert held
     assert all(tests.is_valid_path(record.arrays["waypoints"]) for record in held)
 
 

@@ -13,11 +13,13 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.jobs.job_result import Record
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, record_of
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
-from pickcli.precompute.database_builder import build_trajectories
+from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.precompute.motion_pairs import coarse_pairs
-from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
+from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
 from support.small_cell import LEAST_EFFORT, small_cell
+
+Built = tuple[TrajectoryDatabase, TrajectoryReport]
 
 
 def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:
@@ -35,11 +37,13 @@ def test_the_pairs_are_those_that_delft_recorded_and_our_drop_poses() -> None:
 
 
 @pytest.fixture(scope="module")
-def built():  # type: ignore[no-untyped-def]
-    return build_trajectories(CoarseMotionJob(small_cell(), LEAST_EFFORT))
+def built() -> Built:
+    database, report = build_trajectories(CoarseMotionJob(small_cell(), LEAST_EFFORT))
+    assert len(database) > 0 and report.missing
+    return database, report
 
 
-def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # type: ignore[no-untyped-def]
+def test_every_motion_is_proven_and_ends_where_its_name_says(built: Built) -> None:
     database, _ = built
     cell = small_cell()
     model = CollisionModel(cell)
@@ -48,16 +52,18 @@ def test_every_motion_is_proven_and_ends_where_its_name_says(built) -> None:  # 
         ends = [cell.configurations[name].q for name in (motion.key.start, motion.key.goal)]
         np.testing.assert_array_equal(motion.path.waypoints[[0, -1]], ends)
         assert tests.is_valid_path(motion.path.waypoints)
+        assert motion.trajectory is not None
         positions = motion.trajectory.sample(np.linspace(0.0, motion.duration, 200))
         np.testing.assert_allclose(positions[[0, -1]], ends, atol=1e-9)
         assert all(tests.is_valid(q) for q in positions)
 
 
-def test_every_motion_keeps_the_limits_and_the_bound(built) -> None:  # type: ignore[no-untyped-def]
+def test_every_motion_keeps_the_limits_and_the_bound(built: Built) -> None:
     database, report = built
     limits = small_cell().robot.limits
     for motion in database:
         t = np.arange(0.0, motion.duration, 1e-3)
+        assert motion.trajectory is not None
         for derivative, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
             assert np.all(np.abs(motion.trajectory.sample(t, derivative)) <= limit * (1 + 1e-9))
         assert motion.duration >= motion.lower_bound
@@ -65,7 +71,7 @@ def test_every_motion_keeps_the_limits_and_the_bound(built) -> None:  # type: ig
     assert report.duration == pytest.approx(sum(motion.duration for motion in database))
 
 
-def test_pairs_with_an_end_that_is_not_free_are_told_with_the_reason(built) -> None:  # type: ignore[no-untyped-def]
+def test_pairs_with_an_end_that_is_not_free_are_told_with_the_reason(built: Built) -> None:
     _, report = built
     told = {(key.start, key.goal): reason for key, reason in report.missing}
     assert told["tote", "tote_10h"].what == "collision"
@@ -87,7 +93,7 @@ def test_a_motion_depends_on_its_names_and_seed_alone() -> None:
     assert other.path.waypoints.tobytes() != alone.path.waypoints.tobytes()
 
 
-def test_a_record_gives_back_its_motion_to_the_bit(built) -> None:  # type: ignore[no-untyped-def]
+def test_a_record_gives_back_its_motion_to_the_bit(built: Built) -> None:
     database, report = built
     for motion in database:
         content = record_of(motion).to_bytes()

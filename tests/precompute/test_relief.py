@@ -57,6 +57,7 @@ def test_what_went_away_makes_room_for_any_pod(posts: Callable[[Cell], Cell], tm
     """Also where it was not in the way that is stored."""
     bare = small_cell(*AMONG_POSTS)
     old, new = built(posts(bare), tmp_path), tmp_path / "new"
+    assert set(old) == {"motions", "edges"}
     before = _stands(tmp_path, posts(bare))
     for kind, content in old.items():
         done = refreshed(tmp_path / kind, content, bare)

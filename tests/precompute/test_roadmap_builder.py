@@ -30,6 +30,7 @@ def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() ->
     cell = small_cell()
     roadmap, _ = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     model = CollisionModel(cell)
+    assert roadmap.n_edges > 0
     for tool_state in ALL_STATES:
         tests = checker(model, tool_state, PayloadClass.EMPTY)
         for edge in range(roadmap.n_edges):

@@ -30,7 +30,9 @@ FEW = RankingSettings(n_places=10, n_kept=8, n_poses=15, seed=2)
 
 @cache
 def _found(tool_state: ToolState) -> tuple[RankedConfiguration, ...]:
-    return tuple(ConfigurationRanking(small_cell(), "bin_C", tool_state, FEW).suggest(4))
+    found = ConfigurationRanking(small_cell(), "bin_C", tool_state, FEW).suggest(4)
+    assert found
+    return tuple(found)
 
 
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])

@@ -68,7 +68,7 @@ def test_what_was_made_is_at_rest(small: Scene) -> None:
     for name in SMALL:
         placed = small.in_location(name)
         again = settle(small, placed)
-        assert not isinstance(again, Reason)
+        assert placed and not isinstance(again, Reason)
         for before, after in zip(placed, again, strict=True):
             assert np.linalg.norm(before.T_world_item[:3, 3] - after.T_world_item[:3, 3]) < 1e-3
 
@@ -83,6 +83,7 @@ def test_one_seed_one_file_and_another_seed_another(small: Scene, tmp_path: Path
 
 def test_a_bin_does_not_depend_on_the_others(small: Scene) -> None:
     alone = made({"bin_A": SMALL["bin_A"]})
+    assert len(alone.items) == len(SMALL["bin_A"])
     for placed in alone.items:
         np.testing.assert_array_equal(placed.T_world_item, small.find(placed.id, "bin_A").T_world_item)
 
@@ -178,5 +179,6 @@ def test_progress_is_told_inside_the_search_for_one_bin_and_decides_nothing() ->
     scene = make_scene(contents, CELL, 3, on_progress=told.append)
     assert set(told) == {Progress(0, 1, "bin_D")} and len(told) > 20
     same = make_scene(contents, CELL, 3)
+    assert len(scene.items) == 2
     for a, b in zip(scene.items, same.items, strict=True):
         assert np.array_equal(a.T_world_item, b.T_world_item)

@@ -84,7 +84,9 @@ def test_make_order_depends_on_the_seed_alone(task: OrderKind, year: int, seed: 
 @pytest.mark.parametrize(("task", "year"), KINDS)
 @given(seed=SEEDS)
 def test_make_order_leaves_half_of_each_bin_free(task: OrderKind, year: int, seed: int) -> None:
-    for name, items in make_order(task, year, seed).bin_contents.items():
+    contents = make_order(task, year, seed).bin_contents
+    assert tuple(contents) == BINS and any(contents.values())
+    for name, items in contents.items():
         cell_bin = CELL.pod.bins[name]
         width, height = (
             cell_bin.room.y_range[1] - cell_bin.room.y_range[0],
@@ -103,6 +105,7 @@ def test_make_order_draws_again_only_what_is_too_full() -> None:
 
 def test_every_item_passes_every_mouth_in_some_orientation() -> None:
     """So no bin has to be drawn again for the size of an item alone."""
+    assert CELL.pod.bins and CELL.items
     for cell_bin in CELL.pod.bins.values():
         for item in CELL.items.values():
             thin, middle, long = sorted(item.shape.extents)
@@ -138,6 +141,7 @@ def test_make_order_refuses_tasks_that_never_were(task: OrderKind, year: int) ->
 def test_make_scene_stows_fresh_orders(task: OrderKind, year: int) -> None:
     order = make_order(task, year, seed=101)
     scene = make_scene(order.bin_contents, CELL, 101, year)
+    assert scene.items
     for bin_name, names in order.bin_contents.items():
         assert Counter(placed.item.name for placed in scene.in_location(bin_name)) == Counter(names)
 

@@ -56,6 +56,7 @@ def test_the_true_pod_is_inside_what_the_estimate_allows_for(seed: int) -> None:
     seen = perceive(true, PoseNoise(), seed, 1, DEFAULT)
     assert (seen.T_world_pod != true.T_world_pod).any()
     assert seen.pod_error.allows(inverse(seen.T_world_pod) @ true.T_world_pod)
+    assert CELL.pod.bodies
     for body, grown in zip(CELL.pod.bodies, seen.pod_bodies, strict=True):
         half = body.shape.extents / 2
         corners = half * np.array(np.meshgrid(*[[-1, 1]] * 3)).T.reshape(-1, 3)
@@ -72,6 +73,7 @@ def test_the_pod_is_estimated_once_and_items_are_seen_anew() -> None:
 
 def test_a_floor_is_not_raised_by_an_error_on_the_floor() -> None:
     seen = replace(SCENE, pod_error=Displacement(0.002, 0.002, 0.00524))
+    assert CELL.pod.bodies
     for body, grown in zip(CELL.pod.bodies, seen.pod_bodies, strict=True):
         growth = (grown.shape.extents - body.shape.extents) / 2
         assert (growth >= -1e-12).all() and growth.max() < 0.008

@@ -69,6 +69,7 @@ def test_errors_fill_the_ball() -> None:
 
 def test_without_noise_the_truth_is_seen() -> None:
     seen = perceive(SCENE, PoseNoise(), 5, 7)
+    assert SCENE.items
     for true, guess in zip(SCENE.items, seen.items, strict=True):
         np.testing.assert_allclose(guess.T_world_item, true.T_world_item, atol=1e-15)
 
