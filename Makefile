@@ -39,9 +39,9 @@ docs: install
 	$(BIN)/sphinx-build --jobs auto --fail-on-warning --keep-going --quiet docs build/docs
 
 # The kernel's own suite under the address and undefined-behaviour sanitizers; CXX=clang++ builds it with clang.
-check-kernel:
-	cmake -S tests/kernel/native -B build/kernel-$(notdir $(firstword $(CXX))) -DCMAKE_CXX_COMPILER="$(firstword $(CXX))"
-	cmake --build build/kernel-$(notdir $(firstword $(CXX))) --parallel 2
+check-kernel: install
+	$(BIN)/cmake -S tests/kernel/native -B build/kernel-$(notdir $(firstword $(CXX))) -DCMAKE_CXX_COMPILER="$(firstword $(CXX))"
+	$(BIN)/cmake --build build/kernel-$(notdir $(firstword $(CXX))) --parallel 2
 	build/kernel-$(notdir $(firstword $(CXX)))/kernel_tests
 
 # The kernel's type stubs, from its docstrings and signatures.

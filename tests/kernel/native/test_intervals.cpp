@@ -1,9 +1,11 @@
 //! \file
 //! The intervals of an edge that are still to be proven.
+#include <doctest/doctest.h>
+
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "check.hpp"
 #include "collision/interval_queue.hpp"
 
 using apc::Interval;
@@ -20,23 +22,23 @@ double covered(const Interval* first, const Interval* last) {
 
 }  // namespace
 
-TEST("a new queue holds the whole edge in equal parts") {
+TEST_CASE("a new queue holds the whole edge in equal parts") {
   std::vector<Interval> memory;
   IntervalQueue queue(memory);
   Interval taken[apc::simd8::kLanes];
   queue.take(taken);
   CHECK(queue.pending() == 0);
-  CHECK_NEAR(covered(std::begin(taken), std::end(taken)), 1.0, 0.0);
+  CHECK(covered(std::begin(taken), std::end(taken)) == 1.0);
   double end = 0.0;
   for (const Interval& each : taken) {
-    CHECK_NEAR(each.middle - each.half, end, 1e-15);
+    CHECK_LE(std::abs(each.middle - each.half - end), 1e-15);
     end = each.middle + each.half;
     CHECK(each.world == ~apc::simd8::Frames{0});
   }
-  CHECK_NEAR(end, 1.0, 1e-15);
+  CHECK_LE(std::abs(end - 1.0), 1e-15);
 }
 
-TEST("halving leaves no gap and keeps what is unproven") {
+TEST_CASE("halving leaves no gap and keeps what is unproven") {
   std::vector<Interval> memory;
   IntervalQueue queue(memory);
   Interval taken[apc::simd8::kLanes];
@@ -47,12 +49,16 @@ TEST("halving leaves no gap and keeps what is unproven") {
   while (queue.pending() > 0) {
     queue.take(taken);
     length += covered(std::begin(taken), std::end(taken));
-    for (const Interval& each : taken) CHECK(each.world == 5 && each.self == 9 && each.half == 1.0 / 32);
+    for (const Interval& each : taken) {
+      CHECK(each.world == 5);
+      CHECK(each.self == 9);
+      CHECK(each.half == 1.0 / 32);
+    }
   }
-  CHECK_NEAR(length, 1.0, 0.0);
+  CHECK(length == 1.0);
 }
 
-TEST("lanes that would idle are filled by halving") {
+TEST_CASE("lanes that would idle are filled by halving") {
   std::vector<Interval> memory;
   IntervalQueue queue(memory);
   Interval taken[apc::simd8::kLanes];
@@ -60,10 +66,10 @@ TEST("lanes that would idle are filled by halving") {
   queue.halve({0.25, 0.25, 1, 1});  // two intervals, for eight lanes
   queue.take(taken);
   CHECK(queue.pending() == 0);
-  CHECK_NEAR(covered(std::begin(taken), std::end(taken)), 0.5, 0.0);
+  CHECK(covered(std::begin(taken), std::end(taken)) == 0.5);
 }
 
-TEST("the widest interval comes first, also after thousands") {
+TEST_CASE("the widest interval comes first, also after thousands") {
   std::vector<Interval> memory;
   IntervalQueue queue(memory);
   Interval taken[apc::simd8::kLanes];
@@ -73,7 +79,7 @@ TEST("the widest interval comes first, also after thousands") {
     for (int i = 0; i < n; ++i) {
       queue.take(taken);
       for (const Interval& each : taken) {
-        CHECK_AT_MOST(each.half, widest);
+        CHECK_LE(each.half, widest);
         widest = each.half;
         queue.halve(each);
       }

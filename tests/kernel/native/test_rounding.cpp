@@ -1,12 +1,16 @@
 //! \file
 //! What single precision may be off by is inside of the stated bounds, and those are small.
-#include "check.hpp"
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
 #include "random_cases.hpp"
 #include "simd/dispatch.hpp"
 
 using namespace apc;
 
-TEST("a configuration that is free with the rounding's margin is free in double precision") {
+TEST_CASE("a configuration that is free with the rounding's margin is free in double precision") {
   test::Random random(1);
   int n_free = 0, n_hit = 0;
   for (int i = 0; i < 60; ++i) {
@@ -23,15 +27,16 @@ TEST("a configuration that is free with the rounding's margin is free in double 
         if (is_free)
           CHECK(distance > margin);
         else
-          CHECK_AT_MOST(distance, margin + 3.0 * rounding);
+          CHECK_LE(distance, margin + 3.0 * rounding);
         ++(is_free ? n_free : n_hit);
       }
     }
   }
-  CHECK(n_free > 100 && n_hit > 100);
+  CHECK(n_free > 100);
+  CHECK(n_hit > 100);
 }
 
-TEST("the margin is rounded the safe way: a sphere at exactly the margin is not free") {
+TEST_CASE("the margin is rounded the safe way: a sphere at exactly the margin is not free") {
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 0.1}}, {0}, {}));
   const Solid wall = make_solid({{}, {1.5, 0.0, 0.0}}, {0.5, 1.0, 1.0}, SolidKind::box, 0.0, "wall");
@@ -51,17 +56,17 @@ TEST("the margin is rounded the safe way: a sphere at exactly the margin is not 
   }
 }
 
-TEST("the bounds of rounding are micrometres for an arm of a metre") {
+TEST_CASE("the bounds of rounding are micrometres for an arm of a metre") {
   test::Random random(2);
   for (int i = 0; i < 20; ++i) {
     const Robot robot = random.robot();
     CHECK(robot.rounding(1.0) > 0.0);
-    CHECK_AT_MOST(robot.rounding(1.0), 3e-5);
-    CHECK_AT_MOST(robot.rounding(0.0), robot.rounding(1.0));
+    CHECK_LE(robot.rounding(1.0), 3e-5);
+    CHECK_LE(robot.rounding(0.0), robot.rounding(1.0));
   }
 }
 
-TEST("both builds of the batch test give the same bits") {
+TEST_CASE("both builds of the batch test give the same bits") {
   const std::string before = simd_name();
   test::Random random(3);
   for (int i = 0; i < 20; ++i) {
@@ -72,8 +77,11 @@ TEST("both builds of the batch test give the same bits") {
     const EdgeReport first = checker.check_edge(a.data(), b.data(), 0.0, nullptr, 2e-4);
     set_simd(before.c_str());
     const EdgeReport second = checker.check_edge(a.data(), b.data(), 0.0, nullptr, 2e-4);
-    CHECK(first.free == second.free && first.t == second.t && first.frame == second.frame &&
-          first.index == second.index && first.n_configurations == second.n_configurations);
+    CHECK(first.free == second.free);
+    CHECK(first.t == second.t);
+    CHECK(first.frame == second.frame);
+    CHECK(first.index == second.index);
+    CHECK(first.n_configurations == second.n_configurations);
   }
   CHECK_THROWS(set_simd("abacus"));
 }
