@@ -25,8 +25,9 @@ $(VENV)/.installed: requirements-dev.lock pyproject.toml CMakeLists.txt $(KERNEL
 run: install
 	$(BIN)/apc run-trial $(ORDER) --seed $(SEED) --overwrite
 
+# A worker per core; a file stays on one worker, so that what its tests share is made once.
 test: install
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
 
 check: install
 	$(BIN)/ruff check .

@@ -24,7 +24,7 @@ from support.small_cell import small_cell
 
 @pytest.fixture(autouse=True)
 def few_configurations(monkeypatch: pytest.MonkeyPatch) -> None:
-    cell = small_cell()
+    cell = small_cell("home", "bin_A", "tote", "tote_10h")
     monkeypatch.setattr(cell_file, "load_cell", lambda name: cell)
 
 
@@ -77,7 +77,7 @@ def test_text_names_what_is_not_free(tmp_path: Path) -> None:
     arguments = ["-o", str(tmp_path / "r.h5"), "--planner", "RRTConnect"]
     result = CliRunner().invoke(build_roadmap, arguments)
     assert result.exit_code == 0
-    assert "7 nodes" in result.stdout and "not free: tote_10h: collision" in result.stdout
+    assert "3 nodes" in result.stdout and "not free: tote_10h: collision" in result.stdout
 
 
 def test_an_unknown_planner_is_a_usage_error(tmp_path: Path) -> None:
