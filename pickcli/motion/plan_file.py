@@ -16,10 +16,8 @@ from pickcli.files.atomic_write import write_bytes
 from pickcli.files.bounded_reading import read_text
 from pickcli.files.file_kind import PLAN
 from pickcli.geometry import Array
-from pickcli.motion.event import Event
-from pickcli.motion.plan import Certificate, Grasp, Plan
-from pickcli.motion.plan_schema import FORMAT, VERSION, parse_plan
-from pickcli.motion.segment import Segment
+from pickcli.motion.plan import Plan
+from pickcli.motion.plan_schema import FORMAT, VERSION, parse_plan, plain
 from pickcli.motion.trajectory import Trajectory
 
 MAX_BYTES = 24 * 2**20  # a plan of ten seconds has half a megabyte
@@ -36,10 +34,10 @@ def motion_hash(plan: Plan) -> str:
     """
     return _sha256({
         "trajectory": _trajectory(plan.trajectory),
-        "segments": [_segment(s) for s in plan.segments],
-        "events": [_event(e) for e in plan.events],
-        "grasp": None if plan.grasp is None else _grasp(plan.grasp),
-        "recovery": _recovery(plan),
+        "segments": [plain(segment) for segment in plan.segments],
+        "events": [plain(event) for event in plan.events],
+        "grasp": plain(plan.grasp),
+        "recovery": plain(plan.recovery),
     })  # fmt: skip
 
 
@@ -60,14 +58,14 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "scene_hash": plan.scene_hash,
         "seed": plan.seed,
         "speed_scale": plan.speed_scale,
-        "recovery": _recovery(plan),
-        "grasp": None if plan.grasp is None else _grasp(plan.grasp),
-        "segments": [_segment(s) for s in plan.segments],
-        "events": [_event(e) for e in plan.events],
+        "recovery": plain(plan.recovery),
+        "grasp": plain(plan.grasp),
+        "segments": [plain(segment) for segment in plan.segments],
+        "events": [plain(event) for event in plan.events],
         "trajectory": _trajectory(plan.trajectory),
         "certificate": None
         if plan.certificate is None
-        else {**_figures(plan.certificate), "seal": certificate_seal(plan)},
+        else {**plain(plan.certificate), "seal": certificate_seal(plan)},
         "statistics": dict(sorted(plan.statistics.items())),
     }
 
@@ -125,7 +123,7 @@ def certificate_seal(plan: Plan) -> str:
     if plan.certificate is None:
         return ""
     parts = (plan.query, plan.cell_fingerprint, plan.scene_hash, plan.seed, plan.speed_scale)
-    return _sha256([*parts, motion_hash(plan), _figures(plan.certificate)])
+    return _sha256([*parts, motion_hash(plan), plain(plan.certificate)])
 
 
 def _check_certificate(plan: Plan, seal: str, where: str) -> None:
@@ -167,54 +165,6 @@ def _trajectory(trajectory: Trajectory) -> dict[str, Any]:
         "joint_names": list(trajectory.joint_names),
         "points": [dict(zip(names, point, strict=True)) for point in points],
     }
-
-
-def _recovery(plan: Plan) -> str | None:
-    return None if plan.recovery is None else str(plan.recovery)
-
-
-def _segment(segment: Segment) -> dict[str, Any]:
-    return {
-        "kind": str(segment.kind),
-        "t_start": float(segment.t_start),
-        "t_end": float(segment.t_end),
-        "pivot": str(segment.tool_state),
-        "held": segment.held,
-        "touching": list(segment.touching),
-    }
-
-
-def _event(event: Event) -> dict[str, Any]:
-    anchor = event.anchor
-    return {
-        "device": event.device,
-        "action": event.action,
-        "anchor": {"kind": str(anchor.kind), "segment": int(anchor.segment), "offset": float(anchor.offset)},
-        "lead": float(event.lead),
-        "t_anchor": None if event.t_anchor is None else float(event.t_anchor),
-        "t_trigger": None if event.t_trigger is None else float(event.t_trigger),
-    }
-
-
-def _grasp(grasp: Grasp) -> dict[str, Any]:
-    return {
-        "item": grasp.item,
-        "kind": grasp.kind,
-        "face": grasp.face,
-        "pivot": str(grasp.tool_state),
-        "T_item_tip": _rows(grasp.T_item_tip),
-        "score": float(grasp.score),
-        "moment": float(grasp.moment),
-        "pull": float(grasp.pull),
-        "shear": float(grasp.shear),
-        "twist": float(grasp.twist),
-        "load_ratio": float(grasp.load_ratio),
-    }
-
-
-def _figures(certificate: Certificate) -> dict[str, Any]:
-    fields = {name: getattr(certificate, name) for name in Certificate.__dataclass_fields__}
-    return {**fields, "checks": list(certificate.checks)}
 
 
 def _layout(data: dict[str, Any]) -> str:

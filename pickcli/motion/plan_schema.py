@@ -1,21 +1,30 @@
-"""The schema of plan files: JSON text to Plan, every problem named with its field."""
+"""The schema of plan files: JSON text to Plan, every problem named with its field.
+
+A type of a plan is declared once, as a dataclass of this package. What its fields are called in a file, what
+they may hold there, and how they are written and read follows from the declaration; stated here is only what
+a type cannot say. A trajectory alone has another shape in a file: points, not columns.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from enum import StrEnum
+from functools import cache
 from itertools import islice
 from reprlib import Repr
-from typing import Annotated, Any, Literal
+from types import MappingProxyType, UnionType
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, conlist, create_model
 
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, shortened
 from pickcli.files.json_reader import parse_json
 from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
-from pickcli.geometry import is_pose
+from pickcli.geometry import Array, is_pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import MAX_DURATION, MAX_NUMBER, Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.segment import Segment, SegmentKind
@@ -56,81 +65,120 @@ class _Trajectory(_Model):
     points: Annotated[list[_Point], Field(min_length=2, max_length=MAX_POINTS)]
 
 
-class _Segment(_Model):
-    kind: Annotated[SegmentKind, Field(strict=False)]
-    t_start: Time
-    t_end: Time
-    pivot: Name
-    held: Name | None
-    touching: Annotated[list[Name], Field(max_length=1000)]
+@cache
+def _file_keys(kind: type) -> dict[str, tuple[str, Any]]:
+    """The key in a file, and the type, of every field of a dataclass."""
+    hints = get_type_hints(kind)
+    return {field.name: (_RENAMED.get(field.name, field.name), hints[field.name]) for field in fields(kind)}
 
 
-class _Anchor(_Model):
-    kind: Annotated[AnchorKind, Field(strict=False)]
-    segment: Annotated[int, Field(ge=0, lt=1000)]
-    offset: Number
+def _derived(kind: type, also: Mapping[str, Any] = MappingProxyType({}), **special: Any) -> Any:
+    """The schema of a dataclass in a file: each field by its type, or by ``special``; and keys besides."""
+    keys = {key: special.get(name, _FILE_TYPES.get(of, of)) for name, (key, of) in _file_keys(kind).items()}
+    return create_model(f"_{kind.__name__}", __base__=_Model, **also, **keys)
 
 
-class _Event(_Model):
-    device: Name
-    action: Name
-    anchor: _Anchor
-    lead: Time
-    t_anchor: Number | None
-    t_trigger: Number | None
+def plain(value: Any, kind: Any = None) -> Any:
+    """A value of a plan as JSON knows it.
+
+    Args:
+        value: The value.
+        kind: The type that its field is declared with; None for a dataclass.
+
+    Returns:
+        JSON values; of a dataclass an object, its keys in the order of its fields.
+    """
+    if value is None:
+        return None
+    if isinstance(value, ToolState | StrEnum):
+        return str(value)
+    if is_dataclass(value):
+        own: type = type(value)
+        keys = _file_keys(own)
+        return {key: plain(getattr(value, name), of) for name, (key, of) in keys.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple):
+        return list(value)
+    # What is a figure of numpy's, or a whole number where any may stand, is written as what it is read as.
+    return float(value) if kind in (float, float | None) else int(value) if kind is int else value
 
 
-class _Grasp(_Model):
-    item: Name
-    kind: Name
-    face: Name
-    pivot: Name
-    T_item_tip: Annotated[
-        list[Annotated[list[Number], Field(min_length=4, max_length=4)]], Field(min_length=4, max_length=4)
-    ]
-    score: Annotated[Number, Field(ge=0.0)]
-    moment: Number
-    pull: Number
-    shear: Number
-    twist: Number
-    load_ratio: Number
+def _built(kind: Any, value: Any) -> Any:
+    """The value of a type from what its schema holds."""
+    if isinstance(kind, UnionType):
+        return None if value is None else _built(get_args(kind)[0], value)
+    if kind is Trajectory:
+        return _trajectory(value)
+    if kind is ToolState:
+        return ToolState(value)
+    if is_dataclass(kind):
+        assert isinstance(kind, type)
+        keys = _file_keys(kind)
+        return kind(**{name: _built(of, getattr(value, key)) for name, (key, of) in keys.items()})
+    if kind == Array:
+        return np.array(value)
+    return tuple(_built(get_args(kind)[0], v) for v in value) if isinstance(value, list) else value
 
 
-class _Certificate(_Model):
-    motion_hash: Hash
-    scene_hash: Hash
-    cell_fingerprint: Hash
-    n_states: Annotated[int, Field(ge=0, lt=2**53)]
-    max_step: Number
-    min_clearance: Number
-    max_velocity_ratio: Number
-    max_acceleration_ratio: Number
-    max_jerk_ratio: Number
-    checks: Annotated[list[Name], Field(max_length=100)]
-    seal: Hash
+def _trajectory(model: _Trajectory) -> Trajectory:
+    """The trajectory of a file's points."""
+    names = ("time_from_start", "positions", "velocities", "accelerations")
+    columns = (np.array([getattr(point, name) for point in model.points]) for name in names)
+    return Trajectory(tuple(model.joint_names), *columns)
 
 
-class _Plan(_Model):
-    format: Literal["apc plan"]
-    version: Literal[2]
-    query: Annotated[str, Field(max_length=1000)]
-    cell_fingerprint: Hash
-    scene_hash: Hash
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
-    speed_scale: Annotated[float, Field(gt=0.0, le=1.0)]
-    recovery: Annotated[RecoveryLevel | None, Field(strict=False)] = None
-    grasp: _Grasp | None = Field(
-        description="the grasp, or null for a move",
-        json_schema_extra={"advice": "add them, or set it to null for a move"},
-    )
-    segments: Annotated[list[_Segment], Field(min_length=1, max_length=1000)]
-    events: Annotated[list[_Event], Field(max_length=1000)]
-    trajectory: _Trajectory
-    certificate: _Certificate | None = Field(
-        description="the verifier's certificate, or null for a plan that was not verified",
-        json_schema_extra={"advice": "set it to null, then run apc verify --write"},
-    )
-    statistics: Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)]
+_RENAMED = {"tool_state": "pivot"}  # fields that are called otherwise in a file
+_FILE_TYPES: dict[Any, Any] = {
+    str: Name,
+    str | None: Name | None,
+    float: Number,
+    float | None: Number | None,
+    ToolState: Name,
+    SegmentKind: Annotated[SegmentKind, Field(strict=False)],
+    AnchorKind: Annotated[AnchorKind, Field(strict=False)],
+}
+_Row = Annotated[list[Number], Field(min_length=4, max_length=4)]
+_Pose = Annotated[list[_Row], Field(min_length=4, max_length=4)]
+
+_Segment = _derived(Segment, t_start=Time, t_end=Time, touching=Annotated[list[Name], Field(max_length=1000)])
+_Anchor = _derived(Anchor, segment=Annotated[int, Field(ge=0, lt=1000)])
+_Event = _derived(Event, anchor=_Anchor, lead=Time)
+_Grasp = _derived(Grasp, T_item_tip=_Pose, score=Annotated[Number, Field(ge=0.0)])
+_Certificate = _derived(
+    Certificate, also={"seal": Hash}, motion_hash=Hash, scene_hash=Hash, cell_fingerprint=Hash,
+    n_states=Annotated[int, Field(ge=0, lt=2**53)], checks=Annotated[list[Name], Field(max_length=100)],
+)  # fmt: skip
+
+
+_Plan = _derived(
+    Plan,
+    also={"format": Literal["apc plan"], "version": Literal[2]},
+    query=Annotated[str, Field(max_length=1000)],
+    cell_fingerprint=Hash,
+    scene_hash=Hash,
+    seed=Annotated[int, Field(ge=0, lt=2**63)],
+    segments=conlist(_Segment, min_length=1, max_length=1000),
+    trajectory=_Trajectory,
+    events=conlist(_Event, max_length=1000),
+    grasp=Annotated[
+        _Grasp | None,
+        Field(
+            description="the grasp, or null for a move",
+            json_schema_extra={"advice": "add them, or set it to null for a move"},
+        ),
+    ],
+    speed_scale=Annotated[float, Field(gt=0.0, le=1.0)],
+    certificate=Annotated[
+        _Certificate | None,
+        Field(
+            description="the verifier's certificate, or null for a plan that was not verified",
+            json_schema_extra={"advice": "set it to null, then run apc verify --write"},
+        ),
+    ],
+    statistics=Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)],
+    recovery=Annotated[RecoveryLevel | None, Field(strict=False, default=None)],
+)
 
 
 def parse_plan(text: str, where: str) -> tuple[Plan, str]:
@@ -159,7 +207,7 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
     problems = list(_problems(model))
     if problems:
         raise _refusal(where, len(problems), problems)
-    return _build(model), model.certificate.seal if model.certificate is not None else ""
+    return _built(Plan, model), model.certificate.seal if model.certificate is not None else ""
 
 
 def _problem(error: Any) -> str:
@@ -175,7 +223,7 @@ def _refusal(where: str, count: int, problems: Iterable[str]) -> InputError:
     return InputError("\n  ".join([f"{where}: not a valid plan:", *islice(problems, MAX_PROBLEMS)]) + more)
 
 
-def _problems(model: _Plan) -> Iterator[str]:
+def _problems(model: Any) -> Iterator[str]:
     """What types cannot say: shapes, order of times, contiguous segments, indices in range."""
     yield from _trajectory_problems(model.trajectory)
     yield from _segment_problems(model)
@@ -210,7 +258,7 @@ def _trajectory_problems(trajectory: _Trajectory) -> Iterator[str]:
             yield f"trajectory.points[{i}].velocities: expected 0: a motion starts and ends at rest"
 
 
-def _segment_problems(model: _Plan) -> Iterator[str]:
+def _segment_problems(model: Any) -> Iterator[str]:
     t = 0.0
     for i, segment in enumerate(model.segments):
         if abs(segment.t_start - t) > TIME_TOLERANCE:
@@ -220,49 +268,3 @@ def _segment_problems(model: _Plan) -> Iterator[str]:
         t = segment.t_end
     if abs(t - (end := model.trajectory.points[-1].time_from_start)) > TIME_TOLERANCE:
         yield f"segments[{len(model.segments) - 1}].t_end: expected {end} (the trajectory's end), got {t}"
-
-
-def _build(model: _Plan) -> Plan:
-    points = model.trajectory.points
-    return Plan(
-        query=model.query,
-        cell_fingerprint=model.cell_fingerprint,
-        scene_hash=model.scene_hash,
-        seed=model.seed,
-        segments=tuple(_segment(s) for s in model.segments),
-        trajectory=Trajectory(
-            joint_names=tuple(model.trajectory.joint_names),
-            times=np.array([p.time_from_start for p in points]),
-            positions=np.array([p.positions for p in points]),
-            velocities=np.array([p.velocities for p in points]),
-            accelerations=np.array([p.accelerations for p in points]),
-        ),
-        events=tuple(_event(e) for e in model.events),
-        grasp=None if model.grasp is None else _grasp(model.grasp),
-        speed_scale=model.speed_scale,
-        certificate=None if model.certificate is None else _certificate(model.certificate),
-        statistics=dict(model.statistics),
-        recovery=model.recovery,
-    )
-
-
-def _segment(model: _Segment) -> Segment:
-    return Segment(
-        model.kind, model.t_start, model.t_end, ToolState(model.pivot), model.held, tuple(model.touching)
-    )
-
-
-def _event(model: _Event) -> Event:
-    return Event(**{**dict(model), "anchor": Anchor(**dict(model.anchor))})
-
-
-def _grasp(model: _Grasp) -> Grasp:
-    figures = {name: value for name, value in model if name != "pivot"}
-    return Grasp(
-        **{**figures, "tool_state": ToolState(model.pivot), "T_item_tip": np.array(model.T_item_tip)}
-    )
-
-
-def _certificate(model: _Certificate) -> Certificate:
-    figures = {name: value for name, value in model if name != "seal"}
-    return Certificate(**{**figures, "checks": tuple(model.checks)})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -91,6 +91,23 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
     assert plan_to_dict(again) == plan_to_dict(plan)
     assert motion_hash(again) == motion_hash(plan)
     assert (again.segments, again.events, again.certificate) == (plan.segments, plan.events, plan.certificate)
+
+
+def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
+    data = plan_to_dict(plan)
+    assert plan.grasp is not None and plan.certificate is not None
+    event, written = plan.events[0], data["events"][0]
+    pairs: list[tuple[Any, dict[str, Any]]] = [
+        (plan, data),
+        (plan.segments[0], data["segments"][0]),
+        (event, written),
+        (event.anchor, written["anchor"]),
+        (plan.grasp, data["grasp"]),
+        (plan.certificate, data["certificate"]),
+    ]
+    for value, keys in pairs:
+        names = {"pivot" if field.name == "tool_state" else field.name for field in fields(value)}
+        assert names <= set(keys) and len(keys) - len(names) <= 2  # format and version, or the seal
 
 
 def test_the_same_plan_gives_the_same_bytes(plan: Plan, tmp_path: Path) -> None:
