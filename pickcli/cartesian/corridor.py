@@ -139,7 +139,7 @@ def corridors(
     proven = (c for c in options if carrying.is_valid(c.lift) and _is_proven(c, leaving, carrying))
     # The shortest ones may all meet a wall, and only longer ones the neighbour that could be moved aside.
     explained = options[:: 1 + len(options) // N_EXPLAINED]
-    return tuple(islice(proven, n_most)) or Failures(tuple(_explained(c, carrying) for c in explained))
+    return tuple(islice(proven, n_most)) or Failures((lambda: (_explained(c, carrying) for c in explained),))
 
 
 def _is_proven(c: Corridor, leaving: FreeItemChecker, carrying: FreeItemChecker) -> bool:

@@ -142,7 +142,7 @@ def _dropped(
         return Failures.of(Reason("no inverse-kinematics solution", "place"))
     are_valid = checker.are_valid(solutions)
     if not are_valid.any():
-        return Failures.of(checker.explain(solutions[0]).at("place"))
+        return Failures((lambda: (checker.explain(solutions[0]).at("place"),),))
     failures = Failures()
     for q in solutions[are_valid]:
         motion = _lowered(problem, spot, q, carrying)
