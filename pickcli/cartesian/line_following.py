@@ -13,7 +13,7 @@ import numpy as np
 from pickcli.cartesian.line import line
 from pickcli.cell.tool import ToolState
 from pickcli.collision.checker import SceneChecker
-from pickcli.errors import Reason
+from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.kinematics.arm import Arm
 from pickcli.kinematics.follow import Deviation
@@ -23,7 +23,7 @@ BETWEEN_WAYPOINTS = Deviation(position=5e-4, angle=3e-3)  # of the tool from its
 
 def follow_line(
     arm: Arm, checker: SceneChecker, T_a: Array, T_b: Array, tool_state: ToolState, q_a: Array, where: str
-) -> Array | Reason:
+) -> Array | Failures:
     """Follow a straight line of the tool, proven free.
 
     Args:
@@ -42,19 +42,21 @@ def follow_line(
     poses = line(T_a, T_b)
     result = arm.follow(poses[1:], tool_state, q_a)
     if result.reason is not None:
-        return result.reason.at(where)
+        return Failures.of(result.reason.at(where))
     dense = np.vstack([q_a[None], result.configurations])
     kept = dense[arm.longest_chords(dense, poses, tool_state, BETWEEN_WAYPOINTS)]
-    blocked = _blocked(checker, kept)
-    return kept if blocked is None else blocked.at(where)
-
-
-def _blocked(checker: SceneChecker, waypoints: Array) -> Reason | None:
-    """Why a polyline is not proven free. The waypoints come first: cheap to test, and cheap to explain."""
-    is_free = checker.are_valid(waypoints)
+    # The waypoints come first: cheap to test, and cheap to explain.
+    is_free = checker.are_valid(kept)
     if not is_free.all():
-        i = int(np.argmin(is_free))
-        reason = checker.explain(waypoints[i])
-        return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")
-    i = checker.first_invalid_edge(waypoints)
-    return None if i < 0 else checker.explain_edge(waypoints[i], waypoints[i + 1])
+        blocked = int(np.argmin(is_free))
+        return Failures((lambda: [_at_waypoint(checker, kept, blocked).at(where)],))
+    edge = checker.first_invalid_edge(kept)
+    if edge >= 0:
+        return Failures((lambda: [checker.explain_edge(kept[edge], kept[edge + 1]).at(where)],))
+    return kept
+
+
+def _at_waypoint(checker: SceneChecker, waypoints: Array, i: int) -> Reason:
+    """Why one of the waypoints (N, n) is not valid."""
+    reason = checker.explain(waypoints[i])
+    return replace(reason, detail=f"{reason.detail} at waypoint {i + 1} of {len(waypoints)}")

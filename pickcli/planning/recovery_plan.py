@@ -98,7 +98,7 @@ def _out(rules: Rules, label: str, seed: int, recorder: ExperienceRecorder) -> P
     context, failures = rules.context, Failures()
     n_ways_home = 0
     for out in _ways_out_of_the_pod(rules):
-        if isinstance(out, Reason):
+        if isinstance(out, Failures):
             failures += out
             continue
         segments, q = out
@@ -134,7 +134,7 @@ def _home(rules: Rules, q: Array, seed: int, recorder: ExperienceRecorder) -> Mo
     return coarse.segment(SegmentKind.TRANSIT, mode)
 
 
-def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Array] | Reason]:
+def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
     """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     tip = context.arm.tip(start.q, start.tool_state)
@@ -158,7 +158,7 @@ def _first_steps(rules: Rules, tip: Array) -> list[Array]:
 
 def _risen_and_out(
     rules: Rules, tip: Array, first: Array, rise: float, depth: float
-) -> tuple[list[MotionSegment], Array] | Reason:
+) -> tuple[list[MotionSegment], Array] | Failures:
     """First away from what is near, then up, then out."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     freed = shifted(tip, first)
@@ -175,10 +175,10 @@ def _risen_and_out(
             continue
         checker = rules.checker(allowed)
         line = follow_line(context.arm, checker, here, there, start.tool_state, q, "way out")
-        if isinstance(line, Reason):
+        if isinstance(line, Failures):
             return line
         if (closes := rules.closes(line)) is not None:
-            return closes
+            return Failures.of(closes)
         segments.append(MotionSegment(kind, line, limits, mode=rules.mode(allowed)))
         q, here = segments[-1].end, there
     return segments, q

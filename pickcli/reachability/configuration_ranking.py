@@ -19,7 +19,7 @@ from pickcli.cell.configuration_text import DECIMALS
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.errors import NoPlanError, Reason, UnknownNameError
+from pickcli.errors import Failures, NoPlanError, Reason, UnknownNameError
 from pickcli.geometry import Array, rotation_rpy
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.empty_cell_checkers import checker
@@ -121,7 +121,7 @@ class ConfigurationRanking:
         goal = T_world_goal.copy()
         goal[:3, :3] = goal[:3, :3] @ rotation_rpy(0.0, 0.0, self._poses.roll(T_world_tip))
         line = follow_line(self._arm, self._moving_in, T_world_tip, goal, self.tool_state, q, self.bin_name)
-        return not isinstance(line, Reason)
+        return not isinstance(line, Failures)
 
     def _margin(self, q: Array) -> float:
         limits = self.cell.robot.limits

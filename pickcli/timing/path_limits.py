@@ -55,8 +55,8 @@ class PathBounds:
         Returns:
             (M,).
         """
-        touched = (self.edges[:-1] <= end[:, None]) & (self.edges[1:] >= start[:, None])
-        return np.asarray(np.where(touched, values, np.inf).min(axis=1))
+        touched = (self.edges[:-1, None] <= end) & (self.edges[1:, None] >= start)
+        return np.asarray(np.where(touched, values[:, None], np.inf).min(axis=0))
 
     def tool_speed(self, s: Array) -> Array:
         """Tool travel per unit of s.

@@ -11,7 +11,7 @@ from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode, MotionSegment
-from pickcli.errors import Failures, Reason
+from pickcli.errors import Failures
 from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
@@ -38,7 +38,7 @@ def corner(
     for name, along in ((kind, [-0.05, 0.0, 0.0]), (SegmentKind.RETREAT, [0.0, 0.0, 0.08])):
         T = planner.arm.tip(q, STRAIGHT)
         line = follow_line(planner.arm, checker, T, shifted(T, np.array(along)), STRAIGHT, q, "here")
-        assert not isinstance(line, Reason)
+        assert not isinstance(line, Failures)
         segments.append(MotionSegment(name, line, limits, mode=mode))
         q = line[-1]
     return segments

@@ -146,18 +146,18 @@ def _dropped(
     failures = Failures()
     for q in solutions[are_valid]:
         motion = _lowered(problem, spot, q, carrying)
-        if not isinstance(motion, Reason):
+        if not isinstance(motion, Failures):
             return motion
         failures += motion
     return failures
 
 
-def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Reason:
+def _lowered(problem: PickProblem, spot: DropPlacement, q: Array, carrying: Mode) -> PlaceMotion | Failures:
     """Down to one placement and up again, from a configuration (n,) above it."""
     context, state = problem.context, carrying.tool_state
     checker = context.checker_for(problem.scene, carrying)
     down = follow_line(context.arm, checker, spot.above, spot.release, state, q, "place")
-    if isinstance(down, Reason):
+    if isinstance(down, Failures):
         return down
     limits = SegmentLimits(max_tool_speed=context.settings.place_speed)
     place = MotionSegment(SegmentKind.PLACE, down, limits, mode=carrying)

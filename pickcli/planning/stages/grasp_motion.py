@@ -53,7 +53,7 @@ def plan_grasp_motion(
     failures, pressed = Failures(), lines.checker(lines.pressing)
     for q_contact in solutions[: context.settings.solutions_per_grasp]:
         if not pressed.is_valid(q_contact):
-            failures += pressed.explain(q_contact).at(f"{where}, contact")
+            failures += _invalid(pressed, q_contact, f"{where}, contact")
             continue
         inward = _first(ways.inward, lines.inward, q_contact)
         if isinstance(inward, Failures):
@@ -131,7 +131,7 @@ class _Lines:
         """What proves lines in one mode."""
         return self.context.checker_for(self.scene, mode)
 
-    def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
+    def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
         settings, kind = self.context.settings, SegmentKind
         contact_speed = SLOWER_THAN_ALLOWED * self.context.cell.robot.tool.contact_speed
@@ -142,36 +142,36 @@ class _Lines:
             _Line(kind.PREAPPROACH, self.approaching, poses.approach, poses.preapproach, preapproach),
         )
         found = self._followed(lines, q_contact)
-        if isinstance(found, Reason):
+        if isinstance(found, Failures):
             return found
         return tuple(segment.backwards(segment.kind) for segment in reversed(found))
 
-    def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Reason:
+    def outward(self, poses: LiftPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Lift and retreat with the target; free of all contact once the first stretch has ended."""
         settings, kind = self.context.settings, SegmentKind
         freeing = _Line(kind.LIFT, self.lifting, self.contact, poses.freed, settings.lift_speed)
         freed = self._followed((freeing,), q_contact)
-        if isinstance(freed, Reason):
+        if isinstance(freed, Failures):
             return freed
         q, carrying = freed[-1].end, self.checker(self.carrying)
         if not carrying.is_valid(q):
-            return carrying.explain(q).at(f"{self.where}, lift")
+            return _invalid(carrying, q, f"{self.where}, lift")
         lift = _Line(kind.LIFT, self.carrying, poses.freed, poses.lift, settings.lift_speed)
         pushes = (
             _Line(kind.RETREAT, self.carrying, here, there, settings.retreat_speed)
             for here, there in pairwise((poses.lift, *poses.retreat))
         )
         rest = self._followed((lift, *pushes), q)
-        return rest if isinstance(rest, Reason) else (*freed, *rest)
+        return rest if isinstance(rest, Failures) else (*freed, *rest)
 
-    def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Reason:
+    def _followed(self, lines: Iterable[_Line], q: Array) -> tuple[MotionSegment, ...] | Failures:
         """The lines one after the other as segments, from a configuration (n,) at the start of the first."""
         found: list[MotionSegment] = []
         arm = self.context.arm
         for line in lines:
             checker, where = self.checker(line.mode), f"{self.where}, {line.kind}"
             waypoints = follow_line(arm, checker, line.T_a, line.T_b, line.mode.tool_state, q, where)
-            if isinstance(waypoints, Reason):
+            if isinstance(waypoints, Failures):
                 return waypoints
             limits = SegmentLimits(max_tool_speed=line.speed)
             found.append(MotionSegment(line.kind, waypoints, limits, mode=line.mode))
@@ -180,16 +180,23 @@ class _Lines:
 
 
 def _first(
-    options: Iterable[_Poses], follow: Callable[[_Poses, Array], tuple[MotionSegment, ...] | Reason], q: Array
+    options: Iterable[_Poses],
+    follow: Callable[[_Poses, Array], tuple[MotionSegment, ...] | Failures],
+    q: Array,
 ) -> tuple[MotionSegment, ...] | Failures:
     """The segments of the first of several ways that the arm can follow from a configuration (n,)."""
     failures = Failures()
     for poses in options:
         segments = follow(poses, q)
-        if not isinstance(segments, Reason):
+        if not isinstance(segments, Failures):
             return segments
         failures += segments
     return failures
+
+
+def _invalid(checker: SceneChecker, q: Array, where: str) -> Failures:
+    """Why a configuration (n,) is not valid, looked up when somebody asks."""
+    return Failures((lambda: [checker.explain(q).at(where)],))
 
 
 def _place(T: Array) -> str:
