@@ -45,7 +45,7 @@ class PathBounds:
     constraint: PathConstraint | None = None
 
     def lowest(self, values: Array, start: Array, end: Array) -> Array:
-        """The smallest value of the parts that intervals touch.
+        """The smallest value of the parts that intervals touch; beyond them, by rounding, of the nearest.
 
         Args:
             values: (P,) one value for each part.
@@ -55,6 +55,7 @@ class PathBounds:
         Returns:
             (M,).
         """
+        start, end = np.minimum(start, self.edges[-1]), np.maximum(end, self.edges[0])
         touched = (self.edges[:-1, None] <= end) & (self.edges[1:, None] >= start)
         return np.asarray(np.where(touched, values[:, None], np.inf).min(axis=0))
 

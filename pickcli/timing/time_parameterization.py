@@ -154,7 +154,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
     Smoothing mixes what happens within a window, so a ratio counts for the window around it.
     """
     at = (np.interp(grid.s, profile.s, profile.t) / step + (n_window + 1) / 2).astype(int)
-    at = np.clip(at, 0, len(ratios) - 1)
+    at = np.minimum(np.maximum(at, 0), len(ratios) - 1)
     ratio = np.maximum(_spread(ratios, n_window)[at], 1.0)
     speed = np.interp(grid.s, profile.s, profile.v) / ratio
     speed = np.where(ratio > _GOOD, np.minimum(grid.speed, speed), grid.speed)
@@ -170,8 +170,8 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
 
 def _spread(values: Array, width: int) -> Array:
     """(K,) largest value within ``width`` cells centred on each."""
-    padded = np.pad(values, (width // 2, width - 1 - width // 2))
-    done = 1
+    padded, done = np.zeros(len(values) + width - 1), 1
+    padded[width // 2 : width // 2 + len(values)] = values
     while done < width:  # maxima over twice as many cells each time
         more = min(done, width - done)
         padded = np.maximum(padded[:-more], padded[more:])

@@ -60,6 +60,15 @@ def test_tiny_moves(size: float) -> None:
     check_promises(timed(waypoints), waypoints, 0.02)
 
 
+def test_waypoints_that_end_in_one_point_are_passed() -> None:
+    """Their arc length differs from the path's by rounding: there the last part's limits hold."""
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        ends = -1.37426978 - 10.0 ** rng.uniform(-11.0, -7.0, 2)
+        waypoints = np.array([0.12573022, -0.87426978, *[-1.37426978] * 3, *ends])[:, None]
+        check_promises(timed(waypoints, 0.0625), waypoints, 0.0625)
+
+
 def test_no_move_at_all_is_a_short_rest() -> None:
     run = timed(np.full((3, 8), 0.3))
     assert np.ptp(run.trajectory.positions, axis=0).max() == 0.0
