@@ -3,7 +3,7 @@
     python bench/kernel.py [--json FILE]
 
 The scene has the size of the default cell: a Motoman SIA20F on a rail as capsules (55 spheres for the kernel,
-capsules for the others), and 77 boxes in 6 groups (a shelf of 12 bins row by row, a tote, the surroundings).
+capsules for the others), and 77 boxes (a shelf of 12 bins, a tote, the surroundings).
 All three check the world and the same pairs of links. pybullet and python-fcl test the 32 states one by one
 and prove nothing between them. Best of several runs, as other load only ever adds time.
 """
@@ -94,42 +94,41 @@ class Box:
 
     center: tuple[float, float, float]
     half: tuple[float, float, float]
-    group: int
 
 
-def box(low: tuple[float, float, float], high: tuple[float, float, float], group: int) -> Box:
+def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Box:
     middle, half = np.add(low, high) / 2, np.subtract(high, low) / 2
-    return Box(tuple(middle.tolist()), tuple(half.tolist()), group)
+    return Box(tuple(middle.tolist()), tuple(half.tolist()))
 
 
 def shelf() -> Iterator[Box]:
     """Twelve bins in four rows: floor, two lips, back, dividers and posts."""
     heights, sides = [0.80, 1.08, 1.31, 1.54, 1.81], [-0.42, -0.14, 0.14, 0.42]
-    for row, (low, high) in enumerate(pairwise(heights)):
+    for low, high in pairwise(heights):
         for right, left in pairwise(sides):
-            yield box((0, right, low - 0.01), (0.43, left, low), row)
-            yield box((0, right, low), (0.012, left, low + 0.011), row)
-            yield box((0, right, high - 0.033), (0.012, left, high - 0.01), row)
-            yield box((0.43, right, low), (0.44, left, high), row)
+            yield box((0, right, low - 0.01), (0.43, left, low))
+            yield box((0, right, low), (0.012, left, low + 0.011))
+            yield box((0, right, high - 0.033), (0.012, left, high - 0.01))
+            yield box((0.43, right, low), (0.44, left, high))
         for y in sides:
-            yield box((0, y - 0.003, low), (0.43, y + 0.003, high), row)
+            yield box((0, y - 0.003, low), (0.43, y + 0.003, high))
 
 
 def surroundings() -> Iterator[Box]:
     """A tote of five walls; table, cabinet, boom, camera, compressor, rail bed and floor."""
-    yield box((-1.315, -0.796, 0.577), (-0.776, -0.437, 0.580), 4)
-    yield box((-1.318, -0.796, 0.577), (-1.315, -0.437, 0.781), 4)
-    yield box((-0.776, -0.796, 0.577), (-0.773, -0.437, 0.781), 4)
-    yield box((-1.315, -0.799, 0.577), (-0.776, -0.796, 0.781), 4)
-    yield box((-1.315, -0.437, 0.577), (-0.776, -0.434, 0.781), 4)
-    yield box((-1.742, -0.934, 0), (-0.712, -0.404, 0.567), 5)
-    yield box((-1.800, -0.934, 0), (-1.460, -0.574, 2.193), 5)
-    yield box((-1.462, -0.934, 1.682), (-0.981, -0.904, 2.163), 5)
-    yield box((-1.239, -0.934, 2.100), (-0.924, -0.574, 2.223), 5)
-    yield box((-1.954, 0.440, 0), (-1.395, 1.000, 1.255), 5)
-    yield box((-2.218, -0.395, 0), (-0.228, 0.395, 0.264), 5)
-    yield box((-2.617, -0.123, 0.036), (-1.105, 0.122, 0.500), 5)
-    yield box((-4, -3, -0.1), (3, 3, 0), 5)
+    yield box((-1.315, -0.796, 0.577), (-0.776, -0.437, 0.580))
+    yield box((-1.318, -0.796, 0.577), (-1.315, -0.437, 0.781))
+    yield box((-0.776, -0.796, 0.577), (-0.773, -0.437, 0.781))
+    yield box((-1.315, -0.799, 0.577), (-0.776, -0.796, 0.781))
+    yield box((-1.315, -0.437, 0.577), (-0.776, -0.434, 0.781))
+    yield box((-1.742, -0.934, 0), (-0.712, -0.404, 0.567))
+    yield box((-1.800, -0.934, 0), (-1.460, -0.574, 2.193))
+    yield box((-1.462, -0.934, 1.682), (-0.981, -0.904, 2.163))
+    yield box((-1.239, -0.934, 2.100), (-0.924, -0.574, 2.223))
+    yield box((-1.954, 0.440, 0), (-1.395, 1.000, 1.255))
+    yield box((-2.218, -0.395, 0), (-0.228, 0.395, 0.264))
+    yield box((-2.617, -0.123, 0.036), (-1.105, 0.122, 0.500))
+    yield box((-4, -3, -0.1), (3, 3, 0))
 
 
 BOXES = [*shelf(), *surroundings()]
@@ -145,8 +144,7 @@ def make_kernel() -> tuple[Chain, Checker]:
     frame = np.concatenate([np.full(len(r), link) for _, r, link in cover])
     checker = Checker(chain, centers, radii, frame, np.array(SELF_PAIRS))
     T = np.stack([pose(b.center) for b in BOXES])
-    half, group = np.array([b.half for b in BOXES]), np.array([b.group for b in BOXES])
-    checker.set_world(T, half, group, np.zeros(len(BOXES), np.uint64))
+    checker.set_world(T, np.array([b.half for b in BOXES]), np.zeros(len(BOXES), np.uint64))
     return chain, checker
 
 
@@ -311,7 +309,7 @@ def measure() -> dict[str, Any]:
         "simd": simd(),
         "spheres": sum(len(c.spheres()[1]) for link in LINKS for c in link),
     }
-    out |= {"boxes": len(BOXES), "groups": len({b.group for b in BOXES}), "configurations": N_STATES}
+    out |= {"boxes": len(BOXES), "configurations": N_STATES}
     out["kernel_us"] = microseconds(kernel, len(edges), 51)
     if simd() == "avx2":
         set_simd("baseline")

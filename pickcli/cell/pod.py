@@ -18,7 +18,7 @@ from pickcli.geometry import pose
 
 
 def build_pod(figures: PodModel) -> Pod:
-    """Boxes (pod frame), bins and bounding groups of the shelf.
+    """Boxes (pod frame) and bins of the shelf.
 
     Args:
         figures: The shelf as it stands in the cell file.
@@ -26,15 +26,13 @@ def build_pod(figures: PodModel) -> Pod:
     Returns:
         The pod.
     """
-    groups = {row_name(row): _row_bodies(figures, i) for i, row in enumerate(figures.rows)}
-    groups.update(_frame_bodies(figures))
-    bodies = tuple(body for group in groups.values() for body in group)
+    boards = [body for i in range(len(figures.rows)) for body in _row_bodies(figures, i)]
+    bodies = (*boards, *_frame_bodies(figures))
     displacement = Displacement(figures.displacement.x, figures.displacement.y, figures.displacement.yaw)
     bins = [b for row in figures.rows for b in _row_bins(figures, row)]
     return Pod(
         bodies=bodies,
         bins={b.name: b for b in bins},
-        groups={name: tuple(body.name for body in group) for name, group in groups.items()},
         displacement=displacement,
     )
 
@@ -117,29 +115,27 @@ def _front(figures: PodModel, name: str, depth: float, low: float, high: float) 
     return box(name, (0.0, -figures.side_wall, low), (depth, figures.side_wall, high))
 
 
-def _frame_bodies(figures: PodModel) -> dict[str, list[Body]]:
+def _frame_bodies(figures: PodModel) -> list[Body]:
     """Sides with their posts, back, and what closes the shelf above and below."""
     half, back, wall = figures.width / 2, figures.back_wall, figures.side_wall
     top_row, bottom_row = figures.rows[0], figures.rows[-1]
     ceiling = top_row.ceiling_front + figures.board_thickness
     ground = bottom_row.floor_front - figures.floor_drop - figures.board_thickness
-    sides = {}
+    sides = []
     for side, sign in (("left", 1.0), ("right", -1.0)):
         inner = sign * wall
-        sides[f"side_{side}"] = [
+        sides += [
             box(f"wall_{side}", *_span(0.0, back, inner, sign * half, figures.height)),
             box(f"post_{side}", *_span(0.0, figures.post_depth, sign * figures.post, inner, figures.height)),
         ]
-    return {
-        **sides,
-        "back": [box("back", (back, -half, 0.0), (figures.depth, half, figures.height))],
-        "below": [box("body_below", (0.0, -wall, 0.0), (back, wall, ground))],
-        "above": [
-            *_board(figures, ceiling, ("ceiling_slope", "ceiling_flat")),
-            _front(figures, "ceiling_lip", figures.hanging_lip_depth, top_row.hanging_lip, ceiling),
-            box("body_above", (0.0, -wall, ceiling), (back, wall, figures.height)),
-        ],
-    }
+    return [
+        *sides,
+        box("back", (back, -half, 0.0), (figures.depth, half, figures.height)),
+        box("body_below", (0.0, -wall, 0.0), (back, wall, ground)),
+        *_board(figures, ceiling, ("ceiling_slope", "ceiling_flat")),
+        _front(figures, "ceiling_lip", figures.hanging_lip_depth, top_row.hanging_lip, ceiling),
+        box("body_above", (0.0, -wall, ceiling), (back, wall, figures.height)),
+    ]
 
 
 def _span(

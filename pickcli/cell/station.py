@@ -16,13 +16,11 @@ class Pod:
     Attributes:
         bodies: Boxes in the pod frame.
         bins: Bins by name.
-        groups: Bounding groups: name to names of bodies, which speeds up collision tests.
         displacement: How far it may stand from its place.
     """
 
     bodies: tuple[Body, ...]
     bins: dict[str, Place]
-    groups: dict[str, tuple[str, ...]]
     displacement: Displacement = UNMOVED
 
     def swept(self) -> Pod:

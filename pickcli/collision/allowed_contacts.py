@@ -141,8 +141,8 @@ class AllowedContacts:
         T = world.T_world_box[kept].copy()
         T[:, :3, 3] += np.array(ways).reshape(len(kept), 3)
         none = np.zeros(len(kept))
-        groups, ignored = np.arange(len(kept), dtype=np.int32), np.array(bits, dtype=np.uint64)
-        kernel.set_world(T, world.half_extents[kept], groups, ignored, world.shapes[kept], none)
+        ignored = np.array(bits, dtype=np.uint64)
+        kernel.set_world(T, world.half_extents[kept], ignored, world.shapes[kept], none)
         return kept
 
     @property

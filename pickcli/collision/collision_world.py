@@ -34,7 +34,6 @@ class World:
         half_extents: (B, 3) m, of the solid without its rounding.
         shapes: (B,) kinds of solids as the kernel numbers them.
         rounding: (B,) m, what the pose may be off.
-        groups: (B,) number of the group of solids that stand together.
         ignored: (B,) bits: where bit f is set, frame f of the robot is never tested against the solid.
     """
 
@@ -44,7 +43,6 @@ class World:
     half_extents: Array
     shapes: NDArray[np.int32]
     rounding: Array
-    groups: NDArray[np.int32]
     ignored: NDArray[np.uint64]
 
     def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
@@ -56,8 +54,8 @@ class World:
             ignored: (B,) frames never tested against each solid, as bits, in place of the world's own.
         """
         kernel.set_world(
-            self.T_world_box[kept], self.half_extents[kept], self.groups[kept], ignored[kept],
-            self.shapes[kept], self.rounding[kept],
+            self.T_world_box[kept], self.half_extents[kept], ignored[kept], self.shapes[kept],
+            self.rounding[kept],
         )  # fmt: skip
 
     def indices(self, names: Iterable[str]) -> list[int]:
@@ -107,7 +105,6 @@ class World:
 class _Solid:
     name: str
     kind: str
-    group: str
     T_world_shape: Array
     shape: Shape
     rounding: float = 0.0
@@ -134,7 +131,6 @@ def build_world(model: CollisionModel, scene: Scene) -> World:
             f"{ours.name!r} ({ours.fingerprint[:12]}); make the scene again for this cell"
         )
     solids = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
-    groups = {name: i for i, name in enumerate(dict.fromkeys(solid.group for solid in solids))}
     return World(
         tuple(solid.name for solid in solids),
         tuple(solid.kind for solid in solids),
@@ -142,37 +138,35 @@ def build_world(model: CollisionModel, scene: Scene) -> World:
         np.array([solid.shape.extents / 2 for solid in solids]),
         np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
         np.array([solid.rounding for solid in solids]),
-        np.array([groups[solid.group] for solid in solids], dtype=np.int32),
         np.array([_ignored(model, solid) for solid in solids], dtype=np.uint64),
     )
 
 
 def _pod(scene: Scene) -> Iterator[_Solid]:
-    group_of = {body: group for group, bodies in scene.cell.pod.groups.items() for body in bodies}
     for body in scene.pod_bodies:
-        yield _body("pod", group_of.get(body.name, body.name), scene.T_world_pod, body)
+        yield _body("pod", scene.T_world_pod, body)
 
 
 def _standing(scene: Scene) -> Iterator[_Solid]:
     for body in scene.cell.tote.bodies:
-        yield _body("tote", "tote", np.eye(4), body)
+        yield _body("tote", np.eye(4), body)
     for body in scene.cell.obstacles.bodies:
-        yield _body("obstacle", f"obstacle {body.name}", np.eye(4), body)
+        yield _body("obstacle", np.eye(4), body)
 
 
 def _base(model: CollisionModel) -> Iterator[_Solid]:
     for link, T_world_link, body in model.static_bodies():
-        yield _Solid(link, "base", "base", T_world_link @ body.T_parent_shape, body.shape)
+        yield _Solid(link, "base", T_world_link @ body.T_parent_shape, body.shape)
 
 
 def _items(scene: Scene) -> Iterator[_Solid]:
     for placed in scene.items:
-        group, bound = f"items in {placed.location}", scene.noise.bound(placed.item)
-        yield _Solid(placed.id, "item", group, placed.T_world_item, placed.item.shape, bound)
+        bound = scene.noise.bound(placed.item)
+        yield _Solid(placed.id, "item", placed.T_world_item, placed.item.shape, bound)
 
 
-def _body(kind: str, group: str, T_world_parent: Array, body: Body) -> _Solid:
-    return _Solid(body.name, kind, group, T_world_parent @ body.T_parent_shape, body.shape)
+def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:
+    return _Solid(body.name, kind, T_world_parent @ body.T_parent_shape, body.shape)
 
 
 def _ignored(model: CollisionModel, solid: _Solid) -> int:

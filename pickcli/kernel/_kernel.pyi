@@ -200,6 +200,9 @@ class ContactKind(enum.IntEnum):
     SELF = 1
     """Another frame."""
 
+    CLOUD = 2
+    """A point of the world's cloud."""
+
 class EdgeReport:
     """Whether an edge is free, and if not, where and why."""
 
@@ -226,7 +229,7 @@ class EdgeReport:
     @property
     def index(self) -> int:
         """
-        Index of the solid, or the frame nearer to the base; -1 if the edge is free.
+        Index of the solid or the point, or the frame nearer to the base; -1 if the edge is free.
         """
 
     @property
@@ -265,17 +268,32 @@ class Checker:
         The same robot with nothing around it and nothing held: a fraction of the time that its spheres take.
         """
 
-    def set_world(self, T_world_box: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], group: numpy.typing.NDArray[numpy.int32], ignored_frames: numpy.typing.NDArray[numpy.uint64], kind: numpy.typing.NDArray[numpy.int32] | None = None, rounding: numpy.typing.NDArray[numpy.float64] | None = None) -> None:
+    def set_world(self, T_world_box: numpy.typing.NDArray[numpy.float64], half_extents: numpy.typing.NDArray[numpy.float64], ignored_frames: numpy.typing.NDArray[numpy.uint64], kind: numpy.typing.NDArray[numpy.int32] | None = None, rounding: numpy.typing.NDArray[numpy.float64] | None = None) -> None:
         """
-        Replace the world by solids.
+        Replace the solids of the world; its cloud stays.
 
         Args:
             T_world_box: (B, 4, 4) poses of the solids' boxes, m.
             half_extents: (B, 3) of the boxes, m; see SolidKind.
-            group: (B,) which solids stand close together.
             ignored_frames: (B,) bit f set: frame f is never tested against the solid; bit L is the held item.
             kind: (B,) of SolidKind; all are boxes unless given.
             rounding: (B,) m, adds every point within that distance; 0 unless given.
+        """
+
+    def set_cloud(self, centers: numpy.typing.NDArray[numpy.float64], radius: float, edge: float = 0.0, voxel: float = 0.0, ignored_frames: int = 0) -> None:
+        """
+        Replace the cloud of the world, points or the cubes of an occupancy grid; the solids stay.
+
+        Nothing comes nearer to any point of the cloud than radius and the margin that is asked for. Where voxel is
+        given, the points in one of its cells become one ball around them, which holds no less. Distances are those
+        from the cloud as it is kept, in single precision and rounded outwards.
+
+        Args:
+            centers: (N, 3) m, in the world; none: no cloud.
+            radius: m around each that counts as it.
+            edge: m, of a cube around each, along the axes of the world; 0: points.
+            voxel: m, edge of the cells of the filter; 0: every point is kept.
+            ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.
         """
 
     def set_held(self, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], tested_frames: numpy.typing.NDArray[numpy.int32]) -> None:

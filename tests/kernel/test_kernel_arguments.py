@@ -31,8 +31,13 @@ def _pace(dq: Array) -> object:
     return fastest_pace(np.arange(float(len(dq))), dq, dq, dq[1:], ONES, ONES, np.zeros(4, np.int32))
 
 
-def _world(group: Any) -> None:
-    _checker().set_world(np.zeros((5, 4, 4)), np.ones((5, 3)), group, np.zeros(5, np.uint64))
+def _world(kind: Any) -> None:
+    boxes = np.tile(np.eye(4), (5, 1, 1)), np.ones((5, 3)), np.zeros(5, np.uint64)
+    _checker().set_world(*boxes, kind)
+
+
+def _cloud(centers: Any) -> None:
+    _checker().set_cloud(centers, 0.01)
 
 
 def _robot(radii: Array) -> object:
@@ -57,7 +62,8 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "goals": (lambda a: rrt_connect(_checker(), Q0, a, *WIDE, 0, 1, 0.1), (N,)),
     "Q of shorten": (lambda a: shorten(_checker(), a, np.zeros((1, 2)), ONES, 0.05, 1e-3, 0.0), (N,)),
     "shortcuts": (lambda a: shorten(_checker(), np.stack([Q0, Q0]), a, ONES, 0.05, 1e-3, 0.0), (2,)),
-    "group": (_world, ()),
+    "kind": (_world, ()),
+    "centers of set_cloud": (_cloud, (3,)),
     "held radii": (lambda a: _checker().set_held(np.zeros((5, 3)), a, np.zeros(0, np.int32)), ()),
     "positions": (_peaks, (N,)),
     "dq": (_pace, (N,)),

@@ -64,7 +64,7 @@ def test_sixty_three_frames_and_thirty_two_joints() -> None:
     ignored = np.array([~np.uint64(1 << 62)], np.uint64)  # only the last frame counts
     wall = np.eye(4)[None] * 1.0
     wall[0, :3, 3] = chain.fk(np.zeros(32))[-1][:3, 3]
-    checker.set_world(wall, np.full((1, 3), 0.001), np.zeros(1, np.int32), ignored)
+    checker.set_world(wall, np.full((1, 3), 0.001), ignored)
     assert checker.clearance(np.zeros(32))[1:] == (62, 0, 0)
     assert not checker.is_free(np.zeros(32))
     assert checker.check_edge(np.zeros(32), np.ones(32)).frame == 62

@@ -69,16 +69,16 @@ def test_a_held_item_is_tested_cleared_and_ignored() -> None:
     q = random_configuration(rng, arm)
     tip = arm.chain().fk(q)[-1]
     checker = arm.checker(random_world(np.random.default_rng(2), arm))
-    half, group = np.full((1, 3), 0.01), np.zeros(1, np.int32)
+    half = np.full((1, 3), 0.01)
     everyone_else = np.array([~np.uint64(1 << arm.n_frames)], np.uint64)
     nobody = np.array([~np.uint64(0)], np.uint64)
     nothing = np.empty(0, np.int32)
 
-    checker.set_world(tip[None], half, group, everyone_else)
+    checker.set_world(tip[None], half, everyone_else)
     checker.set_held(np.zeros((1, 3)), np.array([0.02]), nothing)
     assert checker.clearance(q)[1:] == (arm.n_frames, 0, 0)
-    checker.set_world(tip[None], half, group, nobody)
+    checker.set_world(tip[None], half, nobody)
     assert checker.clearance(q)[0] > -0.02 or checker.clearance(q)[1] != arm.n_frames
-    checker.set_world(tip[None], half, group, everyone_else)
+    checker.set_world(tip[None], half, everyone_else)
     checker.set_held(np.empty((0, 3)), np.empty(0), nothing)
     assert checker.clearance(q)[1] != arm.n_frames

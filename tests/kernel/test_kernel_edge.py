@@ -85,7 +85,7 @@ def slider_before_a_wall() -> Checker:
         frame=np.array([0], np.int32),
         self_pairs=empty,
     )
-    wall = World(pose([2.0, 0, 0])[None], np.array([[1.0, 5, 5]]), np.array([0]), np.zeros(1, np.uint64))
+    wall = World(pose([2.0, 0, 0])[None], np.array([[1.0, 5, 5]]), np.zeros(1, np.uint64))
     return arm.checker(wall)
 
 
@@ -110,7 +110,7 @@ def test_only_joints_between_two_frames_move_them_apart() -> None:
         frame=np.array([0, 1], np.int32),
         self_pairs=np.array([[0, 1]], np.int32),
     )
-    nothing = World(np.empty((0, 4, 4)), np.empty((0, 3)), np.empty(0, np.int32), np.empty(0, np.uint64))
+    nothing = World(np.empty((0, 4, 4)), np.empty((0, 3)), np.empty(0, np.uint64))
     checker = arm.checker(nothing)
     report = checker.check_edge(np.array([-100.0, 0.0]), np.array([100.0, 0.0]), slack=np.array([100.0, 0.0]))
     assert report.free

@@ -48,7 +48,7 @@ def world_of(*solids: Solid) -> World:
     n = len(solids)
     T, half = np.array([s.T for s in solids]), np.array([s.half for s in solids])
     kind, rounding = np.array([s.kind for s in solids], np.int32), np.array([s.rounding for s in solids])
-    return World(T, half, np.zeros(n, np.int32), np.zeros(n, np.uint64), kind, rounding)
+    return World(T, half, np.zeros(n, np.uint64), kind, rounding)
 
 
 def pair(held: Solid, standing: Solid) -> Checker:
@@ -209,7 +209,7 @@ def test_frames_keep_clear_of_the_held_solid(seed: int) -> None:
     rng = np.random.default_rng(seed)
     arm = random_arm(rng)
     held, tested = random_solid(rng, 0.2, 0.1), np.unique(arm.frame)
-    nothing = World(np.empty((0, 4, 4)), np.empty((0, 3)), NONE, np.empty(0, np.uint64))
+    nothing = World(np.empty((0, 4, 4)), np.empty((0, 3)), np.empty(0, np.uint64))
     checker = hold(replace(arm, self_pairs=np.empty((0, 2), np.int32)).checker(nothing), held, tested)
     q = random_configuration(rng, arm)
     T = frames(arm, q[None])[0]

@@ -35,8 +35,7 @@ class BoxWorld:
         for b, (low, high) in enumerate(self.boxes):
             lower[b, :n], upper[b, :n] = low, high
         poses = np.array([pose(middle) for middle in (lower + upper) / 2]).reshape(-1, 4, 4)
-        none = np.zeros(len(self.boxes), np.int32)
-        checker.set_world(poses, (upper - lower) / 2, none, none.astype(np.uint64))
+        checker.set_world(poses, (upper - lower) / 2, np.zeros(len(self.boxes), np.uint64))
         return checker
 
     def is_valid(self, q: Array) -> bool:

@@ -44,14 +44,13 @@ def random_arm(rng: np.random.Generator) -> Arm:
 
 
 def random_world(rng: np.random.Generator, arm: Arm) -> World:
-    """Up to 15 solids of all kinds, plates and sticks among them, in up to 4 groups; some frames ignored."""
+    """Up to 15 solids of all kinds, plates and sticks among them; some frames ignored."""
     n = int(rng.integers(0, 16))
     solids = [random_solid(rng, 1.2) for _ in range(n)]
     ignored = [sum(1 << f for f in range(arm.n_frames + 1) if rng.random() < 0.15) for _ in range(n)]
     return World(
         T_world_box=np.array([s.T for s in solids]).reshape(-1, 4, 4),
         half_extents=np.array([s.half for s in solids]).reshape(-1, 3),
-        group=rng.integers(-1, 3, n).astype(np.int32),
         ignored_frames=np.array(ignored, np.uint64),
         kind=np.array([s.kind for s in solids], np.int32),
         rounding=np.array([s.rounding for s in solids]),

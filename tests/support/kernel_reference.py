@@ -54,7 +54,6 @@ class World:
 
     T_world_box: Array  # (B, 4, 4)
     half_extents: Array  # (B, 3)
-    group: NDArray[np.int32]  # (B,)
     ignored_frames: NDArray[np.uint64]  # (B,)
     kind: NDArray[np.int32] | None = None  # (B,)
     rounding: Array | None = None  # (B,)
@@ -67,11 +66,11 @@ class World:
         return [Solid(*column) for column in columns]
 
     def enter(self, checker: Checker) -> None:
-        T, half, group, ignored = self.T_world_box, self.half_extents, self.group, self.ignored_frames
+        T, half, ignored = self.T_world_box, self.half_extents, self.ignored_frames
         if self.kind is None and self.rounding is None:
-            checker.set_world(T, half, group, ignored)
+            checker.set_world(T, half, ignored)
         else:
-            checker.set_world(T, half, group, ignored, self.kind, self.rounding)
+            checker.set_world(T, half, ignored, self.kind, self.rounding)
 
 
 @dataclass(frozen=True, eq=False)

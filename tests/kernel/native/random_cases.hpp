@@ -58,7 +58,7 @@ class Random {
 
   World world(int n) {
     std::vector<Obstacle> obstacles;
-    for (int i = 0; i < n; ++i) obstacles.push_back({solid(pose(1.2)), i / 3, 0, i});
+    for (int i = 0; i < n; ++i) obstacles.push_back({solid(pose(1.2)), 0, i});
     return World(std::move(obstacles));
   }
 

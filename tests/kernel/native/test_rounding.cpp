@@ -15,7 +15,7 @@ TEST_CASE("a configuration that is free with the rounding's margin is free in do
   int n_free = 0, n_hit = 0;
   for (int i = 0; i < 60; ++i) {
     Checker checker(random.robot());
-    checker.set_world(random.world(12));
+    checker.world() = random.world(12);
     for (int k = 0; k < 20; ++k) {
       const std::vector<double> q = random.configuration(checker.n());
       const double distance = checker.clearance(q.data(), 1.0).distance;
@@ -40,7 +40,7 @@ TEST_CASE("the margin is rounded the safe way: a sphere at exactly the margin is
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 0.1}}, {0}, {}));
   const Solid wall = make_solid({{}, {1.5, 0.0, 0.0}}, {0.5, 1.0, 1.0}, SolidKind::box, 0.0, "wall");
-  checker.set_world(World({{wall, 0, 0, 0}}));
+  checker.world() = World({{wall, 0, 0}});
   for (const double margin : {0.0, 1e-3, 0.01, 0.1, 0.3}) {
     const double touching = 1.0 - 0.1 - margin;
     for (const double off : {0.0, 1e-9, 1e-8}) {
@@ -71,7 +71,7 @@ TEST_CASE("both builds of the batch test give the same bits") {
   test::Random random(3);
   for (int i = 0; i < 20; ++i) {
     Checker checker(random.robot());
-    checker.set_world(random.world(12));
+    checker.world() = random.world(12);
     const std::vector<double> a = random.configuration(checker.n()), b = random.configuration(checker.n());
     set_simd("baseline");
     const EdgeReport first = checker.check_edge(a.data(), b.data(), 0.0, nullptr, 2e-4);

@@ -50,12 +50,11 @@ class Optional {
   std::unique_ptr<View<T>> values_;
 };
 
-void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle group_in,
-               nb::handle ignored_in, nb::handle kind_in, nb::handle rounding_in) {
-  const Integers group(group_in, "group", {kAny});
-  const Py_ssize_t n = group.rows();
+void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::handle ignored_in,
+               nb::handle kind_in, nb::handle rounding_in) {
+  const View<std::uint64_t> ignored(ignored_in, "ignored_frames", {kAny});
+  const Py_ssize_t n = ignored.rows();
   const Doubles poses(poses_in, "T_world_box", {n, 4, 4}), half(half_in, "half_extents", {n, 3});
-  const View<std::uint64_t> ignored(ignored_in, "ignored_frames", {n});
   const Optional<std::int32_t> kind(kind_in, "kind", n);
   const Optional<double> rounding(rounding_in, "rounding", n);
   std::vector<Obstacle> obstacles;
@@ -64,9 +63,15 @@ void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::ha
     const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i),
                                    {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
                                    to_kind(kind[b], "kind" + i), rounding[b], "half_extents" + i);
-    obstacles.push_back({solid, group[b], ignored[b], static_cast<int>(b)});
+    obstacles.push_back({solid, ignored[b], static_cast<int>(b)});
   }
-  checker.set_world(World(std::move(obstacles)));
+  checker.world().set_obstacles(std::move(obstacles));
+}
+
+void set_cloud(Checker& checker, nb::handle centers_in, double radius, double edge, double voxel,
+               std::uint64_t ignored) {
+  const Doubles centers(centers_in, "centers", {kAny, 3});
+  checker.world().set_cloud(Cloud({centers.data(), centers.rows(), radius, 0.5 * edge, voxel, ignored}));
 }
 
 void set_held(Checker& checker, nb::handle centers_in, nb::handle radii_in, nb::handle tested_in) {
@@ -195,20 +200,35 @@ void bind_setters(nb::class_<Checker>& checker) {
       .def(
           "bare", [](const Checker& self) { return Checker(self.robot().bare()); },
           "The same robot with nothing around it and nothing held: a fraction of the time that its spheres take.")
-      .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "group"_a, "ignored_frames"_a,
+      .def("set_world", &set_world, "T_world_box"_a, "half_extents"_a, "ignored_frames"_a,
            "kind"_a = nb::none(), "rounding"_a = nb::none(),
-           nb::sig("def set_world(self, T_world_box: " APC_F64 ", half_extents: " APC_F64 ", group: " APC_I32
+           nb::sig("def set_world(self, T_world_box: " APC_F64 ", half_extents: " APC_F64
                    ", ignored_frames: " APC_U64 ", kind: " APC_I32 " | None = None, rounding: " APC_F64
                    " | None = None) -> None"),
-           R"(Replace the world by solids.
+           R"(Replace the solids of the world; its cloud stays.
 
 Args:
     T_world_box: (B, 4, 4) poses of the solids' boxes, m.
     half_extents: (B, 3) of the boxes, m; see SolidKind.
-    group: (B,) which solids stand close together.
     ignored_frames: (B,) bit f set: frame f is never tested against the solid; bit L is the held item.
     kind: (B,) of SolidKind; all are boxes unless given.
     rounding: (B,) m, adds every point within that distance; 0 unless given.)")
+      .def("set_cloud", &set_cloud, "centers"_a, "radius"_a, "edge"_a = 0.0, "voxel"_a = 0.0,
+           "ignored_frames"_a = 0,
+           nb::sig("def set_cloud(self, centers: " APC_F64
+                   ", radius: float, edge: float = 0.0, voxel: float = 0.0, ignored_frames: int = 0) -> None"),
+           R"(Replace the cloud of the world, points or the cubes of an occupancy grid; the solids stay.
+
+Nothing comes nearer to any point of the cloud than radius and the margin that is asked for. Where voxel is
+given, the points in one of its cells become one ball around them, which holds no less. Distances are those
+from the cloud as it is kept, in single precision and rounded outwards.
+
+Args:
+    centers: (N, 3) m, in the world; none: no cloud.
+    radius: m around each that counts as it.
+    edge: m, of a cube around each, along the axes of the world; 0: points.
+    voxel: m, edge of the cells of the filter; 0: every point is kept.
+    ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.)")
       .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a,
            nb::sig("def set_held(self, centers: " APC_F64 ", radii: " APC_F64 ", tested_frames: " APC_I32
                    ") -> None"),

@@ -15,7 +15,8 @@ void bind_results(nb::module_& m) {
   nb::enum_<ContactKind>(m, "ContactKind", nb::is_arithmetic(), "What a frame meets.")
       .value("NONE", ContactKind::none, "Nothing.")
       .value("WORLD", ContactKind::world, "A solid of the world.")
-      .value("SELF", ContactKind::self, "Another frame.");
+      .value("SELF", ContactKind::self, "Another frame.")
+      .value("CLOUD", ContactKind::cloud, "A point of the world's cloud.");
   nb::class_<EdgeReport>(m, "EdgeReport", "Whether an edge is free, and if not, where and why.")
       .def_ro("free", &EdgeReport::free, "Whether every point of the edge is proven free.")
       .def_ro("t", &EdgeReport::t,
@@ -24,7 +25,7 @@ void bind_results(nb::module_& m) {
               "The frame that is not free there, L for the held item; -1 if the edge is free.")
       .def_ro("kind", &EdgeReport::kind, "What it meets there; NONE if the edge is free.")
       .def_ro("index", &EdgeReport::index,
-              "Index of the solid, or the frame nearer to the base; -1 if the edge is free.")
+              "Index of the solid or the point, or the frame nearer to the base; -1 if the edge is free.")
       .def_ro("n_configurations", &EdgeReport::n_configurations, "How many configurations were tested.");
 }
 

@@ -7,8 +7,8 @@
 
 namespace apc {
 
-//! What a frame meets: nothing, a solid of the world, or another frame.
-enum class ContactKind : int { none = -1, world = 0, self = 1 };
+//! What a frame meets: nothing, a solid of the world, another frame, or a point of the world's cloud.
+enum class ContactKind : int { none = -1, world = 0, self = 1, cloud = 2 };
 
 //! Whether an edge is free, and if not, where and why.
 struct EdgeReport {
@@ -16,7 +16,7 @@ struct EdgeReport {
   double t = -1.0;                       //!< where on the edge, in 0..1, it is not free; -1 if it is
   int frame = -1;                        //!< which frame is not free there; L is the held item
   ContactKind kind = ContactKind::none;  //!< of what
-  int index = -1;                        //!< index of the obstacle, or the inner frame
+  int index = -1;                        //!< index of the obstacle or the point, or the inner frame
   int n_configurations = 0;              //!< how many were tested
 };
 
@@ -36,7 +36,7 @@ class Checker {
   Robot& robot() { return robot_; }
   const Robot& robot() const { return robot_; }
   const World& world() const { return world_; }
-  void set_world(World world) { world_ = std::move(world); }
+  World& world() { return world_; }
   int n() const { return robot_.chain().n(); }
 
   //! out[i]: whether everything at Q[i] (of n_rows, n) keeps more than margin.
@@ -45,9 +45,10 @@ class Checker {
   //! Proof for every point of the segment from q0 to q1 and of the tube of half-width slack (n, or null)
   //! around it. Never says free wrongly; says not free only if some point of the edge comes nearer than
   //! margin + slack's motion + resolution + a few roundings, or, for a held solid, where a slab does not
-  //! tell.
+  //! tell. Doubtful: one that is rather blocked, as most of those that planners try. That is seen sooner, and
+  //! the proof of one that is free takes longer; the answer is the same.
   EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
-                        double resolution) const;
+                        double resolution, bool is_doubtful = false) const;
 
   //! The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
   Contact clearance(const double* q, double max_distance) const;

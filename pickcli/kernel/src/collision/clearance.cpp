@@ -17,8 +17,7 @@ class NearestPair {
     for (std::size_t f = 0; f < covers_.size(); ++f) {
       if (covers_[f].tree.empty()) continue;
       const int frame = static_cast<int>(f);
-      for (const Obstacle& obstacle : checker.world().obstacles())
-        if (!(obstacle.ignored >> f & 1)) against_obstacle(frame, obstacle);
+      against_world(frame, checker.world());
       for (int inner : covers_[f].tested) against_frame(frame, inner);
     }
   }
@@ -38,15 +37,28 @@ class NearestPair {
     return solid;
   }
 
-  void against_obstacle(int f, const Obstacle& obstacle) {
+  void against_world(int f, const World& world) {
+    const Sphere around = ball(f);
+    // Where the ball's centre is within bounds, what is in them may be deeper than the best.
+    const auto nearest = [&] { return std::max(best_.distance + around.radius, 0.0); };
+    world.tree().visit_near(around.center, nearest, [&](int i) {
+      const Obstacle& obstacle = world.obstacles()[static_cast<std::size_t>(i)];
+      if (!(obstacle.ignored >> f & 1)) against_solid(f, obstacle.solid, ContactKind::world, obstacle.index);
+    });
+    const Cloud& cloud = world.cloud();
+    if (cloud.ignored() >> f & 1) return;
+    cloud.tree().visit_near(around.center, nearest, [&](int row) {
+      const int first = simd8::kLanes * row, last = std::min(first + simd8::kLanes, cloud.size());
+      for (int i = first; i < last; ++i) against_solid(f, cloud.solid(i), ContactKind::cloud, cloud.index(i));
+    });
+  }
+
+  void against_solid(int f, const Solid& solid, ContactKind kind, int index) {
     const FrameCover& cover = covers_[f];
-    const Solid& solid = obstacle.solid;
-    if (signed_distance(ball(f).center, solid) - ball(f).radius >= best_.distance) return;
-    if (cover.solid)
-      offer(signed_distance(placed(f), solid, best_.distance), f, ContactKind::world, obstacle.index);
+    if (signed_distance(ball(f).center, solid) - ball(f).radius > best_.distance) return;
+    if (cover.solid) offer(signed_distance(placed(f), solid, best_.distance), f, kind, index);
     for (const Sphere& s : cover.spheres)
-      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, ContactKind::world,
-            obstacle.index);
+      offer(signed_distance(T_world_frame_[f] * s.center, solid) - s.radius, f, kind, index);
   }
 
   void against_frame(int f, int g) {
@@ -62,8 +74,11 @@ class NearestPair {
     }
   }
 
+  //! Of obstacles that are equally near the first of the user counts, whatever their order in the tree.
   void offer(double distance, int frame, ContactKind kind, int index) {
-    if (distance < best_.distance) best_ = {distance, frame, kind, index};
+    const bool is_first = frame == best_.frame && kind == best_.kind && index < best_.index;
+    if (distance < best_.distance || (distance == best_.distance && is_first))
+      best_ = {distance, frame, kind, index};
   }
 
   const std::vector<FrameCover>& covers_;

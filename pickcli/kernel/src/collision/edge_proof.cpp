@@ -31,20 +31,6 @@ double travel_of(const Robot& robot, const double* q) {
   return travel;
 }
 
-//! Bound in m on how far an edge dq moves any point of the robot.
-double motion_of(const Robot& robot, const double* dq, double travel) {
-  double motion = 0.0;
-  for (const Joint& joint : robot.chain().joints())
-    if (joint.type != JointKind::fixed)
-      motion += std::abs(dq[joint.q_index]) * (joint.type == JointKind::prismatic ? 1.0 : robot.reach(travel));
-  return motion;
-}
-
-//! m. Most of the longer edges that planners try are blocked, and nearly all of those at one of the first
-//! eight midpoints: these are looked at before anything is proven, without bounding motions. What is shorter
-//! is rather a piece of a path, and free.
-constexpr double kLongEdge = 0.3;
-
 //! One edge q0 + t (q1 - q0) as batches for the batch test.
 class Edge {
  public:
@@ -59,7 +45,6 @@ class Edge {
     set_margins(batch_, robot, checker.world(), margin, travel);
     batch_.resolution = static_cast<float>(resolution);
     batch_.is_edge = true;
-    is_long_ = motion_of(robot, batch_.dq, travel) > kLongEdge;
     // Rounded up: the products and sums of the bound are in single precision.
     constexpr double up = 1.0 + 1e-5;
     for (int k = 0; k < robot_.n_joints; ++k) {
@@ -69,7 +54,8 @@ class Edge {
     }
   }
 
-  EdgeReport check() {
+  //! Doubtful: the first eight midpoints are looked at before anything is proven, without bounding motions.
+  EdgeReport check(bool is_doubtful) {
     EdgeReport report;
     IntervalQueue queue(workspace_.intervals);
     for (bool is_first = true; queue.pending() > 0; is_first = false) {
@@ -78,8 +64,8 @@ class Edge {
       fill_batch(lanes);
       report.n_configurations += kLanes;
       simd8::BatchResult result;
-      if ((is_first && is_long_ && hits(lanes, false, result, report)) || hits(lanes, true, result, report))
-        break;
+      const bool looks = is_first && is_doubtful;
+      if ((looks && hits(lanes, false, result, report)) || hits(lanes, true, result, report)) break;
       for (int i = 0; i < kLanes; ++i)
         if (result.world[i] | result.self[i])
           queue.halve({lanes[i].middle, lanes[i].half, result.world[i], result.self[i]});
@@ -115,14 +101,13 @@ class Edge {
   Workspace& workspace_ = Workspace::mine();
   void* const scratch_;
   simd8::Batch batch_;
-  bool is_long_;
 };
 
 }  // namespace
 
 EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin, const double* slack,
-                               double resolution) const {
-  return Edge(*this, q0, q1, margin, slack, resolution).check();
+                               double resolution, bool is_doubtful) const {
+  return Edge(*this, q0, q1, margin, slack, resolution).check(is_doubtful);
 }
 
 void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {

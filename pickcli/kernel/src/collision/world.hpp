@@ -1,10 +1,12 @@
 //! \file
-//! The world: solids in groups, each group under one box.
+//! The world: solids and a cloud, each under a tree of bounds.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "collision/bounds_tree.hpp"
+#include "collision/cloud.hpp"
 #include "geometry/solid.hpp"
 #include "simd/simd8_collision.hpp"
 
@@ -12,7 +14,6 @@ namespace apc {
 
 struct Obstacle {
   Solid solid;            //!< in the world
-  int group;              //!< obstacles of one group stand close together
   std::uint64_t ignored;  //!< bit f: frame f is never tested against this obstacle
   int index;              //!< the user's
 };
@@ -20,27 +21,27 @@ struct Obstacle {
 class World {
  public:
   World() = default;
-  explicit World(std::vector<Obstacle> obstacles);  //!< in any order
-  World(World&&) = default;                         //!< not copied: the single-precision groups point into it
-  World& operator=(World&&) = default;
+  explicit World(std::vector<Obstacle> obstacles) { set_obstacles(std::move(obstacles)); }  //!< in any order
 
-  const std::vector<Obstacle>& obstacles() const { return obstacles_; }  //!< sorted by group
+  void set_obstacles(std::vector<Obstacle> obstacles);
+  void set_cloud(Cloud cloud) { cloud_ = std::move(cloud); }
 
-  //! The same in single precision, for the batch test. Valid as long as this world.
+  const std::vector<Obstacle>& obstacles() const { return obstacles_; }  //!< in the order of their tree
+  const BoundsTree& tree() const { return tree_; }
+  const Cloud& cloud() const { return cloud_; }
+
+  //! The same in single precision, for the batch test. Valid until the world is changed.
   simd8::WorldData single_precision() const;
 
-  //! Bound in m on the error of a distance from an obstacle in single precision, for points within reach of
-  //! the origin.
+  //! Bound in m on the error of a distance from an obstacle or a point of the cloud in single precision, for
+  //! points within reach of the origin.
   double rounding(double reach) const;
 
  private:
-  void add_group(int first, int last);
-
   std::vector<Obstacle> obstacles_;
   std::vector<simd8::ObstacleData> obstacles_single_;
-  std::vector<simd8::Bounds8> bounds_;  //!< of the obstacles; every group begins a new one
-  std::vector<simd8::Group> groups_;
-  std::vector<simd8::Bounds8> group_bounds_;
+  BoundsTree tree_;
+  Cloud cloud_;
   double extent_ = 0.0;  //!< farthest point of any obstacle from the origin
 };
 

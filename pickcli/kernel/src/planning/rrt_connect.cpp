@@ -98,7 +98,7 @@ class Search {
     for (int j = 0; j < n_; ++j)
       stepped_[static_cast<std::size_t>(j)] = arrives ? q[j] : p[j] + query_.step / d * (q[j] - p[j]);
     const double *a = from_start ? p : stepped_.data(), *b = from_start ? stepped_.data() : p;
-    if (!checker_.check_edge(a, b, query_.margin, nullptr, query_.resolution).free) return {};
+    if (!checker_.check_edge(a, b, query_.margin, nullptr, query_.resolution, true).free) return {};
     return {tree.add(stepped_.data(), near), arrives};
   }
 

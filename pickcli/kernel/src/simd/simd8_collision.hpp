@@ -81,24 +81,39 @@ struct ObstacleData {
   int index;              //!< the user's
 };
 
-//! World-aligned bounds of eight obstacles; of none: +infinity .. -infinity.
+//! World-aligned bounds of eight things; of none: +infinity .. -infinity.
 struct alignas(32) Bounds8 {
-  float low[3][kLanes], high[3][kLanes];  //!< m, by axis and obstacle
+  float low[3][kLanes], high[3][kLanes];  //!< m, by axis and thing
 };
 
-//! Obstacles that stand close together.
-struct Group {
-  std::uint64_t ignored;  //!< by every obstacle
-  const ObstacleData* obstacles;
-  const Bounds8* bounds;  //!< of obstacles 0..7, 8..15, ...
-  int n_obstacles;
+//! Bounds around bounds: row r of a level bounds rows 8r..8r+7 of the level below, of the lowest level things
+//! 8r..8r+7.
+struct TreeData {
+  const Bounds8* levels[12];  //!< rows, the lowest first: for 8^12 things
+  int n_levels;               //!< 0: nothing
+  int n_on_top;               //!< rows of the highest
+};
+
+//! Eight points of a cloud; none: at infinity.
+struct alignas(32) Points8 {
+  float center[3][kLanes];  //!< m, in the world, by axis and point
+  float radius[kLanes];     //!< m around it
+};
+
+//! Points, each with a cube along the world's axes around it and all that is within its radius of that.
+struct CloudData {
+  TreeData tree;  //!< over the rows
+  const Points8* rows;
+  const int* index;       //!< the user's, by point
+  float half_edge;        //!< m, of the cubes
+  std::uint64_t ignored;  //!< bit f: frame f is not tested
 };
 
 //! Everything that stands.
 struct WorldData {
-  const Group* groups;
-  const Bounds8* bounds;  //!< around groups 0..7, 8..15, ...
-  int n_groups;
+  TreeData tree;  //!< over the obstacles
+  const ObstacleData* obstacles;
+  CloudData cloud;
 };
 
 //! Eight intervals: lane i stands for every configuration within half_width[i] * speed + slack of its

@@ -126,35 +126,83 @@ class CollisionTest {
     return false;
   }
 
+  //! What is looked for in the world: one frame, where it may be in any lane and how near is too near.
+  struct Search {
+    int f;
+    const Bounds& box;  //!< by lane, of the frame at the midpoint
+    Bounds swept;       //!< the same in every lane
+    V radius, size;     //!< m, largest of the frame's spheres; of the ball around them
+    Threshold& limit;
+  };
+
   //! True: a hit, the test is over.
   bool hits_world(int f) {
+    const FrameData& frame = robot_.frames[f];
     Threshold limit = threshold(batch_.world_margin, 0);
-    const Bounds swept = swept_bounds(poses_.bounds(f), robot_.frames[f].radius + limit.far);
-    for (int first = 0; first < world_.n_groups; first += kLanes) {
-      for (int near = swept.meets(world_.bounds[first / kLanes]); near; near &= near - 1) {
-        const Group& group = world_.groups[first + __builtin_ctz(static_cast<unsigned>(near))];
-        if (!(group.ignored >> f & 1) && hits_group(f, group, swept, limit)) return batch_.is_edge;
+    const Bounds& box = poses_.bounds(f);
+    const Search search{f,
+                        box,
+                        swept_bounds(box, frame.radius + limit.far),
+                        all(frame.radius),
+                        all(robot_.balls[frame.first_ball].radius),
+                        limit};
+    return (hits_obstacles(search) || hits_cloud(search)) && batch_.is_edge;
+  }
+
+  bool hits_obstacles(const Search& search) {
+    return any_near(world_.tree, search, [&](int i, const Bounds& box) {
+      const ObstacleData& obstacle = world_.obstacles[i];
+      return !(obstacle.ignored >> search.f & 1) && hits(search, box, obstacle.solid, 0, obstacle.index);
+    });
+  }
+
+  bool hits_cloud(const Search& search) {
+    const CloudData& cloud = world_.cloud;
+    if (cloud.ignored >> search.f & 1) return false;
+    return any_near(cloud.tree, search, [&](int row, const Bounds& box) {
+      if (!is_in_reach(search, box)) return false;
+      const Points8& points = cloud.rows[row];
+      for (int near = search.swept.meets(bounds_of(points, cloud.half_edge)); near; near &= near - 1) {
+        const int i = __builtin_ctz(static_cast<unsigned>(near));
+        const SolidData solid = solid_of(points, i, cloud.half_edge);
+        if (hits(search, bounds_around(solid), solid, 2, cloud.index[kLanes * row + i])) return true;
       }
+      return false;
+    });
+  }
+
+  //! Tries all things of a tree that the frame may come near to, until one says true.
+  template <typename Try>
+  bool any_near(const TreeData& tree, const Search& search, const Try& one) {
+    for (int row = 0; row < tree.n_on_top; ++row)
+      if (any_in_row(tree, tree.n_levels - 1, row, search, one)) return true;
+    return false;
+  }
+
+  template <typename Try>
+  bool any_in_row(const TreeData& tree, int level, int row, const Search& search, const Try& one) {
+    const Bounds8& boxes = tree.levels[level][row];
+    for (int near = search.swept.meets(bounds_of(boxes)); near; near &= near - 1) {
+      const int i = __builtin_ctz(static_cast<unsigned>(near)), child = kLanes * row + i;
+      const Bounds box = bounds_of(boxes, i);
+      if (level == 0 ? one(child, box)
+                     : is_in_reach(search, box) && any_in_row(tree, level - 1, child, search, one))
+        return true;
     }
     return false;
   }
 
-  bool hits_group(int f, const Group& group, const Bounds& swept, Threshold& limit) {
-    const FrameData& frame = robot_.frames[f];
-    const V radius = all(frame.radius), size = all(robot_.balls[frame.first_ball].radius);
-    const Bounds& bounds = poses_.bounds(f);
-    for (int first = 0; first < group.n_obstacles; first += kLanes) {
-      const Bounds8& boxes = group.bounds[first / kLanes];
-      for (int near = swept.meets(boxes); near; near &= near - 1) {
-        const int i = __builtin_ctz(static_cast<unsigned>(near));
-        const ObstacleData& obstacle = group.obstacles[first + i];
-        if (obstacle.ignored >> f & 1 ||
-            !is_near(distance2(bounds, bounds_of(boxes, i)), radius, size, limit))
-          continue;
-        if (is_solid(f) ? hits_as_solid(f, obstacle, limit) : hits_obstacle(f, obstacle, limit)) return true;
-      }
-    }
-    return false;
+  //! Whether the frame may come near to something in these bounds in any live lane.
+  bool is_in_reach(const Search& search, const Bounds& box) const {
+    return within(distance2(search.box, box), search.radius + search.limit.far) != 0;
+  }
+
+  //! One solid in its bounds; the kind is that of the report.
+  bool hits(const Search& search, const Bounds& box, const SolidData& solid, int kind, int index) {
+    const auto& [f, own, swept, radius, size, limit] = search;
+    if (!is_near(distance2(own, box), radius, size, limit)) return false;
+    return is_solid(f) ? hits_as_solid(f, solid, kind, index, limit)
+                       : hits_spheres(f, solid, kind, index, limit);
   }
 
   //! Whether something is near enough to look at what is in it. Where the interval moves it by more than half
@@ -178,24 +226,24 @@ class CollisionTest {
             {most(box.high.x), most(box.high.y), most(box.high.z)}};
   }
 
-  //! Down the tree of a frame, skipping balls that are clear of the obstacle in every live lane.
-  bool hits_obstacle(int f, const ObstacleData& obstacle, Threshold& limit) {
+  //! Down the tree of a frame, skipping balls that are clear of the solid in every live lane.
+  bool hits_spheres(int f, const SolidData& solid, int kind, int index, Threshold& limit) {
     const FrameData& frame = robot_.frames[f];
     for (int i = frame.first_ball + 1; i < frame.last_ball;) {
       const Ball& ball = robot_.balls[i];
-      const V d2 = distance2(poses_.point(i, frame.body), obstacle.solid);
-      const V radius = all(ball.radius + obstacle.solid.rounding);
-      if (ball.is_sphere && judge(d2, radius, limit, f, 0, obstacle.index)) return true;
+      const V d2 = distance2(poses_.point(i, frame.body), solid);
+      const V radius = all(ball.radius + solid.rounding);
+      if (ball.is_sphere && judge(d2, radius, limit, f, kind, index)) return true;
       i = ball.is_sphere || within(d2, radius + limit.far) ? i + 1 : ball.next;
     }
     return false;
   }
 
   //! The held solid itself: by the widest slab between the two.
-  bool hits_as_solid(int f, const ObstacleData& obstacle, Threshold& limit) {
-    const V radius = all(held_.rounding + obstacle.solid.rounding);
-    const V gap = DistanceBound(held_, obstacle.solid).widest(radius + limit.far, live_);
-    return judge(square(gap), radius, limit, f, 0, obstacle.index);
+  bool hits_as_solid(int f, const SolidData& solid, int kind, int index, Threshold& limit) {
+    const V radius = all(held_.rounding + solid.rounding);
+    const V gap = DistanceBound(held_, solid).widest(radius + limit.far, live_);
+    return judge(square(gap), radius, limit, f, kind, index);
   }
 
   bool hits_self(int f) {

@@ -79,18 +79,48 @@ APC_INLINE Placed map(const Place& T, const SolidData& s) {
 struct Bounds {
   Point low, high;
 
-  //! The same in every lane: which of eight obstacles they meet, a bit each.
-  APC_INLINE int meets(const Bounds8& boxes) const {
-    const Mask apart = above(load(boxes.low[0]), high.x) | above(load(boxes.low[1]), high.y) |
-                       above(load(boxes.low[2]), high.z) | above(low.x, load(boxes.high[0])) |
-                       above(low.y, load(boxes.high[1])) | above(low.z, load(boxes.high[2]));
+  //! The same in every lane: which of those of eight things they meet, a bit each.
+  APC_INLINE int meets(const Bounds& things) const {
+    const Mask apart = above(things.low.x, high.x) | above(things.low.y, high.y) |
+                       above(things.low.z, high.z) | above(low.x, things.high.x) |
+                       above(low.y, things.high.y) | above(low.z, things.high.z);
     return bits(~apart);
   }
 };
 
-APC_INLINE Bounds bounds_of(const Bounds8& boxes, int i) {
-  return {{all(boxes.low[0][i]), all(boxes.low[1][i]), all(boxes.low[2][i])},
-          {all(boxes.high[0][i]), all(boxes.high[1][i]), all(boxes.high[2][i])}};
+//! Of eight things.
+APC_INLINE Bounds bounds_of(const Bounds8& things) {
+  return {{load(things.low[0]), load(things.low[1]), load(things.low[2])},
+          {load(things.high[0]), load(things.high[1]), load(things.high[2])}};
+}
+
+APC_INLINE Bounds bounds_of(const Points8& points, float half_edge) {
+  const V reach = load(points.radius) + half_edge;
+  const V x = load(points.center[0]), y = load(points.center[1]), z = load(points.center[2]);
+  return {{x - reach, y - reach, z - reach}, {x + reach, y + reach, z + reach}};
+}
+
+//! Of one of eight things, in every lane.
+APC_INLINE Bounds bounds_of(const Bounds8& things, int i) {
+  return {{all(things.low[0][i]), all(things.low[1][i]), all(things.low[2][i])},
+          {all(things.high[0][i]), all(things.high[1][i]), all(things.high[2][i])}};
+}
+
+//! One of eight points, as a solid.
+APC_INLINE SolidData solid_of(const Points8& points, int i, float half_edge) {
+  return {{1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f},
+          {points.center[0][i], points.center[1][i], points.center[2][i]},
+          {half_edge, half_edge, half_edge},
+          points.radius[i],
+          half_edge > 0.0f ? SolidKind::box : SolidKind::sphere,
+          true};
+}
+
+//! Of a solid along the world's axes, in every lane.
+APC_INLINE Bounds bounds_around(const SolidData& cube) {
+  const V reach = all(cube.half[0] + cube.rounding);
+  const V x = all(cube.center[0]), y = all(cube.center[1]), z = all(cube.center[2]);
+  return {{x - reach, y - reach, z - reach}, {x + reach, y + reach, z + reach}};
 }
 
 APC_INLINE V distance2(const Bounds& a, const Bounds& b) {
