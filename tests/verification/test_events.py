@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.tool import MOVING
 from pickcli.errors import Reason
 from pickcli.motion.event import Anchor, AnchorKind, Event
@@ -143,3 +144,19 @@ def test_the_pump_is_switched_off_after_the_release() -> None:
     assert [str(r) for r in check_io(replace(plan, events=left_on), scene)] == [
         "pump off: event missing: 0 of them, needs one"
     ]
+
+
+@pytest.mark.parametrize(("when", "is_refused"), [(2.0, True), (3.0, True), (3.9, True), (4.0, False)])
+def test_the_sensor_is_read_when_all_of_the_lift_is_over_also_where_nothing_follows_it(
+    when: float, is_refused: bool
+) -> None:
+    """A contact and a lift in three segments, 1 s each."""
+    builder, scene = Builder(Q), make_scene()
+    builder.wait(SegmentKind.CONTACT, 1.0)
+    for _ in range(3):
+        builder.wait(SegmentKind.LIFT, 1.0, held=CRAYOLA)
+    sensor = next(d for d in cell().devices.values() if d.kind is DeviceKind.SENSOR)
+    read = event_at(sensor.name, "read", when - sensor.lead)
+    plan = Plan("lift", "", "", 0, tuple(builder.segments), builder.trajectory(), (read,), pick()[0].grasp)
+    found = check_io(bound(plan, scene), scene)
+    assert any(r.what == "event at the wrong time" and r.where == "sensor read" for r in found) is is_refused
