@@ -13,7 +13,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.clearance_check import (
     FAR,
     FINER,
@@ -106,6 +106,22 @@ def test_random_moves(seed: int) -> None:
     assert (found.minimum <= 0.0) == bool(found.reasons)
     if not found.reasons and found.minimum < FAR - MAX_STEP:
         assert_tight(found.minimum, measured)
+
+
+def test_nothing_is_nearer_between_two_states_than_the_minimum_says() -> None:
+    """The cup passes a ball beside its way, and is nearest to it somewhere between two states."""
+    q, ball = cell().configurations["home"].q, cell().item("rawlings_baseball")
+    aside = float(ball.shape.extents[0]) / 2 + cell().robot.tool.cup_radius + 0.010
+    scene = make_scene(PlacedItem("ball", ball, "bin_A", tip(q) @ pose((0.0783, aside, -0.005))))
+    builder = Builder(q)
+    builder.line(SegmentKind.TRANSIT, tip(q) @ pose((0.16, 0.0, 0.0)), 1.0)
+    plan = move_plan(scene, builder)
+    times = np.linspace(0.0, 1.0, 41)
+    for _ in range(3):
+        found = distances(plan, scene, 0, times)
+        times = times[np.argmin(found)] + np.linspace(-1.0, 1.0, 41) * (times[1] - times[0])
+    assert min(found) < 0.011
+    assert min(found) - MAX_STEP / 2 - RESOLUTION <= proven(plan, scene) <= min(found)
 
 
 def test_the_lines_of_a_pick() -> None:

@@ -13,6 +13,7 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held_pose import pose_in_tool
+from pickcli.verification.structure_check import check_structure
 from pickcli.verification.verify import verify
 from support.handmade_plans import CRAYOLA, Builder, bound, cell, loaded, make_scene, pick, place, tip
 
@@ -112,3 +113,12 @@ def test_a_carry_that_stopped_goes_on_with_the_item_as_it_hangs(
     scene = replace(before.without(CRAYOLA), held=held)
     brought = bring_item(stopped, bringing, scene, scene.cell.robot.limits, 0)
     assert verify(brought, scene, plan.trajectory).reasons == ()
+
+
+def test_what_is_let_go_is_not_taken_once_more() -> None:
+    """A pick whose first segment carries the item already, and lets it go before the contact."""
+    plan, scene = pick()
+    first = replace(plan.segments[0], held=CRAYOLA)
+    again = replace(plan, segments=(first, *plan.segments[1:]))
+    assert "more than once" in "; ".join(map(str, check_structure(again, scene)))
+    assert "more than once" not in "; ".join(map(str, check_structure(plan, scene)))
