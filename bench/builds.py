@@ -30,7 +30,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.jobs.dask_executor import DaskExecutor
 from pickcli.jobs.executors import Executor, ProcessExecutor, SerialExecutor
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import RunOptions
 from pickcli.jobs.journal import Journal
 from pickcli.precompute.artifact_files import make_roadmap
@@ -97,9 +97,9 @@ class Nothing:
         """See Job."""
         return 1.0
 
-    def make(self, key: Key) -> Record:
+    def make(self, key: Key) -> JobResult:
         """See Job."""
-        return Record(arrays={"numbers": np.zeros(self.n_numbers)})
+        return JobResult(arrays={"numbers": np.zeros(self.n_numbers)})
 
 
 def measure_dask(n_tasks: int = 1000) -> dict[str, float]:

@@ -10,7 +10,7 @@ from typing import Protocol, TypeAlias
 
 import pickcli
 from pickcli.cell.fingerprint import digest
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.kernel import _kernel
 
 Key: TypeAlias = tuple[str, ...]  # the name of a task, unique in its build
@@ -28,7 +28,7 @@ class Job(Protocol):
     def inputs(self) -> str:
         """SHA-256 over all that records depend on besides the key: records of other inputs cannot be used."""
 
-    def make(self, key: Key) -> Record:
+    def make(self, key: Key) -> JobResult:
         """Do one task.
 
         Args:

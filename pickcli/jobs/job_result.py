@@ -15,7 +15,7 @@ from pickcli.geometry import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class JobResult:
     """The outcome of a task.
 
     Attributes:
@@ -44,7 +44,7 @@ class Record:
         return line + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in self.arrays.values())
 
     @classmethod
-    def of_bytes(cls, content: bytes) -> Record:
+    def of_bytes(cls, content: bytes) -> JobResult:
         """The record of those bytes.
 
         Args:
@@ -62,7 +62,7 @@ class Record:
             raise DamagedError(f"a record that is none ({error}); delete the journal it is in") from None
 
 
-def _parsed(content: bytes) -> Record:
+def _parsed(content: bytes) -> JobResult:
     line, _, rest = content.partition(b"\n")
     head = json.loads(line)
     arrays: dict[str, Array] = {}
@@ -74,4 +74,4 @@ def _parsed(content: bytes) -> Record:
         rest = rest[8 * size :]
     if rest:
         raise ValueError("more bytes than numbers")
-    return Record(head["values"], arrays, Reason(*head["reason"]) if head["reason"] else None)
+    return JobResult(head["values"], arrays, Reason(*head["reason"]) if head["reason"] else None)

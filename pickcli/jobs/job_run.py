@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from pickcli.jobs.executors import Executor, SerialExecutor
 from pickcli.jobs.job import Job, Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.journal import Journal
 from pickcli.progress import Progress
 
@@ -72,7 +72,7 @@ class RunOptions:
 
     runner: Executor = field(default_factory=SerialExecutor)
     output: Path | None = None
-    kept: Mapping[Key, Record] = field(default_factory=dict)
+    kept: Mapping[Key, JobResult] = field(default_factory=dict)
     report: BuildObserver | None = None
 
 
@@ -92,7 +92,7 @@ class Build:
         self.progress = BuildProgress(0, 0)
         self._efforts: dict[Key, float] = {}
 
-    def records(self, keys: Sequence[Key]) -> list[Record]:
+    def records(self, keys: Sequence[Key]) -> list[JobResult]:
         """The records of tasks; those that were not kept are done now.
 
         May be called again with what follows from the records: the next round's tasks count on top.
@@ -109,7 +109,7 @@ class Build:
             for key, content in finished:
                 if self.journal is not None:
                     self.journal.append(key, content)
-                self._records[key] = Record.of_bytes(content)
+                self._records[key] = JobResult.of_bytes(content)
                 self._count(key)
         return [self._records[key] for key in keys]
 
@@ -122,10 +122,10 @@ class Build:
         if self.journal is not None:
             self.journal.remove()
 
-    def _from_journal(self) -> dict[Key, Record]:
+    def _from_journal(self) -> dict[Key, JobResult]:
         if self.journal is None:
             return {}
-        return {key: Record.of_bytes(content) for key, content in self.journal.read().items()}
+        return {key: JobResult.of_bytes(content) for key, content in self.journal.read().items()}
 
     def _begin_round(self, keys: Sequence[Key], missing: Sequence[Key]) -> None:
         so_far, kept = self.progress, [self._records[key] for key in keys if key in self._records]

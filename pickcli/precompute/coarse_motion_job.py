@@ -11,7 +11,7 @@ from pickcli.cell.pod_tolerance import PodStand, PodValidity
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
@@ -39,7 +39,7 @@ class CoarseMotionJob:
         """SHA-256 over all that motions depend on besides the key."""
         return inputs_digest(self.cell, "coarse motion", self.settings)
 
-    def make(self, key: Key) -> Record:
+    def make(self, key: Key) -> JobResult:
         """Make one motion.
 
         Args:
@@ -94,7 +94,7 @@ def motion_key(key: Key) -> MotionKey:
     return MotionKey(key[0], key[1], PayloadClass(key[2]))
 
 
-def record_of(made: CoarseMotion | Reason) -> Record:
+def record_of(made: CoarseMotion | Reason) -> JobResult:
     """Store a motion, or why there is none, as a record.
 
     Args:
@@ -107,7 +107,7 @@ def record_of(made: CoarseMotion | Reason) -> Record:
         ValueError: The motion has no trajectory.
     """
     if isinstance(made, Reason):
-        return Record(reason=made)
+        return JobResult(reason=made)
     timed = made.trajectory
     if timed is None:
         raise ValueError("a motion without its timed points cannot be kept")
@@ -125,10 +125,10 @@ def record_of(made: CoarseMotion | Reason) -> Record:
         "velocities": timed.velocities,
         "accelerations": timed.accelerations,
     }
-    return Record(values, arrays)
+    return JobResult(values, arrays)
 
 
-def made_of(key: MotionKey, record: Record, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
+def made_of(key: MotionKey, record: JobResult, joint_names: tuple[str, ...]) -> CoarseMotion | Reason:
     """Read a motion, or why there is none, from a record.
 
     Args:

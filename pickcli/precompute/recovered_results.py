@@ -10,7 +10,7 @@ from pathlib import Path
 from pickcli.cell.cell import Cell
 from pickcli.errors import StaleError
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import RunOptions
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
@@ -27,7 +27,7 @@ from pickcli.storage.integrity_scan import IntegrityReport
 from pickcli.trajopt.trajectory_settings import TrajectorySettings
 
 
-def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
+def stored_records(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
     """Read what is intact of a database or roadmap, as the records of the tasks that made it.
 
     Args:
@@ -80,22 +80,22 @@ def _settings(path: Path, found: IntegrityReport) -> TrajectorySettings | Roadma
         ) from None
 
 
-def _motions(found: IntegrityReport) -> dict[Key, Record]:
+def _motions(found: IntegrityReport) -> dict[Key, JobResult]:
     """Records of the motions and reasons that are intact."""
     kept = {task_key(motion.key): record_of(motion) for motion in intact_motions(found)}
     return kept | {task_key(key): record_of(reason) for key, reason in intact_missing(found)}
 
 
-def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, Record]:
+def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
     """The same of a roadmap. An edge is known by the configurations at its ends, whatever became of nodes."""
     configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
     counts = Counter(configurations.values())
     name_of = {q: name for name, q in configurations.items() if counts[q] == 1}
-    kept: dict[Key, Record] = {}
+    kept: dict[Key, JobResult] = {}
     for edge in found.intact["edges"]:
         waypoints = edge.pieces["waypoints"]
         ends = [name_of.get(q.tobytes()) for q in waypoints[[0, -1]]]
         if ends[0] is not None and ends[1] is not None:
-            kept[ends[0], ends[1]] = Record(asdict(row_mark(edge.row)), {"waypoints": waypoints})
+            kept[ends[0], ends[1]] = JobResult(asdict(row_mark(edge.row)), {"waypoints": waypoints})
     reasons = (reason_row(("start", "goal"), entry.row) for entry in found.intact["missing"])
-    return kept | {(min(pair), max(pair)): Record(reason=reason) for pair, reason in reasons}
+    return kept | {(min(pair), max(pair)): JobResult(reason=reason) for pair, reason in reasons}

@@ -20,7 +20,7 @@ from pickcli.cell.pod_tolerance import PodStand
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.jobs.job_run import RunOptions
 from pickcli.precompute.artifact_files import versions
 from pickcli.precompute.coarse_motion_job import made_of, motion_key, record_of
@@ -110,7 +110,7 @@ class _Sieve:
 
     cell: Cell
     change: CellChange
-    stored: Mapping[Key, Record]
+    stored: Mapping[Key, JobResult]
     are_ends_same: bool
     touched: list[Key] = field(default_factory=list)
     proof: Revalidation = field(init=False)
@@ -118,9 +118,9 @@ class _Sieve:
     def __post_init__(self) -> None:
         self.proof = Revalidation(self.cell, self.change)
 
-    def motions(self) -> dict[Key, Record]:
+    def motions(self) -> dict[Key, JobResult]:
         """Motions that hold in the cell as it is, and reasons that still do."""
-        kept: dict[Key, Record] = {}
+        kept: dict[Key, JobResult] = {}
         for key, record in self.stored.items():
             made = made_of(motion_key(key), record, self.cell.robot.joint_names)
             still = self._still_missing(made) if isinstance(made, Reason) else self._motion(key, made)
@@ -128,7 +128,7 @@ class _Sieve:
                 kept[key] = record if still is made else record_of(still)
         return kept
 
-    def edges(self) -> dict[Key, Record]:
+    def edges(self) -> dict[Key, JobResult]:
         """The same of a roadmap."""
         return {
             key: record
@@ -154,7 +154,7 @@ class _Sieve:
         self.touched.append(key)
         return self.proof.proven_motion(motion)
 
-    def _edge_holds(self, key: Key, record: Record) -> bool:
+    def _edge_holds(self, key: Key, record: JobResult) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
         if stand is PodStand.NOMINAL and self.proof.is_relieved(waypoints, MOVING, PayloadClass.EMPTY):

@@ -16,7 +16,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.planner_options import PlannerOptions
@@ -65,7 +65,7 @@ class RoadmapEdgeJob:
         """
         return 1.0
 
-    def make(self, key: Key) -> Record:
+    def make(self, key: Key) -> JobResult:
         """Make one edge.
 
         Args:
@@ -132,14 +132,14 @@ class RoadmapEdgeJob:
         return {stand: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand}
 
 
-def _record(path: JointPath | Reason, why_nominal: str = "") -> Record:
+def _record(path: JointPath | Reason, why_nominal: str = "") -> JobResult:
     if isinstance(path, Reason):
-        return Record(reason=path)
+        return JobResult(reason=path)
     mark = PodValidity(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
-    return Record(asdict(mark), {"waypoints": path.waypoints})
+    return JobResult(asdict(mark), {"waypoints": path.waypoints})
 
 
-def mark_of(record: Record) -> PodValidity:
+def mark_of(record: JobResult) -> PodValidity:
     """Tell for which pods what a record holds was proven.
 
     Args:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
 from pickcli.errors import DamagedError, Reason
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 
 ARRAYS = st.dictionaries(
     st.text(max_size=5), st_numpy.arrays("<f8", st_numpy.array_shapes(min_side=0)), max_size=3
@@ -18,8 +18,8 @@ ARRAYS = st.dictionaries(
 
 @given(arrays=ARRAYS, text=st.text(), number=st.floats(allow_nan=False, allow_infinity=False))
 def test_a_record_comes_back_to_the_bit(arrays: dict[str, np.ndarray], text: str, number: float) -> None:
-    record = Record({"text": text, "number": number}, arrays, Reason(text, "where", text))
-    again = Record.of_bytes(record.to_bytes())
+    record = JobResult({"text": text, "number": number}, arrays, Reason(text, "where", text))
+    again = JobResult.of_bytes(record.to_bytes())
     assert again.values == record.values and again.reason == record.reason
     assert {name: (a.shape, a.tobytes()) for name, a in again.arrays.items()} == {
         name: (a.shape, a.tobytes()) for name, a in arrays.items()
@@ -36,4 +36,4 @@ def test_a_record_comes_back_to_the_bit(arrays: dict[str, np.ndarray], text: str
 )  # fmt: skip
 def test_bytes_that_are_no_record_are_refused(content: bytes) -> None:
     with pytest.raises(DamagedError, match="delete the journal"):
-        Record.of_bytes(content)
+        JobResult.of_bytes(content)

@@ -17,7 +17,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.motion.path import JointPath
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
@@ -128,13 +128,13 @@ EDGES = {
 
 
 @pytest.fixture(scope="module")
-def edges() -> dict[tuple[str, str], Record]:
+def edges() -> dict[tuple[str, str], JobResult]:
     cell = small_cell(*(name for pair in EDGES for name in pair))
     job = RoadmapEdgeJob(cell, RoadmapSettings(PlannerName.RRT_CONNECT, max_iterations=1000))
     return {pair: job.make(pair) for pair in EDGES}
 
 
-def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
+def test_edges_carry_their_marks(edges: dict[tuple[str, str], JobResult]) -> None:
     marks = {pair: mark_of(record) for pair, record in edges.items()}
     assert {pair: mark.stand for pair, mark in marks.items()} == EDGES
     assert marks["cam_A", "cam_L"].why_nominal.startswith("for a displaced pod its length is ")
@@ -142,7 +142,9 @@ def test_edges_carry_their_marks(edges: dict[tuple[str, str], Record]) -> None:
 
 @given(shares)
 @settings(max_examples=15, deadline=None)
-def test_no_displaced_pod_meets_an_edge_for_any(edges: dict[tuple[str, str], Record], share: Share) -> None:
+def test_no_displaced_pod_meets_an_edge_for_any(
+    edges: dict[tuple[str, str], JobResult], share: Share
+) -> None:
     tests = SceneChecker(MODEL, _displaced(share), MOVING)
     held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
     assert held

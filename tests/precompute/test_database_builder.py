@@ -10,7 +10,7 @@ import pytest
 
 from pickcli.cell.cell_file import load_cell
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.precompute.coarse_motion_job import CoarseMotionJob, made_of, record_of
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
 from pickcli.precompute.database_builder import TrajectoryReport, build_trajectories
@@ -97,10 +97,10 @@ def test_a_record_gives_back_its_motion_to_the_bit(built: Built) -> None:
     database, report = built
     for motion in database:
         content = record_of(motion).to_bytes()
-        again = made_of(motion.key, Record.of_bytes(content), database.joint_names)
+        again = made_of(motion.key, JobResult.of_bytes(content), database.joint_names)
         assert record_of(again).to_bytes() == content
     for key, reason in report.missing:
-        assert made_of(key, Record.of_bytes(record_of(reason).to_bytes()), ()) == reason
+        assert made_of(key, JobResult.of_bytes(record_of(reason).to_bytes()), ()) == reason
 
 
 def _made(maker: CoarseMotionPlanner, key: MotionKey) -> CoarseMotion:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pickcli.errors import InputError, Reason
 from pickcli.jobs.job import Key
-from pickcli.jobs.job_result import Record
+from pickcli.jobs.job_result import JobResult
 from pickcli.seeds import derived_rng
 
 MANY: list[Key] = [("number", str(i)) for i in range(24)]
@@ -32,11 +32,11 @@ class Toy:
         """See Job."""
         return float(key[1]) + 1.0 if key[0] == "number" else 1.0
 
-    def make(self, key: Key) -> Record:
+    def make(self, key: Key) -> JobResult:
         """See Job."""
         what, *_ = key
         if what == "none":
-            return Record(reason=Reason("no path", "here", "ö"))
+            return JobResult(reason=Reason("no path", "here", "ö"))
         if what == "raise":
             raise InputError("said by the task")
         if what == "crash" or (what == "crash once" and not (self.folder / "crashed").exists()):
@@ -46,4 +46,4 @@ class Toy:
             time.sleep(0.02)
         if what == "sleep":
             time.sleep(60)
-        return Record({"pid": 0}, {"x": derived_rng(*key).normal(size=(3, 2)), "none": np.zeros((0, 2))})
+        return JobResult({"pid": 0}, {"x": derived_rng(*key).normal(size=(3, 2)), "none": np.zeros((0, 2))})
