@@ -40,7 +40,7 @@ MIRRORED = {
 }
 
 # Class names that occur in two rooms and are still to be told apart. Add none.
-AMBIGUOUS = {"Execution", "Load", "Rules", "World"}
+AMBIGUOUS = {"Execution", "World"}
 
 
 def inflected(word: str) -> set[str]:

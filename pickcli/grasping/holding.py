@@ -16,7 +16,7 @@ from pickcli.motion.plan import Grasp
 
 
 @dataclass(frozen=True)
-class Load:
+class CupLoad:
     """Worst load on the cup over a motion, each figure by itself but for the ratio.
 
     Attributes:
@@ -90,7 +90,7 @@ class Hold:
         body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
         return cls(body, tool.cup_limits, item.seals[face])
 
-    def at_rest(self, R_world_tip: Array) -> Load:
+    def at_rest(self, R_world_tip: Array) -> CupLoad:
         """The worst load at rest: no slower motion loads the cup less.
 
         Args:
@@ -112,7 +112,7 @@ class Hold:
         """
         return self.limits.ratio(self.body.weight(R_world_tip), self.vacuum_share)
 
-    def in_motion(self, motion: TipMotion) -> Load:
+    def in_motion(self, motion: TipMotion) -> CupLoad:
         """The worst load over the states of a motion in time.
 
         Args:
@@ -123,13 +123,13 @@ class Hold:
         """
         return self._worst(self.body.wrench(motion))
 
-    def _worst(self, wrenches: Array) -> Load:
+    def _worst(self, wrenches: Array) -> CupLoad:
         return _worst(wrenches[None], self.limits, self.vacuum_share)[0]
 
 
 def loads_at_rest(
     item: Item, face: str, T_item_tip: Array, R_world_item: Array, tool: Tool
-) -> tuple[Load, ...]:
+) -> tuple[CupLoad, ...]:
     """The loads on the cup at rest, for many places on one face.
 
     Args:
@@ -150,9 +150,9 @@ def loads_at_rest(
     return _worst(wrenches, tool.cup_limits, item.seals[face])
 
 
-def _worst(wrenches: Array, limits: CupLimits, vacuum_share: float) -> tuple[Load, ...]:
+def _worst(wrenches: Array, limits: CupLimits, vacuum_share: float) -> tuple[CupLoad, ...]:
     """The worst load of each of many sets of wrenches (P, N, 6)."""
     pull, shear = np.maximum(0.0, -wrenches[..., 2]), np.hypot(wrenches[..., 0], wrenches[..., 1])
     moment, twist = np.hypot(wrenches[..., 3], wrenches[..., 4]), np.abs(wrenches[..., 5])
     figures = np.stack([pull, shear, moment, twist, limits.ratio(wrenches, vacuum_share)])
-    return tuple(Load(*worst) for worst in figures.max(axis=2).T.tolist())
+    return tuple(CupLoad(*worst) for worst in figures.max(axis=2).T.tolist())

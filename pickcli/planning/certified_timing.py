@@ -12,7 +12,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array
-from pickcli.grasping.holding import Hold, Load
+from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Grasp
 from pickcli.planning.cup_load import carried_load, path_load
@@ -39,7 +39,7 @@ class Carried:
     """
 
     run: TimedRun
-    load: Load
+    load: CupLoad
 
 
 def proven_run(

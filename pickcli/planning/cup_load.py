@@ -6,7 +6,7 @@ import numpy as np
 
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
-from pickcli.grasping.holding import Hold, Load
+from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.trajectory import Trajectory
 
@@ -15,7 +15,7 @@ STEP = (
 )
 
 
-def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> Load:
+def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: Hold) -> CupLoad:
     """The worst load on the cup over a trajectory, at its points and between them.
 
     Args:
@@ -32,7 +32,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     return hold.in_motion(arm.tip_motion(*trajectory.states(t), tool_state))
 
 
-def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> Load:
+def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> CupLoad:
     """The worst load at rest over configurations: no slower motion loads the cup less.
 
     Args:

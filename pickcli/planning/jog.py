@@ -12,7 +12,7 @@ from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.recovery_rules import Rules
+from pickcli.planning.recovery_rules import RecoveryRules
 from pickcli.planning.stitching import stitch_run
 
 JOG = 0.012  # m that the link or tool that moves farthest goes in a jog
@@ -20,7 +20,7 @@ JOG_STEP = 1e-4  # rad or m, of the differences that give the direction of a jog
 JOG_GAIN = 0.001  # m that the nearest pair must come apart by a jog
 
 
-def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
+def plan_jog(rules: RecoveryRules, label: str, seed: int) -> Plan | Failures:
     """Plan a short straight edge in joint space that takes the nearest pair apart farthest.
 
     Args:
@@ -57,7 +57,7 @@ def plan_jog(rules: Rules, label: str, seed: int) -> Plan | Failures:
     return failures
 
 
-def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
+def _jogs(rules: RecoveryRules, all_pairs: SceneChecker) -> Iterator[Array]:
     """Joint steps (n,) within the limits: up the gradient of the least distance, and the tool every way."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     unit = np.eye(arm.n)
@@ -78,7 +78,7 @@ def _jogs(rules: Rules, all_pairs: SceneChecker) -> Iterator[Array]:
             yield step
 
 
-def _farthest(rules: Rules, step: Array) -> float:
+def _farthest(rules: RecoveryRules, step: Array) -> float:
     """How far, in m, a small joint step (n,) moves the frame, or the tool, that goes farthest."""
     arm, q, tool_state = rules.context.arm, rules.start.q, rules.start.tool_state
     chain = arm.chain(tool_state)

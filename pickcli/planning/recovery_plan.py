@@ -23,7 +23,7 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.jog import plan_jog
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.recovery_rules import Rules, rules_at
+from pickcli.planning.recovery_rules import RecoveryRules, rules_at
 from pickcli.planning.retrace import StoppedMotion, back_to_start
 from pickcli.planning.stages.transit import plan_coarse
 from pickcli.planning.start_state import Start
@@ -93,7 +93,7 @@ def plan_recovery(
     return replace(found, scene_hash=scene_hash(scene), recovery=level)
 
 
-def _out(rules: Rules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
+def _out(rules: RecoveryRules, label: str, seed: int, recorder: ExperienceRecorder) -> Plan | Failures:
     """Out of the pod by lines, and home; slowly only out, for from there the stricter levels go on."""
     context, failures = rules.context, Failures()
     n_ways_home = 0
@@ -118,7 +118,9 @@ def _out(rules: Rules, label: str, seed: int, recorder: ExperienceRecorder) -> P
     return failures
 
 
-def _home(rules: Rules, q: Array, seed: int, recorder: ExperienceRecorder) -> MotionSegment | Failures:
+def _home(
+    rules: RecoveryRules, q: Array, seed: int, recorder: ExperienceRecorder
+) -> MotionSegment | Failures:
     """The coarse motion home, by the rules of every plan where the arm is clear by now."""
     context, mode = rules.context, Mode(rules.start.tool_state)
     if not context.checker_for(rules.scene, mode).is_valid(q):
@@ -134,7 +136,7 @@ def _home(rules: Rules, q: Array, seed: int, recorder: ExperienceRecorder) -> Mo
     return coarse.segment(SegmentKind.TRANSIT, mode)
 
 
-def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
+def _ways_out_of_the_pod(rules: RecoveryRules) -> Iterator[tuple[list[MotionSegment], Array] | Failures]:
     """Lines up and out along the pod's axis, the least rise first; none where nothing is near."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod
     tip = context.arm.tip(start.q, start.tool_state)
@@ -145,7 +147,7 @@ def _ways_out_of_the_pod(rules: Rules) -> Iterator[tuple[list[MotionSegment], Ar
         yield _risen_and_out(rules, tip, first, rise, max(depth, 0.0))
 
 
-def _first_steps(rules: Rules, tip: Array) -> list[Array]:
+def _first_steps(rules: RecoveryRules, tip: Array) -> list[Array]:
     """Ways (3,) in the world that may free the tool from what it is near to."""
     T_world_pod = rules.scene.T_world_pod
     out, left, up, back = -T_world_pod[:3, 0], T_world_pod[:3, 1], T_world_pod[:3, 2], -tip[:3, 2]
@@ -157,7 +159,7 @@ def _first_steps(rules: Rules, tip: Array) -> list[Array]:
 
 
 def _risen_and_out(
-    rules: Rules, tip: Array, first: Array, rise: float, depth: float
+    rules: RecoveryRules, tip: Array, first: Array, rise: float, depth: float
 ) -> tuple[list[MotionSegment], Array] | Failures:
     """First away from what is near, then up, then out."""
     context, start, T_world_pod = rules.context, rules.start, rules.scene.T_world_pod

@@ -26,7 +26,7 @@ MOST_NEAR = 24  # pairs
 
 
 @dataclass(frozen=True, eq=False)
-class Rules:
+class RecoveryRules:
     """What holds on one level of recovery from one start.
 
     Attributes:
@@ -106,7 +106,9 @@ class Rules:
         return Reason("closes again", "way out", f"{contact} by {worst * 1e3:.1f} mm", contact.item)
 
 
-def rules_at(context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel) -> Rules | Reason:
+def rules_at(
+    context: PlanningContext, scene: Scene, start: Start, level: RecoveryLevel
+) -> RecoveryRules | Reason:
     """Find what a level allows where the robot stands.
 
     Args:
@@ -118,7 +120,7 @@ def rules_at(context: PlanningContext, scene: Scene, start: Start, level: Recove
     Returns:
         The rules, or why the level does not apply.
     """
-    rules = Rules(context, scene, start, level)
+    rules = RecoveryRules(context, scene, start, level)
     if level is RecoveryLevel.AS_PLANNED:
         touching = _near_the_cup(rules)
         return touching if isinstance(touching, Reason) else replace(rules, touching=touching)
@@ -132,7 +134,7 @@ def rules_at(context: PlanningContext, scene: Scene, start: Start, level: Recove
     return opening if isinstance(opening, Reason) else replace(rules, opening=opening)
 
 
-def _near_the_cup(rules: Rules) -> frozenset[str] | Reason:
+def _near_the_cup(rules: RecoveryRules) -> frozenset[str] | Reason:
     """What is within the clearance of the cup where the robot stopped."""
     touching: frozenset[str] = frozenset()
     for _ in range(MOST_NEAR):
@@ -146,7 +148,7 @@ def _near_the_cup(rules: Rules) -> frozenset[str] | Reason:
     return rules.checker(touching).explain(rules.start.q).at("where the robot stopped")
 
 
-def _near(rules: Rules) -> frozenset[tuple[str, str]] | Reason:
+def _near(rules: RecoveryRules) -> frozenset[tuple[str, str]] | Reason:
     """The pairs of a link and what stands within the clearance of it where the robot stopped."""
     opening: frozenset[tuple[str, str]] = frozenset()
     for _ in range(MOST_NEAR):

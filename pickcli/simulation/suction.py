@@ -34,7 +34,7 @@ BRAKING = 0.2  # of an item's mass over the time step, Ns/m: stops it in a few s
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class CupWrench:
     """What the cup carries.
 
     Attributes:
@@ -71,7 +71,7 @@ class Load:
         )
 
 
-NO_LOAD = Load(np.zeros(6))
+NO_LOAD = CupWrench(np.zeros(6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ class Release:
     t: float
     is_wanted: bool
     T_world_item: Array
-    load: Load
+    load: CupWrench
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +271,7 @@ class Suction:
         T_world_a = self._engine.pose(self.held) @ self._T_item_tip
         velocity = np.concatenate([R.T @ part for part in self._relative_velocity(self.held, tip)])
         wrench = bushing.wrench(T_world_a, T_world_tip, velocity, -GRAVITY * R[2])
-        self.load = Load(wrench)
+        self.load = CupWrench(wrench)
         force, torque = R @ wrench[:3], R @ wrench[3:]
         self._engine.push(self.held, force, T_world_a[:3, 3])
         self._engine.twist(self.held, torque)

@@ -78,7 +78,7 @@ class FinalState:
 
 
 @dataclass(frozen=True)
-class Rules:
+class ScoringRules:
     """The points of one year.
 
     Attributes:
@@ -118,12 +118,12 @@ class Rules:
 
 
 RULES = {
-    2016: Rules(
+    2016: ScoringRules(
         fill=((5, 20), (3, 15), (1, 10)),
         outside=-10, wrong_claim=-10, protruding=-5, high_drop=-5,
         damage={Damage.MINOR: -5, Damage.MAJOR: -20},
     ),
-    2015: Rules(
+    2015: ScoringRules(
         fill=((3, 20), (2, 15), (1, 10)),
         lost_target=-3, wrong_item=-12,
         damage={Damage.MINOR: -5, Damage.MAJOR: -5},

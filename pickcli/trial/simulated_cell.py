@@ -26,7 +26,7 @@ from pickcli.simulation.start_check import check_start
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, Fate, disturbances
-from pickcli.trial.score import Drop, Rules
+from pickcli.trial.score import Drop, ScoringRules
 from pickcli.trial.trial_interfaces import LET_GO_TIME, Crew, Execution
 from pickcli.verification.verify import verify
 
@@ -147,7 +147,7 @@ class SimulatedArena:
         self._let_fall()
         drops = _drops(fall_of(world, release) for release in releases)
         now = self.now()
-        found = disturbances(self._recorded, now, {drop.item for drop in drops}, Rules.drop_limit)
+        found = disturbances(self._recorded, now, {drop.item for drop in drops}, ScoringRules.drop_limit)
         self._recorded = now
         return replace(
             run,
@@ -163,7 +163,7 @@ class SimulatedArena:
         Returns:
             The items, sorted by id.
         """
-        return disturbances(self._recorded, self.now(), (), Rules.drop_limit)
+        return disturbances(self._recorded, self.now(), (), ScoringRules.drop_limit)
 
     def _let_fall(self) -> None:
         """Wait, for a while, until nothing falls any more: a fall is over before it is recorded."""

@@ -21,7 +21,7 @@ from pickcli.trial.score import (
     Drop,
     FinalItem,
     FinalState,
-    Rules,
+    ScoringRules,
     item_bonuses,
     maximum_score,
     score,
@@ -216,12 +216,12 @@ def test_every_line_says_why() -> None:
 
 def test_the_points_are_those_of_the_rules() -> None:
     """Every figure of docs/scoring.md, and none but these."""
-    assert RULES[2016] == Rules(
+    assert RULES[2016] == ScoringRules(
         fill=((5, 20), (3, 15), (1, 10)),
         outside=-10, wrong_claim=-10, protruding=-5, high_drop=-5, lost_target=0, wrong_item=0,
         damage={Damage.MINOR: -5, Damage.MAJOR: -20}, drop_limit=0.3, protrusion_limit=0.005,
     )  # fmt: skip
-    assert RULES[2015] == Rules(
+    assert RULES[2015] == ScoringRules(
         fill=((3, 20), (2, 15), (1, 10)),
         outside=0, wrong_claim=0, protruding=0, high_drop=0, lost_target=-3, wrong_item=-12,
         damage={Damage.MINOR: -5, Damage.MAJOR: -5}, drop_limit=0.3, protrusion_limit=0.005,
