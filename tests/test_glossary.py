@@ -22,7 +22,6 @@ UNNAMED = {
     "grasping": {"Turn", "aims"},
     "planning": {
         "Bringing",
-        "Carried",
         "promises",
     },
     "simulation": {"Film", "Swing", "Touch"},

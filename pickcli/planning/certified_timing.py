@@ -30,7 +30,7 @@ MENDS = 5  # times that a run is timed, with narrower blends or slower, to keep 
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class CertifiedRun:
     """A run with an item, and what the cup feels.
 
     Attributes:
@@ -70,7 +70,7 @@ def proven_run(
 
 def carried_run(
     context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
-) -> Carried | Failures:
+) -> CertifiedRun | Failures:
     """One run with an item, nowhere faster than the cup holds under gravity and acceleration.
 
     Where the motion without a load keeps what the cup bears, that is the answer. Else it is timed anew, with
@@ -110,7 +110,7 @@ def carried_run(
             continue
         unproven = prove(run, segments, checkers)
         if unproven is None:
-            return Carried(run, load)
+            return CertifiedRun(run, load)
         failures += unproven
         if are_blends_proven:
             return failures

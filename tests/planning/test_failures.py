@@ -16,7 +16,7 @@ from pickcli.geometry import pose
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning import events, stitching
-from pickcli.planning.certified_timing import Carried, carried_run, proven_run
+from pickcli.planning.certified_timing import CertifiedRun, carried_run, proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
@@ -127,7 +127,7 @@ def test_what_a_timed_run_with_an_item_meets(
     plan_pick(planner, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)
-    assert isinstance(run, Carried)
+    assert isinstance(run, CertifiedRun)
     transfer = next(segment for segment in segments if segment.kind is SegmentKind.TRANSFER)
     longest = int(np.argmax(np.linalg.norm(np.diff(transfer.waypoints, axis=0), axis=1)))
     T = planner.arm.tip(transfer.waypoints[longest : longest + 2].mean(axis=0), grasp.tool_state)

@@ -22,7 +22,7 @@ from pickcli.collision.motion_segment import Mode
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.errors import DamagedError, StaleError
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.stages.transit import Coarse, plan_coarse
+from pickcli.planning.stages.transit import CoarsePath, plan_coarse
 from pickcli.precompute import experience
 from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.precompute.experience import ExperienceFiles
@@ -146,7 +146,7 @@ def test_learned_edges_answer_where_the_planner_had_to(cell: Cell, learner: Expe
     again = PlanningContext(cell, with_polylines(empty, learner.edges()))
     first = learner.edges()[0]
     found = plan_coarse(again, _checker(again), first[0], first[-1][None], [0.0], 1, "again")
-    assert isinstance(found, Coarse) and found.source == "roadmap"
+    assert isinstance(found, CoarsePath) and found.source == "roadmap"
 
 
 # Learns edges between configurations of its own in the free space around home, and says so after each.
@@ -220,10 +220,10 @@ def test_a_kill_loses_at_most_what_is_in_hand(learner: ExperienceFiles) -> None:
         kept = len(there)
 
 
-def _planned(planner: PlanningContext, start: str, goal: str) -> Coarse:
+def _planned(planner: PlanningContext, start: str, goal: str) -> CoarsePath:
     q_start, q_goal = (planner.cell.configurations[name].q for name in (start, goal))
     found = plan_coarse(planner, _checker(planner), q_start, q_goal[None], [0.0], 1, f"{start} to {goal}")
-    assert isinstance(found, Coarse)
+    assert isinstance(found, CoarsePath)
     return found
 
 

@@ -17,7 +17,7 @@ from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
 from pickcli.planning.stages.target_check import check_target, tips
-from pickcli.planning.stages.tool_clearance import tool_lines, with_room
+from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
 from pickcli.seeds import derived_rng
 
 SAME_GRASP = 0.012  # m: a retry must put the cup at least this far from where it failed
@@ -64,7 +64,7 @@ def _tried(
     problem: PickProblem, grasps: Sequence[Grasp], ways: CorridorSet, rng: np.random.Generator
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     feasible: list[GraspMotion] = []
-    roomy, failures = with_room(problem, grasps, ways)
+    roomy, failures = with_tool_clearance(problem, grasps, ways)
     for grasp in roomy if ways is CorridorSet.FEW else _in_turns(roomy):
         if tips(problem, grasp):
             failures += Reason("tips the item", str(grasp), "the cup presses beside what carries it")

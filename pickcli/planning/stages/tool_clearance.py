@@ -37,7 +37,7 @@ LONGEST_TOUCH = 0.054  # m of the tool's way on the first stretch of the lift; 0
 LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
-def with_room(
+def with_tool_clearance(
     problem: PickProblem, grasps: Sequence[Grasp], corridors: CorridorSet
 ) -> tuple[list[Grasp], Failures]:
     """Find the grasps with room for the tool at the target and where it has been lifted.

@@ -30,7 +30,7 @@ PROMISING = 3  # goals that a search is worth: those with the least time if noth
 
 
 @dataclass(frozen=True, eq=False)
-class Coarse:
+class CoarsePath:
     """A proven polyline to one of several goals.
 
     Attributes:
@@ -68,7 +68,7 @@ def plan_coarse(
     extra: Sequence[float],
     seed: int,
     where: str,
-) -> Coarse | Failures:
+) -> CoarsePath | Failures:
     """Find the fastest motion to any of several goals.
 
     Args:
@@ -105,17 +105,17 @@ def plan_coarse(
 
 def _straight(
     checker: SceneChecker, q_start: Array, goals: Array, least: Sequence[float], order: NDArray[np.intp]
-) -> Coarse | None:
+) -> CoarsePath | None:
     """The fastest goal that a straight edge reaches."""
     for g in order:
         if checker.is_valid_edge(q_start, goals[g]):
-            return Coarse(np.stack([q_start, goals[g]]), int(g), least[g], "straight edge")
+            return CoarsePath(np.stack([q_start, goals[g]]), int(g), least[g], "straight edge")
     return None
 
 
 def _searched(
     context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
-) -> Coarse | Failures:
+) -> CoarsePath | Failures:
     """What roadmap and planner find."""
     stored = _stored(context, checker, q_start, goals)
     if stored is not None:
@@ -129,17 +129,19 @@ def _searched(
         return error.failures.within(where)
     experience = QueryExperience(q_start, goals[route.goal], _payload(checker), route.new)
     duration = estimated_duration(context.space, route.path.waypoints)
-    return Coarse(route.path.waypoints, route.goal, duration, str(route.source), (experience,))
+    return CoarsePath(route.path.waypoints, route.goal, duration, str(route.source), (experience,))
 
 
-def _stored(context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array) -> Coarse | None:
+def _stored(
+    context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array
+) -> CoarsePath | None:
     """A stored motion between two named configurations, if it is proven in the scene as it is."""
     for database in filter(None, (context.database, context.learned)):
         for g, goal in enumerate(goals):
             motion = database.between(q_start, goal, _payload(checker))
             if motion is not None and checker.is_valid_path(motion.path.waypoints):
                 waypoints = motion.path.waypoints
-                return Coarse(waypoints, g, estimated_duration(context.space, waypoints), "database")
+                return CoarsePath(waypoints, g, estimated_duration(context.space, waypoints), "database")
     return None
 
 
