@@ -67,7 +67,7 @@ def checker(
         The checker.
     """
     scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
-    return SceneChecker(model, scene, tool_state, held=stand_in(payload), margin=margin)
+    return SceneChecker(model, scene, tool_state, held=representative_item(payload), margin=margin)
 
 
 def checkers(
@@ -87,14 +87,14 @@ def checkers(
     margin = model.cell.clearance + reserve
     return {
         (stand, tool_state, load): SceneChecker(
-            model, scenes[stand], tool_state, stand_in(load), margin=margin
+            model, scenes[stand], tool_state, representative_item(load), margin=margin
         )
         for stand, tool_state, load in product(PodStand, model.robot.tool.shapes, PayloadClass)
     }
 
 
 @cache
-def stand_in(payload: PayloadClass) -> AttachedItem | None:
+def representative_item(payload: PayloadClass) -> AttachedItem | None:
     """Make what is held for a payload class: a cube with a face on the cup or its centre there.
 
     Args:

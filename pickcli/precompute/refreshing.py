@@ -145,7 +145,7 @@ class _Sieve:
         tool_state = self._tool_state(key)
         if tool_state is None or not self._has_ends(motion, tool_state):
             return None
-        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_relieved(
+        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_worth_replanning(
             motion.path.waypoints, tool_state, motion.key.payload
         ):
             return None
@@ -157,7 +157,9 @@ class _Sieve:
     def _edge_holds(self, key: Key, record: JobResult) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
         stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        if stand is PodStand.NOMINAL and self.proof.is_relieved(waypoints, MOVING, PayloadClass.EMPTY):
+        if stand is PodStand.NOMINAL and self.proof.is_worth_replanning(
+            waypoints, MOVING, PayloadClass.EMPTY
+        ):
             return False
         if self.proof.is_edge_untouched(waypoints, stand):
             return True

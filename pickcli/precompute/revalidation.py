@@ -95,7 +95,7 @@ class Revalidation:
         """
         return self._all[_edge(stand)].is_valid_path(waypoints)
 
-    def is_relieved(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
+    def is_worth_replanning(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
         """Tell whether a polyline that holds for the pod in its place alone may give way to one for any pod.
 
         Args:

@@ -20,7 +20,13 @@ from pickcli.jobs.job_run import Build
 from pickcli.precompute.critical_pairs import important_pairs
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_report import RoadmapReport
-from pickcli.precompute.route_redundancy import RouteRedundancy, detour, edge_to_try, for_any_pod, why_alone
+from pickcli.precompute.route_redundancy import (
+    RouteRedundancy,
+    detour,
+    edge_to_try,
+    for_any_pod,
+    missing_redundancy,
+)
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, edge_disjoint
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
@@ -116,7 +122,7 @@ class _Builder:
             if len(found.routes) == 2:
                 detours.append((names, detour(found)))
             else:
-                alone.append((names, why_alone(self.roadmap, found, self.failed)))
+                alone.append((names, missing_redundancy(self.roadmap, found, self.failed)))
         joined = tuple(self._names(pair) for pair in added)
         n_for_any = self._n_double([names for names, _ in detours])
         self.routes = RouteRedundancy(tuple(detours), tuple(alone), joined, n_for_any)

@@ -77,7 +77,7 @@ def edge_to_try(roadmap: Roadmap, side: frozenset[int], failed: Collection[Pair]
     return min(pairs, key=lambda p: (float(np.linalg.norm(q[p[0]] - q[p[1]])), p), default=None)
 
 
-def why_alone(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reason]) -> Reason:
+def missing_redundancy(roadmap: Roadmap, found: EdgeDisjoint, failed: Mapping[Pair, Reason]) -> Reason:
     """Tell why two nodes have fewer than two routes: the edge that all need, and what was tried beside it.
 
     Args:

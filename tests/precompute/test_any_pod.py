@@ -23,7 +23,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.precompute.coarse_motion_planner import CoarseMotionPlanner
-from pickcli.precompute.empty_cell_checkers import empty_scene, stand_in
+from pickcli.precompute.empty_cell_checkers import empty_scene, representative_item
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob, mark_of
 from pickcli.precompute.roadmap_settings import RoadmapSettings
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass
@@ -65,7 +65,7 @@ def _displaced(share: Share, cell: Cell = CELL) -> Scene:
 def _clearance(motion: CoarseMotion, scene: Scene) -> float:
     """m, the least over states 5 ms apart, in double precision."""
     assert motion.trajectory is not None
-    tests = SceneChecker(MODEL, scene, motion.tool_state, held=stand_in(motion.key.payload))
+    tests = SceneChecker(MODEL, scene, motion.tool_state, held=representative_item(motion.key.payload))
     Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.005))
     return float(tests.kernel.clearances(Q).min())
 

@@ -98,12 +98,16 @@ def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
     bare, posts = parts_of(cell), _posts_as_obstacles(cell)
     tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
 
-    def is_relieved(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
+    def is_worth_replanning(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
         tool_state = MOVING if payload is PayloadClass.EMPTY else STRAIGHT
-        return Revalidation(cell, change_since(before, cell)).is_relieved(ends, tool_state, payload)  # type: ignore[arg-type]
+        return Revalidation(cell, change_since(before, cell)).is_worth_replanning(ends, tool_state, payload)  # type: ignore[arg-type]
 
-    assert is_relieved(cell, parts_of(posts)), "what was there went"
-    assert not is_relieved(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), "an end is within the sweep"
-    assert not is_relieved(posts, bare), "nothing went"
-    assert is_relieved(with_parts(cell, tote=tote), bare), "the tote moved"
-    assert not is_relieved(moved_divider(cell), bare), "a part of the pod moved that was not in the way"
+    assert is_worth_replanning(cell, parts_of(posts)), "what was there went"
+    assert not is_worth_replanning(cell, parts_of(posts), PayloadClass.CENTRED_CUBE), (
+        "an end is within the sweep"
+    )
+    assert not is_worth_replanning(posts, bare), "nothing went"
+    assert is_worth_replanning(with_parts(cell, tote=tote), bare), "the tote moved"
+    assert not is_worth_replanning(moved_divider(cell), bare), (
+        "a part of the pod moved that was not in the way"
+    )

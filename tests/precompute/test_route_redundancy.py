@@ -16,7 +16,7 @@ from pickcli.precompute.critical_pairs import important_pairs, neighbouring_bins
 from pickcli.precompute.roadmap_builder import build_roadmap
 from pickcli.precompute.roadmap_edge_job import RoadmapEdgeJob
 from pickcli.precompute.roadmap_settings import RoadmapSettings
-from pickcli.precompute.route_redundancy import MOST_TRIES, edge_to_try, for_any_pod, why_alone
+from pickcli.precompute.route_redundancy import MOST_TRIES, edge_to_try, for_any_pod, missing_redundancy
 from pickcli.roadmap import validate
 from pickcli.roadmap.edge_disjoint import edge_disjoint
 from pickcli.roadmap.graph import Roadmap
@@ -90,7 +90,7 @@ def test_the_nearest_pair_across_the_cut_comes_next_and_failures_are_counted() -
     assert edge_to_try(roadmap, side, {(0, 2)}) == (1, 3)
     reason = Reason("no path", detail="gave up")
     found = edge_disjoint(roadmap, 0, 4)
-    told = why_alone(roadmap, found, {(0, 2): reason, (3, 4): reason})
+    told = missing_redundancy(roadmap, found, {(0, 2): reason, (3, 4): reason})
     assert told.what == "one route only: all need the edge q0 to q1"
     assert told.detail == "1 pairs beside it were tried, none has a path, e.g. q0 to q2: no path: gave up"
 
