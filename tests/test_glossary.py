@@ -22,7 +22,6 @@ UNNAMED = {
     "grasping": {"Turn", "aims"},
     "planning": {
         "Bringing",
-        "promises",
     },
     "simulation": {"Film", "Swing", "Touch"},
     "trial": {"Crew", "Fate", "PlanBringing", "Player"},

@@ -18,8 +18,8 @@ from pickcli.motion.plan import Grasp
 from pickcli.planning.cup_load import carried_load, path_load
 from pickcli.planning.pick_settings import SLOWER_THAN_ALLOWED
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.promises import broken_promise, mended
 from pickcli.planning.timed_motion_validation import prove
+from pickcli.planning.tool_path_check import broken_promise, mended
 from pickcli.scene.scene import Scene
 from pickcli.timing.path_constraint import PathConstraint
 from pickcli.timing.timed_run import TimedRun, time_run

@@ -21,7 +21,7 @@ from pickcli.planning.events import schedule
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.promises import thrown
+from pickcli.planning.tool_path_check import thrown
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.timing.concatenation import concatenate

@@ -17,7 +17,7 @@ from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
 from pickcli.planning.certified_timing import proven_run
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.promises import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
+from pickcli.planning.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
 from pickcli.scene.scene import PoseNoise, Scene
 from support.tool_states import STRAIGHT
 
