@@ -214,11 +214,11 @@ class MinimumTimeEntry:
         )
         names = query.cell.robot.joint_names
 
-        def finished(motion: ParabolicTrajectory) -> Trajectory | None:
+        def finish(motion: ParabolicTrajectory) -> Trajectory | None:
             timed = filter_jerk(names, motion, query.ends[1], pace, query.limits)
             return timed if is_proven(timed, proof) else None
 
-        best = search.quickest(seed, finished, self.good * query.bound)
+        best = search.minimum_time(seed, finish, self.good * query.bound)
         if best is None:
             return None
         spent, length = time.perf_counter() - began, JointPath(names, best.positions).length

@@ -131,7 +131,7 @@ class CoarseMotionPlanner:
             TrajectoryValidator(tests, self._space), tests, self._pace, (q0, q1), self.settings
         )
         seed = derived_seed(self.settings.seed, key.start, key.goal, key.payload, case[1])
-        best = search.quickest(
+        best = search.minimum_time(
             seed,
             lambda motion: self._finished(key, case, motion),
             _GOOD * lower_bound(self._limits, q0, q1),

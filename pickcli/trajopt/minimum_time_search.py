@@ -66,23 +66,23 @@ class MinimumTimeSearch:
     ends: tuple[Array, Array]
     settings: TrajectorySettings
 
-    def quickest(
+    def minimum_time(
         self,
         seed: int,
-        finished: Callable[[ParabolicTrajectory], T | None],
-        good: float,
-        quicker_than: float = np.inf,
-        at_most: float = np.inf,
+        finish: Callable[[ParabolicTrajectory], T | None],
+        good_enough: float,
+        shorter_than: float = np.inf,
+        max_duration: float = np.inf,
     ) -> T | None:
         """Find the fastest motion that passes a final test. Repeatable by seed.
 
         Args:
             seed: Seed of all random choices.
-            finished: Turns a candidate into its final form, or returns None if it fails the final test. The
+            finish: Turns a candidate into its final form, or returns None if it fails the final test. The
                 final form takes at least a pause longer than the candidate.
-            good: s; a motion that takes no longer ends the search.
-            quicker_than: s; candidates whose final form takes at least as long are skipped.
-            at_most: s; candidates that take longer are skipped.
+            good_enough: s; a motion that takes no longer ends the search.
+            shorter_than: s; candidates whose final form takes at least as long are skipped.
+            max_duration: s; candidates that take longer are skipped.
 
         Returns:
             The final form of the fastest motion found, or None.
@@ -90,14 +90,14 @@ class MinimumTimeSearch:
         best: T | None = None
 
         def is_wanted(duration: float) -> bool:
-            limit = quicker_than if best is None else best.duration
-            return duration + self.pace.pause < limit and duration <= at_most
+            limit = shorter_than if best is None else best.duration
+            return duration + self.pace.pause < limit and duration <= max_duration
 
         for motion in self.motions(seed, is_wanted):
-            made = finished(motion) if is_wanted(motion.duration) else None
+            made = finish(motion) if is_wanted(motion.duration) else None
             if made is not None and (best is None or made.duration < best.duration):
                 best = made
-            if best is not None and best.duration <= good:
+            if best is not None and best.duration <= good_enough:
                 break
         return best
 

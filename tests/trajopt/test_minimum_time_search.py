@@ -46,19 +46,19 @@ def finished_in(longer: dict[float, float]) -> Callable[[ParabolicTrajectory], T
 
 
 def test_the_quickest_is_taken_also_if_a_later_one_only_promised_more() -> None:
-    best = search(2.0, 1.9, 1.8).quickest(0, finished_in({2.0: 0.05, 1.9: 0.2, 1.8: 0.3}), good=0.0)
+    best = search(2.0, 1.9, 1.8).minimum_time(0, finished_in({2.0: 0.05, 1.9: 0.2, 1.8: 0.3}), good_enough=0.0)
     assert best == Taking(2.05)
 
 
 def test_what_is_good_ends_the_search() -> None:
     some = search(3.0, 2.0, 1.0)
-    assert some.quickest(0, finished_in({3.0: 0.05, 2.0: 0.05, 1.0: 0.05}), good=2.1) == Taking(2.05)
+    assert some.minimum_time(0, finished_in({3.0: 0.05, 2.0: 0.05, 1.0: 0.05}), good_enough=2.1) == Taking(2.05)
     assert some.asked == [3.0, 2.0]
 
 
 def test_what_fails_or_is_not_wanted_is_nothing() -> None:
     some = search(3.0, 2.0)
-    assert some.quickest(0, finished_in({}), good=0.0) is None
-    assert some.quickest(0, finished_in({3.0: 0.05, 2.0: 0.05}), 0.0, quicker_than=2.0) is None
-    assert some.quickest(0, finished_in({3.0: 0.05, 2.0: 0.05}), 0.0, at_most=1.9) is None
-    assert some.quickest(0, finished_in({3.0: 0.05}), 0.0) == Taking(3.05)
+    assert some.minimum_time(0, finished_in({}), good_enough=0.0) is None
+    assert some.minimum_time(0, finished_in({3.0: 0.05, 2.0: 0.05}), 0.0, shorter_than=2.0) is None
+    assert some.minimum_time(0, finished_in({3.0: 0.05, 2.0: 0.05}), 0.0, max_duration=1.9) is None
+    assert some.minimum_time(0, finished_in({3.0: 0.05}), 0.0) == Taking(3.05)
