@@ -22,7 +22,7 @@ from pickcli.collision.robot_model import CollisionModel
 from pickcli.errors import Reason
 from pickcli.motion.path import JointPath
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, Case, checkers
+from pickcli.precompute.empty_cell_checkers import RESERVE, CheckerKey, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey
 from pickcli.seeds import derived_seed
 from pickcli.trajopt.certified_clearance import is_proven, proven_clearance
@@ -111,14 +111,14 @@ class CoarseMotionPlanner:
         """
         tool_states = {self.cell.configurations[name].tool_state for name in (key.start, key.goal)}
         if len(tool_states) == 2:
-            return self._in_case(key, (stand, MOVING, key.payload), quicker_than)
-        wide = self._in_case(key, (stand, MOVING, key.payload), quicker_than, _WORTH)
+            return self._motion_with(key, (stand, MOVING, key.payload), quicker_than)
+        wide = self._motion_with(key, (stand, MOVING, key.payload), quicker_than, _WORTH)
         if isinstance(wide, CoarseMotion):
             return wide
-        return self._in_case(key, (stand, tool_states.pop(), key.payload), quicker_than)
+        return self._motion_with(key, (stand, tool_states.pop(), key.payload), quicker_than)
 
-    def _in_case(
-        self, key: MotionKey, case: Case, quicker_than: float, at_most: float = float("inf")
+    def _motion_with(
+        self, key: MotionKey, case: CheckerKey, quicker_than: float, at_most: float = float("inf")
     ) -> CoarseMotion | Reason:
         """at_most: times the least duration."""
         tests = self._planning[case]
@@ -144,7 +144,7 @@ class CoarseMotionPlanner:
         detail = f"nor has {self.settings.planner} in {self.settings.n_tries} tries; on the line: {straight}"
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
-    def _finished(self, key: MotionKey, case: Case, motion: ParabolicTrajectory) -> CoarseMotion | None:
+    def _finished(self, key: MotionKey, case: CheckerKey, motion: ParabolicTrajectory) -> CoarseMotion | None:
         """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
         tests = self._proving[case]
         names = self.cell.robot.joint_names
@@ -176,12 +176,12 @@ class CoarseMotionPlanner:
         return JointSpace.of(self.cell.robot, self.cell.speed_scale)
 
     @cached_property
-    def _planning(self) -> dict[Case, SceneChecker]:
+    def _planning(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers that planning asks: with the reserve."""
         return checkers(self._model, RESERVE)
 
     @cached_property
-    def _proving(self) -> dict[Case, SceneChecker]:
+    def _proving(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers that the timed motion is proven with: the cell's clearance, no more."""
         return checkers(self._model)
 

@@ -27,7 +27,7 @@ CUBE_EDGE = 0.2  # m
 # with its corners blended, each time that it is used.
 RESERVE = 0.001  # m
 
-Case: TypeAlias = tuple[PodStand, ToolState, PayloadClass]  # what a checker is for
+CheckerKey: TypeAlias = tuple[PodStand, ToolState, PayloadClass]  # what a checker is for
 
 
 def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
@@ -72,7 +72,7 @@ def checker(
 
 def checkers(
     model: CollisionModel, reserve: float = 0.0, cell: Cell | None = None
-) -> dict[Case, SceneChecker]:
+) -> dict[CheckerKey, SceneChecker]:
     """Make the checkers of the empty scene for every case.
 
     Args:

@@ -27,7 +27,7 @@ from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.path_planning.state_space import JointSpace
-from pickcli.precompute.empty_cell_checkers import RESERVE, Case, checker, checkers
+from pickcli.precompute.empty_cell_checkers import RESERVE, CheckerKey, checker, checkers
 from pickcli.roadmap.trajectory_database import CoarseMotion, PayloadClass
 from pickcli.trajopt.certified_clearance import keeps_clearance, proven_clearance
 
@@ -132,24 +132,24 @@ class Revalidation:
         return CollisionModel(self.cell)
 
     @cached_property
-    def _all(self) -> dict[Case, SceneChecker]:
+    def _all(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of the whole cell."""
         return checkers(self._model, RESERVE)
 
     @cached_property
-    def _new(self) -> dict[Case, SceneChecker]:
+    def _new(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of what is new alone."""
         return checkers(self._model, RESERVE, self.change.cell_of_came)
 
     @cached_property
-    def _old(self) -> dict[Case, SceneChecker]:
+    def _old(self) -> dict[CheckerKey, SceneChecker]:
         """Checkers of what went away alone."""
         return checkers(self._model, RESERVE, self.change.cell_of_went)
 
 
-def _case(motion: CoarseMotion) -> Case:
+def _case(motion: CoarseMotion) -> CheckerKey:
     return motion.mark.stand, motion.tool_state, motion.key.payload
 
 
-def _edge(stand: PodStand) -> Case:
+def _edge(stand: PodStand) -> CheckerKey:
     return stand, MOVING, PayloadClass.EMPTY

@@ -46,13 +46,17 @@ def finished_in(longer: dict[float, float]) -> Callable[[ParabolicTrajectory], T
 
 
 def test_the_quickest_is_taken_also_if_a_later_one_only_promised_more() -> None:
-    best = search(2.0, 1.9, 1.8).minimum_time(0, finished_in({2.0: 0.05, 1.9: 0.2, 1.8: 0.3}), good_enough=0.0)
+    best = search(2.0, 1.9, 1.8).minimum_time(
+        0, finished_in({2.0: 0.05, 1.9: 0.2, 1.8: 0.3}), good_enough=0.0
+    )
     assert best == Taking(2.05)
 
 
 def test_what_is_good_ends_the_search() -> None:
     some = search(3.0, 2.0, 1.0)
-    assert some.minimum_time(0, finished_in({3.0: 0.05, 2.0: 0.05, 1.0: 0.05}), good_enough=2.1) == Taking(2.05)
+    assert some.minimum_time(0, finished_in({3.0: 0.05, 2.0: 0.05, 1.0: 0.05}), good_enough=2.1) == Taking(
+        2.05
+    )
     assert some.asked == [3.0, 2.0]
 
 
