@@ -1,6 +1,6 @@
 """One attempt after another: plan, verify, execute, look what became of it. See docs/recovery.md.
 
-A player knows what a robot could know: what it perceives when it looks (which takes time), what the vacuum
+A runner knows what a robot could know: what it perceives when it looks (which takes time), what the vacuum
 sensor answers and why a motion stopped. Where things truly are is noted beside it for the score, and decides
 nothing.
 """
@@ -44,7 +44,7 @@ class TrialSettings:
     time_limit: float | None = None
 
 
-class Player:
+class AttemptRunner:
     """A crew with a clock and eyes.
 
     Args:

@@ -14,7 +14,7 @@ from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
-from pickcli.trial.attempt_runner import Player, TrialSettings
+from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
 from pickcli.trial.disturbance import Fate
@@ -112,7 +112,7 @@ class _Trial:
         self.jobs = jobs_of(order, cell, self.bonus)
         self.open = {job.index: job for job in self.jobs}
         limit = TIME_LIMIT[order.year] if settings.time_limit is None else settings.time_limit
-        self.player = Player(crew, settings, limit, self._say)
+        self.runner = AttemptRunner(crew, settings, limit, self._say)
         self.experience = Experience()
         self.homes: dict[str, str] = {}
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
@@ -121,8 +121,8 @@ class _Trial:
 
     def play(self) -> None:
         """Whatever promises most, until all is done, nothing new can be tried, or the time is over."""
-        self.homes = {placed.id: placed.location for placed in self.player.scene().items}
-        while self.player.has_time_to_plan:
+        self.homes = {placed.id: placed.location for placed in self.runner.scene().items}
+        while self.runner.has_time_to_plan:
             may_clear = may_move_others(self.order.year)
             best = best_option(options(self.open.values(), self.experience, may_clear))
             if best is None:
@@ -141,7 +141,7 @@ class _Trial:
     def _pick(self, job: TargetState) -> None:
         """One attempt at a target; what comes of it decides whether its job stays open."""
         if job.refusals:
-            self.player.look_again()  # the scene has not changed, but no two looks are the same
+            self.runner.look_again()  # the scene has not changed, but no two looks are the same
         job = job.tried()
         attempt = self._attempt(job)
         self._note(job, attempt)
@@ -150,13 +150,13 @@ class _Trial:
         elif attempt.execution is None:
             self.open[job.index] = job.refused()
             if attempt.outcome is Outcome.NO_PLAN:
-                self.refused[job.index] = (self.player.scene(), attempt.item, attempt.in_the_way)
+                self.refused[job.index] = (self.runner.scene(), attempt.item, attempt.in_the_way)
         else:
             self.open[job.index] = self.open[job.index].failed()
 
     def _attempt(self, job: TargetState) -> Attempt:
-        scene = self.player.scene()
-        attempt = Attempt(job.target, "", job.attempts, self.player.clock.now, Outcome.MISSING)
+        scene = self.runner.scene()
+        attempt = Attempt(job.target, "", job.attempts, self.runner.clock.now, Outcome.MISSING)
         placed = self._choose_copy(scene, job)
         if placed is None:
             return replace(attempt, reason=f"no {job.target.item} of {job.target.bin} is seen any more")
@@ -165,20 +165,20 @@ class _Trial:
     def _moved(self, attempt: Attempt, scene: Scene) -> Attempt:
         """An attempt played to its end, whatever that is."""
         planned = self._planned(attempt, scene)
-        return planned if planned.plan is None else self.player.carried_out(planned, scene)
+        return planned if planned.plan is None else self.runner.carried_out(planned, scene)
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
         """A plan with a grasp of another kind than those that failed; another place is second best."""
-        if not self.player.has_time_to_plan:
+        if not self.runner.has_time_to_plan:
             return replace(attempt, outcome=Outcome.NO_TIME, reason="no time is left to plan it")
-        self.player.say(attempt, "planning")
+        self.runner.say(attempt, "planning")
         in_vain = self.in_vain.get(attempt.item, ())
         kinds = tuple(dict.fromkeys(GraspKind(grasp.kind, grasp.face) for grasp in in_vain))
         if kinds:
-            found = self.player.planned(attempt, scene, (*in_vain, *kinds))
-            if found.plan is not None or not self.player.has_time_to_plan:
+            found = self.runner.planned(attempt, scene, (*in_vain, *kinds))
+            if found.plan is not None or not self.runner.has_time_to_plan:
                 return found
-        return self.player.planned(attempt, scene, in_vain)
+        return self.runner.planned(attempt, scene, in_vain)
 
     def _note(self, job: TargetState, attempt: Attempt) -> None:
         """Keep an attempt, and learn from it."""
@@ -197,12 +197,12 @@ class _Trial:
         # Whatever it came to, where it reached into and where it went something may lie otherwise now.
         touched = {attempt.out_of, attempt.into, attempt.seen_in}
         for index, other in self.open.items():
-            if touched & {placed.location for placed in self._copies(self.player.scene(), other)}:
+            if touched & {placed.location for placed in self._copies(self.runner.scene(), other)}:
                 self.open[index] = other.renewed()
 
     def _clear(self, job: TargetState) -> None:
         """Move one item aside that is in the way of a target."""
-        scene = self.player.scene()
+        scene = self.runner.scene()
         self.open[job.index] = replace(job, clearings=job.clearings + 1)
         placed = self._choose_copy(scene, job)
         if placed is None:
@@ -211,19 +211,19 @@ class _Trial:
             job.target,
             placed.id,
             job.attempts,
-            self.player.clock.now,
+            self.runner.clock.now,
             Outcome.NO_PLAN,
             out_of=placed.location,
         )
-        self.player.say(wanted, "looking for what is in the way")
+        self.runner.say(wanted, "looking for what is in the way")
         exclude = self.in_vain.get(placed.id, ())
         is_reachable = False
 
         def what_if(without: Scene) -> None:
             nonlocal is_reachable
-            if not self.player.has_time_to_plan:
+            if not self.runner.has_time_to_plan:
                 raise NoPlanError("a pick without what is in its way", [])
-            self.player.plan(without, wanted, exclude)
+            self.runner.plan(without, wanted, exclude)
             is_reachable = is_reachable or without is scene
 
         known = self.refused.get(job.index)
@@ -243,7 +243,7 @@ class _Trial:
             yield from others()
 
         asked = set[str]()
-        while self.player.has_time_to_plan:
+        while self.runner.has_time_to_plan:
             left = (name for name in promising() if name not in asked)
             name = next((name for name in left if scene.find(name).item.suction), None)
             if name is None:
@@ -262,18 +262,18 @@ class _Trial:
 
         What cannot be brought into the tote does not come out of its bin: no other place would help.
         """
-        attempt = replace(attempt, t_start=self.player.clock.now)
+        attempt = replace(attempt, t_start=self.runner.clock.now)
         out = self._planned(replace(attempt, into=TOTE), scene)
         if out.plan is None:
             return out
         targets = [job.target for job in self.open.values()]
         for into in destinations(scene, attempt.out_of, targets):
-            if not self.player.has_time_to_plan:
+            if not self.runner.has_time_to_plan:
                 break
             moved = self._moved(replace(attempt, into=into), scene)
             if moved.plan is not None:
                 return moved
-        return self.player.carried_out(out, scene)
+        return self.runner.carried_out(out, scene)
 
     def _choose_copy(self, scene: Scene, job: TargetState) -> PlacedItem | None:
         """Of several copies of the target's bin the one nearest to a mouth; on a retry the next one.
@@ -296,14 +296,14 @@ class _Trial:
     def _say(self, attempt: Attempt, doing: str) -> None:
         n_done = len(self.jobs) - len(self.open)
         what = f"{attempt.item} aside" if attempt.is_aside else attempt.target.item
-        left = f"{self.player.clock.left:.0f} s left on the trial's clock"
+        left = f"{self.runner.clock.left:.0f} s left on the trial's clock"
         told = f"{attempt.target.bin} {what}: {doing}, {left}"
         self.on_progress(Progress(n_done, len(self.jobs), told))
 
     def result(self) -> TrialResult:
         """Everything measured, with the score of where the items really are."""
-        arena, player = self.crew.arena, self.player
-        belief = player.scene()  # it may look once more, before all is counted
+        arena, runner = self.crew.arena, self.runner
+        belief = runner.scene()  # it may look once more, before all is counted
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)
         executions = [e for attempt in attempts for e in attempt.executions]
@@ -318,8 +318,8 @@ class _Trial:
         return TrialResult(
             self.order, self.settings.seed, self.settings.noise, self.settings.reality,
             tuple(self._target_result(job, points) for job in self.jobs), attempts, self.before, after,
-            final, points, arena.collisions, player.clock.simulated, player.clock.now, player.stuck,
-            player.cut_short, disturbed_last,
+            final, points, arena.collisions, runner.clock.simulated, runner.clock.now, runner.stuck,
+            runner.cut_short, disturbed_last,
         )  # fmt: skip
 
     def _target_result(self, job: TargetState, score: Score) -> TargetResult:

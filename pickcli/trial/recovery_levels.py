@@ -20,7 +20,7 @@ from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
 from pickcli.simulation.protective_stop import StopCause
-from pickcli.trial.attempt_runner import Player
+from pickcli.trial.attempt_runner import AttemptRunner
 from pickcli.trial.trial_interfaces import LET_GO_TIME
 from pickcli.trial.trial_result import Attempt, RecoveryStep
 
@@ -33,28 +33,28 @@ HOME_LEVELS = (RecoveryLevel.AS_PLANNED, RecoveryLevel.OPENING)  # they end at h
 VACUUM_GONE = (StopCause.SEAL_LOST, StopCause.NOT_SEALED)  # measured in the cup, not a sensor's yes or no
 
 
-def recover(player: Player, attempt: Attempt, before: Scene) -> tuple[RecoveryStep, ...]:
+def recover(runner: AttemptRunner, attempt: Attempt, before: Scene) -> tuple[RecoveryStep, ...]:
     """Bring the arm to a safe place after an attempt that did not end as planned.
 
     Args:
-        player: Who plays; its clock goes on.
+        runner: Who plays; its clock goes on.
         attempt: The attempt with its execution.
         before: The scene as it was seen when the attempt was planned.
 
     Returns:
         Every step that was tried, in the order of time. The last one that moved ended in a safe place, unless
-        the time was over before: then ``player.stuck`` says that nothing led out, or ``player.cut_short``
+        the time was over before: then ``runner.stuck`` says that nothing led out, or ``runner.cut_short``
         that there was no time for what did.
     """
-    return _Recovery(player, attempt, before).play()
+    return _Recovery(runner, attempt, before).play()
 
 
 class _Recovery:
     """The state of one recovery."""
 
-    def __init__(self, player: Player, attempt: Attempt, before: Scene) -> None:
+    def __init__(self, runner: AttemptRunner, attempt: Attempt, before: Scene) -> None:
         assert attempt.execution is not None and attempt.plan is not None
-        self.player, self.attempt, self.before = player, attempt, before
+        self.runner, self.attempt, self.before = runner, attempt, before
         self.steps: list[RecoveryStep] = []
         self.round = 0
         self.late = ""  # the way out for which no time was left
@@ -74,11 +74,11 @@ class _Recovery:
         """First the item, then the arm."""
         if self.stopped is not None and self._may_hold():
             self._bring_item()
-        if not self.player.clock.has_time_for(LET_GO_TIME):
-            self.player.cut_short = "the time was over before the cup had let go"
-            self.steps.append(RecoveryStep(LET_GO, self.player.cut_short))
+        if not self.runner.clock.has_time_for(LET_GO_TIME):
+            self.runner.cut_short = "the time was over before the cup had let go"
+            self.steps.append(RecoveryStep(LET_GO, self.runner.cut_short))
             return tuple(self.steps)
-        self.steps.append(RecoveryStep(LET_GO, "", self.player.let_go()))
+        self.steps.append(RecoveryStep(LET_GO, "", self.runner.let_go()))
         if not self.is_done:
             self._bring_arm_out()
         return tuple(self.steps)
@@ -89,24 +89,24 @@ class _Recovery:
         A sensor can be wrong. What is seen elsewhere than where the cup would have it is not in the cup,
         whatever closes that; where it is seen nowhere, only a vacuum that broke down says that it is gone.
         """
-        player, attempt = self.player, self.attempt
+        runner, attempt = self.runner, self.attempt
         assert attempt.execution is not None
-        has_vacuum = player.crew.arena.has_vacuum()
-        seen = next((placed for placed in player.scene().items if placed.id == attempt.item), None)
+        has_vacuum = runner.crew.arena.has_vacuum()
+        seen = next((placed for placed in runner.scene().items if placed.id == attempt.item), None)
         if seen is None:
             return has_vacuum or attempt.execution.stop_cause not in VACUUM_GONE
         return has_vacuum and self._is_in_the_cup(seen)
 
     def _is_in_the_cup(self, seen: PlacedItem) -> bool:
         """Whether an item is seen where it hangs if the cup took it as planned."""
-        arena, robot, stopped = self.player.crew.arena, self.before.cell.robot, self.stopped
+        arena, robot, stopped = self.runner.crew.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
         tool_state = stopped.plan.grasp.tool_state if arena.tool_state == MOVING else arena.tool_state
         T_tip_item = stopped.in_the_cup(robot, self.before.find(self.attempt.item)).T_tip_item
         T_world_hanging = Arm(robot).tip(arena.q, tool_state) @ T_tip_item
         off = np.linalg.norm(seen.T_world_item[:3, 3] - T_world_hanging[:3, 3])
-        return bool(off <= IN_THE_CUP + self.player.settings.noise.position)
+        return bool(off <= IN_THE_CUP + self.runner.settings.noise.position)
 
     def _bring_item(self) -> None:
         """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
@@ -114,12 +114,12 @@ class _Recovery:
         ways = [Bringing.BACK, Bringing.ON]
         if self.attempt.execution.stop_cause in (None, StopCause.SENSOR):
             ways.reverse()
-        scene, stopped = self._with_item_held(self.player.scene(), self.stopped), self.stopped
+        scene, stopped = self._with_item_held(self.runner.scene(), self.stopped), self.stopped
         for way in ways:
-            seed = derived_seed("bring", self.player.settings.seed, self.attempt.item, self.attempt.number)
+            seed = derived_seed("bring", self.runner.settings.seed, self.attempt.item, self.attempt.number)
 
             def plan(scene: Scene = scene, way: Bringing = way, seed: int = seed) -> Plan:
-                return self.player.crew.bring(scene, stopped, way, seed)
+                return self.runner.crew.bring(scene, stopped, way, seed)
 
             if self._tried(f"bring {way}", plan, scene) is not None:
                 self.is_done = False  # it stands elsewhere now
@@ -133,42 +133,42 @@ class _Recovery:
 
     def _bring_arm_out(self) -> None:
         """Level after level, again and again, until the arm is out or the time is over."""
-        player, patience = self.player, FIRST_WAIT
+        runner, patience = self.runner, FIRST_WAIT
         self.late = ""
-        while not self.late and player.has_time_to_plan:
+        while not self.late and runner.has_time_to_plan:
             moved = self._round()
             if self.is_done:
                 return
             if not moved and not self.late:
                 self.first = 0
-                duration = min(patience, player.clock.left)
-                player.wait(duration)
+                duration = min(patience, runner.clock.left)
+                runner.wait(duration)
                 self.steps.append(RecoveryStep(WAIT, f"nothing led out; waited {duration:.0f} s"))
                 patience = min(2.0 * patience, LONGEST_WAIT)
             self.round += 1
-            player.look_again()
+            runner.look_again()
         levels = [step.reason for step in self.steps if step.what in list(RecoveryLevel) and step.reason]
         if self.late or not levels:
             why = self.late or "nothing was tried any more"
-            player.cut_short = f"the time was over with the arm on its way out: {why}"
+            runner.cut_short = f"the time was over with the arm on its way out: {why}"
         else:
-            player.stuck = f"the arm could not be brought out before the time was over; last: {levels[-1]}"
+            runner.stuck = f"the arm could not be brought out before the time was over; last: {levels[-1]}"
 
     def _round(self) -> bool:
         """Every level once, until one has moved the arm. Returns whether one did."""
-        player, arena, attempt = self.player, self.player.crew.arena, self.attempt
-        scene = player.scene()
+        runner, arena, attempt = self.runner, self.runner.crew.arena, self.attempt
+        scene = runner.scene()
         levels = list(RecoveryLevel)
         for i in (*range(self.first, len(levels)), *range(self.first)):
-            if not player.has_time_to_plan:
+            if not runner.has_time_to_plan:
                 break
             level = levels[i]
             names = (attempt.item, attempt.number, self.round, str(level))
-            seed = derived_seed("recover", player.settings.seed, *names)
+            seed = derived_seed("recover", runner.settings.seed, *names)
 
             def plan(level: RecoveryLevel = level, seed: int = seed) -> Plan:
                 start = Start(arena.q, arena.tool_state)
-                return player.crew.recover(scene, start, seed, level, self.stopped)
+                return runner.crew.recover(scene, start, seed, level, self.stopped)
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:
@@ -181,27 +181,27 @@ class _Recovery:
 
     def _tried(self, what: str, plan: Callable[[], Plan], scene: Scene) -> bool | None:
         """Plan, verify and execute one step. Whether it went to its end; None if it did not move at all."""
-        player = self.player
-        if not player.has_time_to_plan:
+        runner = self.runner
+        if not runner.has_time_to_plan:
             self.steps.append(RecoveryStep(what, "no time is left to plan it"))
             return None
-        player.charge()
+        runner.charge()
         along = None if self.stopped is None else self.stopped.plan.trajectory
         try:
-            certified = player.certified(plan(), scene, along)
+            certified = runner.certified(plan(), scene, along)
         except NoPlanError as error:
             self.steps.append(RecoveryStep(what, error.summary()))
             return None
         if isinstance(certified, str):
             self.steps.append(RecoveryStep(what, f"rejected: {certified}"))
             return None
-        if not player.has_time_for(certified):
+        if not runner.has_time_for(certified):
             self.late = (
-                f"{what} takes {certified.trajectory.duration:.1f} s, {player.clock.left:.1f} s are left"
+                f"{what} takes {certified.trajectory.duration:.1f} s, {runner.clock.left:.1f} s are left"
             )
             self.steps.append(RecoveryStep(what, self.late))
             return None
-        execution = player.execute(certified)
+        execution = runner.execute(certified)
         self.steps.append(RecoveryStep(what, execution.stopped, execution))
         if execution.duration == 0.0:  # refused at its start
             return None
