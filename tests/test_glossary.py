@@ -24,7 +24,7 @@ UNNAMED = {
         "Bringing",
     },
     "simulation": {"Film", "Swing", "Touch"},
-    "trial": {"Crew", "Fate", "PlanBringing"},
+    "trial": {"Fate", "PlanBringing"},
     "verification": {"Balls", "Standing", "Windows"},
 }
 

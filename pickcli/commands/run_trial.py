@@ -143,7 +143,7 @@ def command(
         refuse_reading(path, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
-    from pickcli.trial.simulated_cell import SimulatedArena, crew_of
+    from pickcli.trial.simulated_cell import SimulatedArena, interfaces_of
 
     refuse_too_much(order.bin_contents, cell, order.year, str(order_path))
     planner = load_planner(cell, roadmap, trajectories, build_missing=True, jobs=jobs)
@@ -155,9 +155,9 @@ def command(
     began = time.perf_counter()
     with learning(planner, roadmap, trajectories, learn) as session:
         settings = TrialSettings(seed, pose_noise, reality)
-        crew = crew_of(session.planner, arena, session.recorder)
+        interfaces = interfaces_of(session.planner, arena, session.recorder)
         with stage("trial"), progress("picking") as report:
-            result = run_trial(order, crew, settings, report, after_attempt=session.keep_edges)
+            result = run_trial(order, interfaces, settings, report, after_attempt=session.keep_edges)
         record = trial_record(result, order_path.name, time.perf_counter() - began)
         pictures["after"] = arena.picture()
         if as_json:  # before it is written, for which there may be no room

@@ -23,7 +23,7 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.score import HELD
 from pickcli.trial.target_selection import TrialClock
-from pickcli.trial.trial_interfaces import ARRIVAL, Crew, Execution
+from pickcli.trial.trial_interfaces import ARRIVAL, Execution, TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome
 
 
@@ -45,10 +45,10 @@ class TrialSettings:
 
 
 class AttemptRunner:
-    """A crew with a clock and eyes.
+    """The interfaces of a trial with a clock and eyes.
 
     Args:
-        crew: Who plans, verifies and carries out.
+        interfaces: Who plans, verifies and carries out.
         settings: How the trial is played.
         limit: Time limit of the trial, s.
         say: Told what happens now.
@@ -62,9 +62,13 @@ class AttemptRunner:
     """
 
     def __init__(
-        self, crew: Crew, settings: TrialSettings, limit: float, say: Callable[[Attempt, str], None]
+        self,
+        interfaces: TrialInterfaces,
+        settings: TrialSettings,
+        limit: float,
+        say: Callable[[Attempt, str], None],
     ) -> None:
-        self.crew, self.settings, self.say = crew, settings, say
+        self.interfaces, self.settings, self.say = interfaces, settings, say
         self.clock = TrialClock(limit)
         self.n_looks = 0
         self.stuck = self.cut_short = ""
@@ -98,7 +102,7 @@ class AttemptRunner:
         self.wait(self.settings.reality.look_time)
         self.n_looks += 1
         how = self.settings
-        self._seen = perceive(self.crew.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
+        self._seen = perceive(self.interfaces.arena.now(), how.noise, how.seed, self.n_looks, how.reality)
         self.has_seen = True
         return self._seen
 
@@ -125,7 +129,7 @@ class AttemptRunner:
         Args:
             duration: Simulated s.
         """
-        self.crew.arena.wait(duration)
+        self.interfaces.arena.wait(duration)
         self.clock = self.clock.moved(duration)
 
     def charge(self) -> None:
@@ -147,11 +151,11 @@ class AttemptRunner:
             NoPlanError: There is none; with the reasons.
         """
         self.charge()
-        arena = self.crew.arena
+        arena = self.interfaces.arena
         names = (attempt.item, attempt.number, *(() if attempt.into == TOTE else (attempt.into,)))
         seed = derived_seed("plan", self.settings.seed, *names)
         query = PickQuery(attempt.out_of, attempt.item, attempt.into, tuple(exclude))
-        return self.crew.plan(scene, query, Start(arena.q, arena.tool_state), seed)
+        return self.interfaces.plan(scene, query, Start(arena.q, arena.tool_state), seed)
 
     def planned(self, attempt: Attempt, scene: Scene, exclude: Sequence[Grasp | GraspKind] = ()) -> Attempt:
         """Plan an attempt.
@@ -208,7 +212,7 @@ class AttemptRunner:
         Returns:
             The plan with its certificate, or why the verifier refuses it.
         """
-        verdict = self.crew.verify(plan, scene, stopped)
+        verdict = self.interfaces.verify(plan, scene, stopped)
         if verdict.certificate is None:
             return NoPlanError(plan.query, verdict.reasons).summary()
         return replace(plan, certificate=verdict.certificate)
@@ -222,7 +226,7 @@ class AttemptRunner:
         Returns:
             What happened.
         """
-        return self._timed(self.crew.arena.execute(plan))
+        return self._timed(self.interfaces.arena.execute(plan))
 
     def let_go(self) -> Execution:
         """Switch the vacuum off where the robot stands.
@@ -230,7 +234,7 @@ class AttemptRunner:
         Returns:
             What happened.
         """
-        return self._timed(self.crew.arena.release())
+        return self._timed(self.interfaces.arena.release())
 
     def _timed(self, execution: Execution) -> Execution:
         self.clock = self.clock.moved(execution.duration)
@@ -249,7 +253,7 @@ class AttemptRunner:
         before = self.scene()
         execution = self.execute(attempt.plan)
         attempt = replace(attempt, execution=execution)
-        if execution.stopped or self.crew.arena.has_vacuum():
+        if execution.stopped or self.interfaces.arena.has_vacuum():
             self.say(attempt, "recovering")
             attempt = replace(attempt, recovery=recover(self, attempt, before))
         return self._judged(attempt, execution)
@@ -273,7 +277,7 @@ class AttemptRunner:
 
     def _true_place(self, item: str) -> str:
         """Where an item really is: for the record alone."""
-        arena = self.crew.arena
+        arena = self.interfaces.arena
         if arena.held == item:
             return HELD
         return next((p.location for p in arena.now().items if p.id == item), OUTSIDE)

@@ -31,13 +31,13 @@ from pickcli.trial.target_selection import (
     may_move_others,
     options,
 )
-from pickcli.trial.trial_interfaces import Crew
+from pickcli.trial.trial_interfaces import TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome, TargetResult, TrialResult
 
 
 def run_trial(
     order: Order,
-    crew: Crew,
+    interfaces: TrialInterfaces,
     settings: TrialSettings | None = None,
     on_progress: ProgressObserver = nobody,
     after_attempt: Callable[[], None] = lambda: None,
@@ -46,7 +46,7 @@ def run_trial(
 
     Args:
         order: A pick order.
-        crew: Who plans, verifies and carries out.
+        interfaces: Who plans, verifies and carries out.
         settings: How the trial is played; None for the default.
         on_progress: Told of the targets done, and of what happens now.
         after_attempt: Called after every attempt, be it at a target or at what is in its way.
@@ -57,7 +57,7 @@ def run_trial(
     Raises:
         InputError: The order is no pick order.
     """
-    trial = _Trial(require_pick(order), crew, settings or TrialSettings(), on_progress, after_attempt)
+    trial = _Trial(require_pick(order), interfaces, settings or TrialSettings(), on_progress, after_attempt)
     try:
         trial.play()
     except KeyboardInterrupt as stop:
@@ -101,18 +101,27 @@ class _Trial:
     """
 
     def __init__(
-        self, order: Order, crew: Crew, settings: TrialSettings, on_progress: ProgressObserver,
+        self,
+        order: Order,
+        interfaces: TrialInterfaces,
+        settings: TrialSettings,
+        on_progress: ProgressObserver,
         after_attempt: Callable[[], None] = lambda: None,
-    ) -> None:  # fmt: skip
-        self.order, self.crew, self.settings, self.on_progress = order, crew, settings, on_progress
+    ) -> None:
+        self.order, self.interfaces, self.settings, self.on_progress = (
+            order,
+            interfaces,
+            settings,
+            on_progress,
+        )
         self.after_attempt = after_attempt
-        self.before = crew.arena.now()
+        self.before = interfaces.arena.now()
         cell = self.before.cell
         self.bonus = item_bonuses(cell, order)
         self.jobs = jobs_of(order, cell, self.bonus)
         self.open = {job.index: job for job in self.jobs}
         limit = TIME_LIMIT[order.year] if settings.time_limit is None else settings.time_limit
-        self.runner = AttemptRunner(crew, settings, limit, self._say)
+        self.runner = AttemptRunner(interfaces, settings, limit, self._say)
         self.experience = Experience()
         self.homes: dict[str, str] = {}
         self.in_vain: dict[str, tuple[Grasp, ...]] = {}
@@ -302,7 +311,7 @@ class _Trial:
 
     def result(self) -> TrialResult:
         """Everything measured, with the score of where the items really are."""
-        arena, runner = self.crew.arena, self.runner
+        arena, runner = self.interfaces.arena, self.runner
         belief = runner.scene()  # it may look once more, before all is counted
         after = arena.now()
         attempts = tuple(attempt for _, attempt in self.attempts)

@@ -91,7 +91,7 @@ class _Recovery:
         """
         runner, attempt = self.runner, self.attempt
         assert attempt.execution is not None
-        has_vacuum = runner.crew.arena.has_vacuum()
+        has_vacuum = runner.interfaces.arena.has_vacuum()
         seen = next((placed for placed in runner.scene().items if placed.id == attempt.item), None)
         if seen is None:
             return has_vacuum or attempt.execution.stop_cause not in VACUUM_GONE
@@ -99,7 +99,7 @@ class _Recovery:
 
     def _is_in_the_cup(self, seen: PlacedItem) -> bool:
         """Whether an item is seen where it hangs if the cup took it as planned."""
-        arena, robot, stopped = self.runner.crew.arena, self.before.cell.robot, self.stopped
+        arena, robot, stopped = self.runner.interfaces.arena, self.before.cell.robot, self.stopped
         if stopped is None or stopped.plan.grasp is None:
             return False
         tool_state = stopped.plan.grasp.tool_state if arena.tool_state == MOVING else arena.tool_state
@@ -119,7 +119,7 @@ class _Recovery:
             seed = derived_seed("bring", self.runner.settings.seed, self.attempt.item, self.attempt.number)
 
             def plan(scene: Scene = scene, way: Bringing = way, seed: int = seed) -> Plan:
-                return self.runner.crew.bring(scene, stopped, way, seed)
+                return self.runner.interfaces.bring(scene, stopped, way, seed)
 
             if self._tried(f"bring {way}", plan, scene) is not None:
                 self.is_done = False  # it stands elsewhere now
@@ -156,7 +156,7 @@ class _Recovery:
 
     def _round(self) -> bool:
         """Every level once, until one has moved the arm. Returns whether one did."""
-        runner, arena, attempt = self.runner, self.runner.crew.arena, self.attempt
+        runner, arena, attempt = self.runner, self.runner.interfaces.arena, self.attempt
         scene = runner.scene()
         levels = list(RecoveryLevel)
         for i in (*range(self.first, len(levels)), *range(self.first)):
@@ -168,7 +168,7 @@ class _Recovery:
 
             def plan(level: RecoveryLevel = level, seed: int = seed) -> Plan:
                 start = Start(arena.q, arena.tool_state)
-                return runner.crew.recover(scene, start, seed, level, self.stopped)
+                return runner.interfaces.recover(scene, start, seed, level, self.stopped)
 
             ended = self._tried(str(level), plan, scene)
             if ended is not None:

@@ -1,4 +1,4 @@
-"""The simulated world as a trial sees it, and the crew that plays in it."""
+"""The simulated world as a trial sees it, and the interfaces of a trial in it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, Fate, disturbances
 from pickcli.trial.score import Drop, ScoringRules
-from pickcli.trial.trial_interfaces import LET_GO_TIME, Crew, Execution
+from pickcli.trial.trial_interfaces import LET_GO_TIME, Execution, TrialInterfaces
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -183,10 +183,10 @@ class SimulatedArena:
         return overview(self._world.engine, self.now())
 
 
-def crew_of(
+def interfaces_of(
     planner: PlanningContext, arena: SimulatedArena, recorder: ExperienceRecorder | None = None
-) -> Crew:
-    """Bring together the real crew: our planner, the independent verifier, the simulated arena.
+) -> TrialInterfaces:
+    """Bring together the real interfaces: our planner, the independent verifier, the simulated arena.
 
     Args:
         planner: The cell with its stored motions.
@@ -194,7 +194,7 @@ def crew_of(
         recorder: Gets what coarse queries found that was not stored; None drops it.
 
     Returns:
-        The crew.
+        The interfaces.
     """
 
     def plan(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
@@ -208,7 +208,7 @@ def crew_of(
     def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, planner.arm.limits, seed)
 
-    return Crew(plan, recover, bring, verify, arena)
+    return TrialInterfaces(plan, recover, bring, verify, arena)
 
 
 def _let_go(world: World, duration: float) -> None:

@@ -198,8 +198,8 @@ class PlanBringing(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Crew:
-    """Everyone that a trial needs.
+class TrialInterfaces:
+    """Everything that a trial calls: planners, verifier and arena.
 
     Attributes:
         plan: Plans a pick.

@@ -20,7 +20,7 @@ from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order_file import Order
-from pickcli.trial.trial_interfaces import Crew, Execution
+from pickcli.trial.trial_interfaces import Execution, TrialInterfaces
 from pickcli.verification.verdict import Verdict
 from support.tool_states import STRAIGHT
 
@@ -85,9 +85,9 @@ class FakeCrew:
     q: Array = field(default_factory=lambda: np.zeros(8))
     tool_state: ToolState = STRAIGHT
 
-    def crew(self) -> Crew:
+    def crew(self) -> TrialInterfaces:
         """This fake in all four roles."""
-        return Crew(self.plan, self.recover, self.bring, self.verify, self)
+        return TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self)
 
     @property
     def collisions(self) -> tuple[Collision, ...]:
