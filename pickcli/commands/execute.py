@@ -146,7 +146,7 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
 
 
 def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolState]:
-    """Where the robot stands, and its cup; what is not said is as the plan begins."""
+    """Return the start: configuration and tool state as requested, else those where the plan begins."""
     from pickcli.cell.tool import MOVING
 
     first, tool = plan.segments[0].tool_state, scene.cell.robot.tool
@@ -184,7 +184,7 @@ def _film(video: Path | None) -> Film | None:
 
 
 def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
-    """Carry out the plans one after the other, until one has trouble. The world is left as it is then."""
+    """Execute the plans in order until one fails. The world keeps the state after the last execution."""
     from pickcli.simulation.execute import execute
     from pickcli.simulation.start_check import StartError
 

@@ -123,7 +123,7 @@ class LearningSession:
         return cls(learning, learner, ExperienceRecorder())
 
     def keep_edges(self) -> None:
-        """Keep the edges found since the last time, unless that failed before: the end tells."""
+        """Save the edges that are new. On failure continue; the error is raised when the command ends."""
         if self._failed is None:
             try:
                 self._keep_edges()

@@ -59,7 +59,7 @@ class JobResult:
         try:
             return _parsed(content)
         except (ValueError, TypeError, KeyError, RecursionError) as error:
-            raise DamagedError(f"a record that is none ({error}); delete the journal it is in") from None
+            raise DamagedError(f"corrupt journal record ({error}); delete the journal to rebuild") from None
 
 
 def _parsed(content: bytes) -> JobResult:

@@ -1,17 +1,19 @@
 """Proving what is stored again, after some solids around the robot have changed.
 
-A motion keeps its clearance from everything. Solids that went away cannot break that; of those that came it
-is asked to keep the same clearance, from them alone, with the kernel that proved it at first. Where it does,
-it is proven in the changed cell as it was in the old one: nothing else there is new. Only what comes nearer
-than that is touched by the change, and proven again against the whole cell.
+A stored motion was proven to keep its clearance from every solid of the old cell. Removed solids cannot break
+that proof. The motion is therefore checked against the added solids alone, with the same clearance and the
+same kernel. If it keeps the clearance, it is proven in the changed cell. If it does not, it is proven again
+against the whole cell.
 
-What holds for the pod in its place alone may be had for any pod once a solid went away, of the pod or not: a
-way around the sweep of the pod may lead where it was. The way that is stored says nothing about that, as it
-keeps from that solid. So it must be searched for again, unless an end is not free in the sweep.
+A motion proven only for the nominal pod pose may become provable for all poses when any solid is removed: the
+new free space may admit a path around the pod's swept volume. The stored path cannot show this, because it
+avoids the removed solid. The motion is therefore planned again, unless one of its ends is in collision with
+the swept volume.
 
-A part of the pod that is other or elsewhere leaves little room beside what it sweeps now, and to search for
-all of them again takes a good part of a build. So that is done only where the stored way met the part in the
-sweep, and meets nothing there that came; else a build from nothing may find ways for any pod that we miss.
+A changed or moved part of the pod rarely frees space beside its new swept volume, and planning all motions
+again takes a large part of a build. Motions are therefore planned again only if the stored path collided with
+the swept volume of the old part and collides with no added solid. A build from scratch may find paths for all
+pod poses that this misses.
 """
 
 from __future__ import annotations
