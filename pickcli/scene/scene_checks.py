@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import shortened, suggestion
-from pickcli.files.yaml_reader import Source
+from pickcli.files.yaml_reader import Key, Source
 from pickcli.geometry import inverse, pose
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
 from pickcli.scene.touching import PosedSolids
 
+Mistake: TypeAlias = tuple[Key, str]  # where it stands in the file, and what is wrong
+
 SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
+CONVENTION = "positions are in m, quaternions x, y, z, w"
+FEW = 3  # mistakes of one kind that are told one by one
+MANY = 20  # of which no more are looked for
 _POINT = 1e-4  # m, radius of a ball that stands for a point
 MAX_ASTRAY = 0.15  # m, how far an item's middle may be outside of its bin before the pose is called wrong
 
@@ -77,6 +85,8 @@ def check_places(source: Source, scene: Scene) -> None:
         source: Collects the mistakes with their places in the file.
         scene: The scene.
     """
+    astray_items: list[Mistake] = []
+    sunk: list[Mistake] = []
     for i, placed in enumerate(scene.items):
         place = scene.cell.places[placed.location]
         if place.access.is_from_above:
@@ -85,19 +95,26 @@ def check_places(source: Source, scene: Scene) -> None:
         p, R = T_place_item[:3, 3], T_place_item[:3, :3]
         astray = float(np.linalg.norm(p - np.clip(p, place.room.low, place.room.high)))
         if astray > MAX_ASTRAY:
-            source.add(
-                ("items", i, "position"),
-                f"{placed.id} is {astray:.2f} m away from {placed.location}; poses are those of the item's "
-                "middle in the world frame (docs/formats/scene.md)",
-            )
+            where = f"{placed.id} is {astray:.2f} m away from {placed.location}"
+            astray_items.append((("items", i, "position"), where))
             continue
         under = place.room.floor_back - (p[2] - placed.item.shape.reach(R)[2])
         if under > SUNK + scene.noise.bound(placed.item):
-            source.add(
-                ("items", i, "position"),
-                f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}; correct "
-                "its pose",
-            )
+            text = f"{placed.id} reaches {1000 * under:.1f} mm under the floor of {placed.location}"
+            sunk.append((("items", i, "position"), text))
+    frame = "poses are those of the item's middle in the world frame (docs/formats/scene.md)"
+    _add_alike(source, astray_items, frame, f"is T_world_pod where the pod stands? {frame}")
+    _add_alike(source, sunk, "correct its pose", f"correct its pose, or all: {CONVENTION}")
+
+
+def _add_alike(source: Source, mistakes: Sequence[Mistake], advice: str, if_many: str) -> None:
+    """Note mistakes of one kind; of many the first alone, as they have one cause."""
+    if len(mistakes) <= FEW:
+        for key, text in mistakes:
+            source.add(key, f"{text}; {advice}")
+    else:
+        key, text = mistakes[0]
+        source.add(key, f"{text}, and {len(mistakes) - 1} more are like it; {if_many}")
 
 
 def check_held(source: Source, scene: Scene) -> None:
@@ -141,18 +158,18 @@ def check_standing(source: Source, scene: Scene) -> None:
     every = PosedSolids.of(scene, scene.items, scene.standing)
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(scene.items), 0.0)
+    deep: list[Mistake] = []
     for i, placed in enumerate(scene.items):
         tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
         near = b[(a == i) & (b >= len(scene.items))].tolist()
         depths = [(overlap_depth(solids[i], solids[k], tolerance), every.names[k]) for k in near]
         depth, name = max(depths, default=(0.0, ""))
         if depth > 0.0:
-            source.add(
-                ("items", i, "position"),
-                f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}; correct its pose",
-            )
-        if source.is_full:
-            return
+            what = f"{placed.id} stands {1000 * depth:.1f} mm deep in {name}"
+            deep.append((("items", i, "position"), what))
+        if len(deep) > MANY or source.is_full:
+            break
+    _add_alike(source, deep, "correct its pose", f"correct its pose, or all: {CONVENTION}")
 
 
 def check_overlaps(source: Source, scene: Scene) -> None:
@@ -165,13 +182,13 @@ def check_overlaps(source: Source, scene: Scene) -> None:
     every = PosedSolids.of(scene, scene.items, ())
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(solids), 0.0)
+    overlaps: list[Mistake] = []
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
         depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))
         if depth > 0.0:
-            source.add(
-                ("items", j),
-                f"{scene.items[i].id} and {scene.items[j].id} overlap by {1000 * depth:.1f} mm; "
-                "correct one of the poses",
-            )
-        if source.is_full:
-            return
+            ids = f"{scene.items[i].id} and {scene.items[j].id}"
+            overlaps.append((("items", j), f"{ids} overlap by {1000 * depth:.1f} mm"))
+        if len(overlaps) > MANY or source.is_full:
+            break
+    one = "correct one of the poses"
+    _add_alike(source, overlaps, one, f"{one}, or all: {CONVENTION}")

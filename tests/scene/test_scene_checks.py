@@ -235,3 +235,20 @@ def test_an_item_may_hang_in_the_air_far_from_everything(cell: Cell, tmp_path: P
     """As poses from elsewhere may have it, and as it does while it falls into the tote."""
     placed = PlacedItem("one", cell.item("crayola_24_ct"), TOTE, pose((-0.7, -0.6, 1.2)))
     assert _read(replace(make_scene(cell), items=(placed,)), tmp_path / "s.json").items
+
+
+@pytest.mark.parametrize("n", [3, 4, 12])
+def test_many_mistakes_of_one_kind_are_one_line_with_their_cause(
+    cell: Cell, written: Path, refused: Refused, n: int
+) -> None:
+    """A pod that stands elsewhere, or poses in another frame: not as many lines as there are items."""
+    scene = make_scene(cell)
+    for placed in scene.items[:n]:
+        scene = scene.moved(replace(placed, T_world_item=pose((0, 3.0, 0)) @ placed.T_world_item))
+    write_scene(scene, written)
+    lines = refused(lambda: read_scene(written)).splitlines()
+    if n <= 3:
+        assert len(lines) == n and all("m away from bin_" in line for line in lines)
+    else:
+        (line,) = lines
+        assert f"and {n - 1} more are like it; is T_world_pod where the pod stands?" in line

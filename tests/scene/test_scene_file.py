@@ -216,8 +216,12 @@ def test_mistakes_beyond_the_first_twenty_are_counted(cell: Cell, written: Path,
     edit(written, lambda content: content.update(items=[{**item, "id": str(i)} for i in range(300)]))
     began = process_time()
     lines = refused(lambda: read_scene(written)).splitlines()
-    assert len(lines) == 21 and "more" in lines[-1]
+    assert len(lines) == 1 and "20 more are like it" in lines[0]
     assert process_time() - began < 5.0
+    unknown = [{**item, "id": str(i), "name": f"nothing_{i}"} for i in range(300)]
+    edit(written, lambda content: content.update(items=unknown))
+    lines = refused(lambda: read_scene(written)).splitlines()
+    assert len(lines) == 21 and "more" in lines[-1]
     edit(written, lambda content: content.update(items=[{**item, "id": str(i)} for i in range(301)]))
     assert "at most 300" in refused(lambda: read_scene(written))
 
