@@ -112,12 +112,27 @@ def _print(ctx: click.Context, error: BaseException | None = None) -> None:
             click.echo(text)
 
 
+def how_to_go_on(stop: KeyboardInterrupt) -> str:
+    """Say how an interrupted command goes on.
+
+    Args:
+        stop: The interruption, with what was noted on its way up (``add_note``), if anything was kept.
+
+    Returns:
+        The notes, else that the command begins anew.
+    """
+    return "\n".join(getattr(stop, "__notes__", ())) or "the same command begins anew"
+
+
 def _told(error: BaseException) -> dict[str, Any]:
     """What went wrong, as JSON values."""
     reasons = error.reasons if isinstance(error, NoPlanError | RejectedError) else ()
-    message = error.format_message() if isinstance(error, click.ClickException) else str(error)
+    if isinstance(error, KeyboardInterrupt):
+        message = how_to_go_on(error)
+    else:
+        message = error.format_message() if isinstance(error, click.ClickException) else str(error)
     return {
         "kind": type(error).__name__,
-        "message": message or "; ".join(getattr(error, "__notes__", ())),
+        "message": message,
         "reasons": [asdict(reason) for reason in reasons],
     }

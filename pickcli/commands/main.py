@@ -14,7 +14,7 @@ import click
 from click.exceptions import Exit
 
 from pickcli import __version__
-from pickcli.commands.command import Terminated, exit_code
+from pickcli.commands.command import Terminated, exit_code, how_to_go_on
 from pickcli.commands.logs import hide, log_options
 from pickcli.errors import ApcError, printable, suggestion
 
@@ -175,7 +175,8 @@ def _outcome() -> int:
         return 3
     except ApcError as error:
         _log.debug("raised here", exc_info=error)
-        _tell_notes(error)
+        for note in getattr(error, "__notes__", ()):  # e.g. of a build whose disk is full
+            click.echo(note, err=True)
         click.echo(f"apc: error: {printable(str(error))}", err=True)
         return error.exit_code
     except BrokenPipeError:  # who read us has heard enough
@@ -191,19 +192,10 @@ def _outcome() -> int:
 
 
 def _stopped(stop: KeyboardInterrupt) -> int:
-    """Say how an interrupted command goes on: as who was interrupted noted, else from its beginning."""
-    if not _tell_notes(stop):
-        click.echo("the same command begins anew", err=True)
+    """Say how an interrupted command goes on."""
+    click.echo(how_to_go_on(stop), err=True)
     click.echo("terminated" if isinstance(stop, Terminated) else "interrupted", err=True)
     return exit_code(stop)
-
-
-def _tell_notes(error: BaseException) -> bool:
-    """Tell what was noted on an exception on its way up (``add_note``); whether anything was."""
-    notes = getattr(error, "__notes__", [])
-    for note in notes:
-        click.echo(note, err=True)
-    return bool(notes)
 
 
 def _with_help(error: click.UsageError) -> click.UsageError:
