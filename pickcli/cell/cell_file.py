@@ -109,13 +109,15 @@ def cell_file(name_or_path: str | Path) -> Path:
 
 
 def _inside(source: Source, folder: Path, name: str) -> Path:
-    """The path of a file that a cell names. Raises InputError where it leads out of the cell's folder."""
+    """The path of a file that a cell names. Raises InputError where it is not in the cell's folder."""
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
         source.add(
             ("robot", "urdf"), f"expected a path inside the cell's folder, got {name!r}; copy it there"
         )
-        source.check()
+    elif not path.exists():
+        source.add(("robot", "urdf"), f"{name!r}: no such file in the cell's folder; check the name")
+    source.check()
     return path
 
 

@@ -248,7 +248,7 @@ def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) ->
             continue
         for j, (joint, value) in enumerate(zip(joints, configuration.q, strict=True)):
             if joint is not None and not joint.lower <= value <= joint.upper:
-                text = (
-                    f"expected {joint.name} in {joint.lower:g} to {joint.upper:g}, got {value:g}; correct it"
-                )
+                unit = "m" if joint.type is JointType.PRISMATIC else "rad"
+                text = f"expected {joint.name} in {joint.lower:g} to {joint.upper:g} {unit}, got {value:g}; "
+                text += "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
                 source.add(("configurations", i, "q", j), text)

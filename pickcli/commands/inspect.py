@@ -19,6 +19,7 @@ from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.scene.scene import Scene
 
 MOST_LISTED = 3  # entries of a list that are shown without --all
@@ -164,11 +165,27 @@ def _cell(path: Path) -> dict[str, Any]:
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
         "configurations": by_kind,
+        "not_free": _not_free(cell),
         "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
         "items": len(cell.items),
         "speed_scale": cell.speed_scale,
         "max_tool_speed": cell.max_tool_speed,
         "clearance_m": cell.clearance,
+    }
+
+
+def _not_free(cell: Cell) -> dict[str, str]:
+    """Why the arm cannot stand in a configuration, its tool in the configuration's state, by name."""
+    from pickcli.collision.robot_model import CollisionModel
+    from pickcli.precompute.empty_cell_checkers import checker
+    from pickcli.roadmap.trajectory_database import PayloadClass
+
+    model = CollisionModel(cell)
+    checkers = {state: checker(model, state, PayloadClass.EMPTY) for state in cell.robot.tool.states}
+    return {
+        named.name: f"tool {named.tool_state}: {checkers[named.tool_state].explain(named.q)}"
+        for named in cell.configurations.values()
+        if not checkers[named.tool_state].is_valid(named.q)
     }
 
 

@@ -169,7 +169,7 @@ MISTAKES = {
     "configuration outside": (
         HOME,
         HOME.replace("0.1580", "1.5800"),
-        "configurations[0].q[0]: expected rail in 0.05 to 1.15, got 1.58",
+        "configurations[0].q[0]: expected rail in 0.05 to 1.15 m, got 1.58; lengths are in m, not mm",
     ),
     "another version": ("version: 1", "version: 2", "version: expected 1, the only version there is"),
     "another format": ("format: apc cell", "format: apc cells", "format: expected 'apc cell'"),
@@ -210,7 +210,7 @@ def test_of_a_value_forty_characters_are_told(cell_copy: CellCopy, refused: Refu
 
 def test_a_missing_urdf_is_named(cell_copy: CellCopy, refused: Refused) -> None:
     cell_copy.yaml.replace("urdf: robot.urdf", "urdf: robbot.urdf")
-    assert "robbot.urdf: no such file" in refused(cell_copy.load)
+    assert "robot.urdf: 'robbot.urdf': no such file in the cell's folder" in refused(cell_copy.load)
 
 
 def test_an_unknown_cell_names_the_known_ones(tmp_path: Path) -> None:

@@ -105,6 +105,19 @@ def test_a_scene_of_a_cell_elsewhere(made: Made, tmp_path: Path) -> None:
     assert slow > 1.3 * full  # jerk limits stay as they are
 
 
+def test_inspect_says_where_the_arm_of_a_cell_cannot_stand(tmp_path: Path) -> None:
+    """Else it is told late, by whatever is planned from there."""
+    told = json.loads(apc("inspect", "apc2016_delft", "--json").out)["not_free"]
+    assert set(told) == {"tote_10h", "tote_11h", "tote_12h"}  # Delft's, whose tool was another
+    folder = tmp_path / "cell"
+    shutil.copytree(load_cell("apc2016_delft").path, folder)
+    text = (folder / "cell.yaml").read_text()
+    home = "name: home, kind: home, pivot: straight, q: [0.1580, 0.0000, "
+    assert f"{home}-0.3000" in text
+    (folder / "cell.yaml").write_text(text.replace(f"{home}-0.3000", f"{home}1.5000"))
+    assert "not_free: home: tool straight: collision: " in apc("inspect", folder).out
+
+
 def test_inspect_lists_the_items_by_bin(made: Made) -> None:
     told = json.loads(apc("inspect", made.scene, "--json").out)
     assert set(told["items"]["bin_C"]) == {ITEM, "crayola_24_ct"}
