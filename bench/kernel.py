@@ -15,6 +15,7 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, pairwise, product
 from pathlib import Path
 from time import perf_counter
@@ -134,15 +135,20 @@ def surroundings() -> Iterator[Box]:
 BOXES = [*shelf(), *surroundings()]
 
 
-def make_kernel() -> tuple[Chain, Checker]:
-    """The scene for the kernel; the robot's base stands on the rail and does not see the surroundings."""
+def make_arm() -> tuple[Chain, Checker]:
+    """The robot for the kernel, in an empty world."""
     chain = Chain(
         np.array(TYPES), np.stack([pose(o) for o in ORIGINS]), np.array(AXES), np.arange(8, dtype=np.int32)
     )
     cover = [(*capsule.spheres(), link) for link, capsules in enumerate(LINKS) for capsule in capsules]
     centers, radii = np.concatenate([c for c, _, _ in cover]), np.concatenate([r for _, r, _ in cover])
     frame = np.concatenate([np.full(len(r), link) for _, r, link in cover])
-    checker = Checker(chain, centers, radii, frame, np.array(SELF_PAIRS))
+    return chain, Checker(chain, centers, radii, frame, np.array(SELF_PAIRS))
+
+
+def make_kernel() -> tuple[Chain, Checker]:
+    """The scene for the kernel; the robot's base stands on the rail and does not see the surroundings."""
+    chain, checker = make_arm()
     T = np.stack([pose(b.center) for b in BOXES])
     checker.set_world(T, np.array([b.half for b in BOXES]), np.zeros(len(BOXES), np.uint64))
     return chain, checker
@@ -165,6 +171,53 @@ def states(edges: list[tuple[Array, Array]]) -> list[Array]:
     """The 32 midpoints of each edge (32, 8)."""
     s = (np.arange(N_STATES)[:, None] + 0.5) / N_STATES
     return [q0 + s * (q1 - q0) for q0, q1 in edges]
+
+
+def around_the_arm(rng: np.random.Generator, n: int) -> Array:
+    """Places (n, 3) in a hollow cylinder about the middle of the rail that the arm reaches into, m."""
+    angle, radius = rng.uniform(-np.pi, np.pi, n), rng.uniform(0.9, 2.2, n)
+    x = -1.1 + radius * np.cos(angle)
+    return np.column_stack([x, radius * np.sin(angle), rng.uniform(0.2, 2.2, n)])
+
+
+def free_edges(checker: Checker, n_edges: int) -> list[tuple[Array, Array]]:
+    """Random edges of 0.5 rad or m in all that the kernel proves."""
+    rng = np.random.default_rng(1)
+    edges: list[tuple[Array, Array]] = []
+    while len(edges) < n_edges:
+        q0, step = rng.uniform(LOWER, UPPER), rng.normal(size=8)
+        q1 = q0 + 0.5 / np.linalg.norm(step) * step
+        if checker.edge_is_free(q0, q1, MARGIN):
+            edges.append((q0, q1))
+    return edges
+
+
+def measure_worlds() -> dict[str, float]:
+    """A free edge of 0.5 rad us, and entering the world, ms: among boxes, and among points of 5 mm."""
+    out: dict[str, float] = {}
+
+    def add(name: str, checker: Checker, enter: Callable[[], None]) -> None:
+        def once() -> int:
+            enter()
+            return 1
+
+        out[f"{name}_enter_ms"] = microseconds(once, 1) / 1e3
+        edges = free_edges(checker, 100)
+        out[f"{name}_free_edge_us"] = microseconds(
+            lambda: sum(checker.edge_is_free(q0, q1, MARGIN) for q0, q1 in edges), len(edges), 21
+        )
+
+    for n in (10, 1000, 10_000):
+        rng, (_, checker) = np.random.default_rng(n), make_arm()
+        T = np.tile(np.eye(4), (n, 1, 1))
+        T[:, :3, 3], half = around_the_arm(rng, n), rng.uniform(0.005, 0.03, (n, 3))
+        add(f"{n}_boxes", checker, partial(checker.set_world, T, half, np.zeros(n, np.uint64)))
+    rng, (_, checker) = np.random.default_rng(3), make_arm()
+    points = np.repeat(around_the_arm(rng, 60), 2000, axis=0)[:100_000]  # on the faces of boxes
+    on_cubes, axis = rng.uniform(-1, 1, points.shape), rng.integers(3, size=len(points))
+    on_cubes[np.arange(len(points)), axis] = rng.choice([-1.0, 1.0], len(points))
+    add("100000_points", checker, partial(checker.set_cloud, points + 0.12 * on_cubes, 0.005))
+    return out
 
 
 def microseconds(check: Callable[[], int], n_calls: int, n_runs: int = 7) -> float:
@@ -315,6 +368,7 @@ def measure() -> dict[str, Any]:
         set_simd("baseline")
         out["kernel_baseline_us"] = microseconds(kernel, len(edges), 51)
         set_simd("avx2")
+    out |= measure_worlds()
     out |= measure_ik(chain)
     few = states(edges[:20])
     for name, check in (("pybullet", pybullet_check(few)), ("python_fcl", fcl_check(chain, few))):
