@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -10,23 +11,26 @@ import numpy as np
 
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.cell_schema import BoundsModel, CellModel, PoseModel, ToolModel
-from pickcli.cell.consistency import check_consistency
+from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
+from pickcli.cell.joint_limits_file import add_joint_limits
+from pickcli.cell.planning_group import mounted, planning_group, stripped
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Limits, Robot, joint_motion
+from pickcli.cell.robot import Joint, Limits, Robot, joint_motion
 from pickcli.cell.shapes import Body, box
+from pickcli.cell.srdf import read_srdf
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import FIXED, Tool, ToolState
 from pickcli.cell.tote import build_tote
-from pickcli.cell.urdf import UrdfChain, read_urdf
+from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import CELL
 from pickcli.files.schema import validate
-from pickcli.files.yaml_reader import Source, read_yaml
+from pickcli.files.yaml_reader import Key, Source, read_yaml
 from pickcli.geometry import Array, pose
 
 
@@ -45,14 +49,15 @@ def load_cell(name_or_path: str | Path) -> Cell:
     """
     path = cell_file(name_or_path)
     source = read_yaml(path, CELL)
+    add_joint_limits(source)
     model = validate(source, CellModel)
-    chain = read_urdf(_inside(source, path.parent, model.robot.urdf))
-    check_consistency(source, model, chain)
-    tool = _tool(model.tool, chain)
+    urdf = _urdf(source, model)
+    check_consistency(source, model, urdf)
+    tool = _tool(model.tool, urdf)
     cell = Cell(
         name=model.name,
         path=path.parent,
-        robot=_robot(path.parent, model, chain, tool),
+        robot=_robot(path.parent, model, urdf, tool),
         T_world_pod=_pose(model.pod.T_world_pod),
         pod=build_pod(model.pod),
         tote=build_tote(model.tote),
@@ -69,7 +74,10 @@ def load_cell(name_or_path: str | Path) -> Cell:
             )
             for c in model.configurations
         },
-        allowed_pairs=tuple(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
+        allowed_pairs=(
+            *(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
+            *_disabled(source, model, urdf),
+        ),
         items=load_items(),
         speed_scale=model.speed_scale,
         clearance=model.clearance,
@@ -108,36 +116,65 @@ def cell_file(name_or_path: str | Path) -> Path:
     raise UnknownNameError("cell", str(name_or_path), cell_names(), hint=hint)
 
 
-def _inside(source: Source, folder: Path, name: str) -> Path:
+def _urdf(source: Source, model: CellModel) -> Urdf:
+    """The robot of a cell with its tool, without what the cell says is not there."""
+    folder = source.path.parent
+    packages = {name: folder / path for name, path in model.robot.packages.items()}
+    robot = read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf), folder, packages)
+    tool = None
+    if model.tool.urdf is not None:
+        tool = read_urdf(_inside(source, ("tool", "urdf"), model.tool.urdf), folder, packages)
+    check_parts(source, model, robot, tool)
+    robot = stripped(robot, model.robot.without)
+    if tool is None:
+        return robot
+    mount = model.tool.T_flange_tool
+    return mounted(robot, tool, model.tool.flange_link, np.eye(4) if mount is None else _pose(mount))
+
+
+def _inside(source: Source, key: Key, name: str) -> Path:
     """The path of a file that a cell names. Raises InputError where it is not in the cell's folder."""
+    folder = source.path.parent
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
-        source.add(
-            ("robot", "urdf"), f"expected a path inside the cell's folder, got {name!r}; copy it there"
-        )
+        source.add(key, f"expected a path inside the cell's folder, got {name!r}; copy it there")
     elif not path.exists():
-        source.add(("robot", "urdf"), f"{name!r}: no such file in the cell's folder; check the name")
+        source.add(key, f"{name!r}: no such file in the cell's folder; check the name")
     source.check()
     return path
 
 
-def _robot(folder: Path, model: CellModel, chain: UrdfChain, tool: Tool) -> Robot:
+def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]:
+    """The pairs that the SRDF exempts, as far as their links are there."""
+    if model.robot.srdf is None:
+        return []
+    srdf = read_srdf(_inside(source, ("robot", "srdf"), model.robot.srdf))
+    return [
+        AllowedPair(pair.a, pair.b, f"disabled in the SRDF: {pair.reason}")
+        for pair in srdf.disabled
+        if {pair.a, pair.b} <= urdf.links.keys()
+    ]
+
+
+def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
+    moving = [*model.robot.joints, *([] if tool.joint is None else [tool.joint])]
+    links, joints = planning_group(urdf, tool.cup_link, moving, model.robot.posture)
     return Robot(
-        name=chain.name,
+        name=urdf.name,
         urdf=folder / model.robot.urdf,
         T_world_base=_pose(model.robot.T_world_base),
-        links=chain.links,
-        joints=chain.joints,
+        links=links,
+        joints=joints,
         joint_names=model.robot.joints,
-        limits=_limits(model, chain),
+        limits=_limits(model, joints),
         motor_forces=dict(model.robot.motor_forces),
         tool=tool,
     )
 
 
-def _limits(model: CellModel, chain: UrdfChain) -> Limits:
+def _limits(model: CellModel, chain: Iterable[Joint]) -> Limits:
     """Arrays in the order of the planned joints; position limits may narrow the URDF's."""
-    by_name = {joint.name: joint for joint in chain.joints}
+    by_name = {joint.name: joint for joint in chain}
     limits = [model.joint_limits[name] for name in model.robot.joints]
     joints = [by_name[name] for name in model.robot.joints]
     return Limits(
@@ -153,7 +190,7 @@ def _or(stated: float | None, otherwise: float) -> float:
     return otherwise if stated is None else stated
 
 
-def _tool(tool: ToolModel, chain: UrdfChain) -> Tool:
+def _tool(tool: ToolModel, robot: Urdf) -> Tool:
     positions = {
         ToolState(name): angle for name, angle in (tool.pivot_positions or {FIXED.name: 0.0}).items()
     }
@@ -164,7 +201,7 @@ def _tool(tool: ToolModel, chain: UrdfChain) -> Tool:
         cup_link=tool.cup_link,
         joint=tool.pivot_joint,
         positions=positions,
-        T_flange_tip={s: _T_flange_cup(tool, chain, angle) @ T_cup_tip for s, angle in positions.items()},
+        T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
         T_cup_tip=T_cup_tip,
         cup_radius=tool.cup_radius,
         cup_stroke=tool.cup_stroke,
@@ -180,11 +217,10 @@ def _tool(tool: ToolModel, chain: UrdfChain) -> Tool:
     )
 
 
-def _T_flange_cup(tool: ToolModel, chain: UrdfChain, position: float) -> Array:
+def _T_flange_cup(tool: ToolModel, robot: Urdf, position: float) -> Array:
     """Pose (4, 4) of the cup link in the flange link at a position in rad or m of the tool's joint."""
     T = np.eye(4)
-    first = [link.name for link in chain.links].index(tool.flange_link)
-    for joint in chain.joints[first:]:
+    for joint in robot.way(tool.cup_link)[-2:]:
         T = (
             T
             @ joint.T_parent_joint

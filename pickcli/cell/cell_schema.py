@@ -25,6 +25,8 @@ MAX_OBSTACLES = 2000
 MAX_PAIRS = 2000
 MAX_CONFIGURATIONS = 1000
 MAX_STATES = 32
+MAX_LINKS = 500
+FilePath = Annotated[str, Field(min_length=1, max_length=500)]
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -51,9 +53,27 @@ class BoundsModel(FileModel):
 class RobotModel(FileModel):
     """Which URDF, where it stands, which joints are planned."""
 
-    urdf: str = Field(min_length=1, max_length=200, description="the URDF's path, from this file's folder")
+    urdf: FilePath = Field(description="the URDF's path, from this file's folder")
+    srdf: FilePath | None = Field(
+        None, description="the SRDF's path: its disabled collisions are allowed pairs"
+    )
+    packages: Annotated[dict[Text, FilePath], Len(0, 100)] = Field(
+        {}, description="folders by the name that package:// calls them in the URDF"
+    )
     T_world_base: PoseModel = Field(description="where the root link stands")
     joints: Annotated[tuple[Name, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
+    posture: Annotated[dict[Text, Number], Len(0, MAX_LINKS)] = Field(
+        {}, description="where the URDF's other joints stand, in rad or m"
+    )
+    without: Annotated[tuple[Text, ...], Len(0, MAX_LINKS)] = Field(
+        (), description="links of the URDF that are not there, with all that hangs on them"
+    )
+    unshaped: Annotated[tuple[Text, ...], Len(0, MAX_LINKS)] = Field(
+        (), description="links that need no collision shape"
+    )
+    joint_limits: FilePath | None = Field(
+        None, description="a ROS joint_limits.yaml, from this file's folder"
+    )
     motor_forces: dict[Name, Force] = Field(description="N or Nm by joint, for simulation")
 
 
@@ -73,6 +93,8 @@ class JointLimitModel(FileModel):
 class ToolModel(FileModel):
     """The suction tool."""
 
+    urdf: FilePath | None = Field(None, description="the tool's own URDF, where the robot's has no tool")
+    T_flange_tool: PoseModel | None = Field(None, description="where its root link is mounted on the flange")
     flange_link: Name = Field(description="the arm's last own link")
     lance_link: Name = Field(description="the link fixed to the flange")
     cup_link: Name = Field(description="the link that pivots")

@@ -9,7 +9,7 @@ from pickcli.cell.cell_schema import CellModel
 from pickcli.cell.pod import flat_from
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.tool import FIXED, MOVING
-from pickcli.cell.urdf import UrdfChain
+from pickcli.cell.urdf import Urdf
 from pickcli.errors import shortened, suggestion
 from pickcli.files.yaml_reader import Key, Source
 
@@ -18,24 +18,59 @@ LINEAR = {"max_velocity": 20.0, "max_acceleration": 500.0, "max_jerk": 1e5}
 ANGULAR = {"max_velocity": 60.0, "max_acceleration": 2000.0, "max_jerk": 1e6}
 
 
-def check_consistency(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    """Check what the parts of a cell file must agree on, among each other and with the URDF.
+def check_parts(source: Source, model: CellModel, robot: Urdf, tool: Urdf | None) -> None:
+    """Check that what the cell takes off the robot is there, and that its tool can be mounted on it.
 
     Args:
         source: The file, for places in messages.
         model: The cell as it stands in the file.
-        chain: Links and joints of its URDF.
+        robot: Its robot.
+        tool: Its tool, if that has a URDF of its own.
 
     Raises:
         InputError: With every disagreement.
     """
-    _check_joints(source, model, chain)
-    _check_limits(source, model, chain)
-    _check_tool(source, model, chain)
+    for i, name in enumerate(model.robot.without):
+        _refer(source, ("robot", "without", i), "link", name, list(robot.links))
+        if name == robot.root:
+            source.add(("robot", "without", i), f"{name!r} is the root link; name links that hang on it")
+    if tool is not None:
+        _refer(
+            source, ("tool", "flange_link"), "link of the robot", model.tool.flange_link, list(robot.links)
+        )
+        for name in tool.links.keys() & robot.links.keys():
+            source.add(("tool", "urdf"), f"link {name!r} is one of the robot's too; rename one")
+        taken = {joint.name for joint in robot.joints.values()}
+        for name in sorted(taken & {joint.name for joint in tool.joints.values()}):
+            source.add(("tool", "urdf"), f"joint {name!r} is one of the robot's too; rename one")
+    elif model.tool.T_flange_tool is not None:
+        source.add(
+            ("tool", "T_flange_tool"), "is of a tool with a URDF of its own; add tool.urdf or leave it out"
+        )
+    source.check()
+
+
+def check_consistency(source: Source, model: CellModel, robot: Urdf) -> None:
+    """Check what the parts of a cell file must agree on, among each other and with the robot.
+
+    Args:
+        source: The file, for places in messages.
+        model: The cell as it stands in the file.
+        robot: Its robot with the tool.
+
+    Raises:
+        InputError: With every disagreement.
+    """
+    _check_tool(source, model, robot)
+    source.check()  # without a tool there is no chain
+    _check_joints(source, model, robot)
+    _check_posture(source, model, robot)
+    _check_shapes(source, model, robot)
+    _check_limits(source, model, robot)
     _check_pod(source, model)
     _check_tote(source, model)
-    _check_pairs(source, model, chain)
-    _check_configurations(source, model, chain)
+    _check_pairs(source, model, robot)
+    _check_configurations(source, model, robot)
     _check_devices(source, model)
     source.check()
 
@@ -56,29 +91,96 @@ def _unique(source: Source, keys: Sequence[Key], names: Sequence[str]) -> None:
         seen.add(name)
 
 
-def _moving(model: CellModel, chain: UrdfChain) -> dict[str, Joint]:
-    return {joint.name: joint for joint in chain.joints if joint.type is not JointType.FIXED}
+def _chain(model: CellModel, robot: Urdf) -> tuple[Joint, ...]:
+    """The joints from the base to the cup."""
+    return robot.way(model.tool.cup_link)
 
 
-def _check_joints(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    """Planned joints are the URDF's moving ones but the tool's, in its order."""
-    pivot = model.tool.pivot_joint
-    expected = [name for name in _moving(model, chain) if name != pivot]
+def _moving(model: CellModel, robot: Urdf) -> dict[str, Joint]:
+    """The joints of the chain that a motor moves."""
+    return {
+        joint.name: joint
+        for joint in _chain(model, robot)
+        if joint.type is not JointType.FIXED and joint.name not in robot.mimics
+    }
+
+
+def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
+    """Planned joints are the moving ones of the chain in its order, but the tool's and those that stand."""
+    pivot, moving = model.tool.pivot_joint, _moving(model, robot)
+    expected = [name for name in moving if name != pivot and name not in model.robot.posture]
     if list(model.robot.joints) != expected:
         got = ", ".join(model.robot.joints)
         source.add(
             ("robot", "joints"),
-            f"expected the URDF's moving joints but the pivot: {', '.join(expected)}; got {got}",
+            f"expected the chain's moving joints but the pivot: {', '.join(expected)}; got {got}; one that "
+            "stands still is named in robot.posture",
         )
     for name in model.robot.motor_forces:
-        _refer(source, ("robot", "motor_forces", name), "moving joint", name, list(_moving(model, chain)))
+        _refer(source, ("robot", "motor_forces", name), "moving joint", name, list(moving))
     for name in expected if pivot is None else [*expected, pivot]:
         if name not in model.robot.motor_forces:
             source.add(("robot", "motor_forces", name), "expected a force in N or Nm, got nothing; add it")
 
 
-def _check_limits(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    joints = _moving(model, chain)
+def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
+    """Every joint that is not planned stands somewhere, within its limits."""
+    pivot, posture = model.tool.pivot_joint, model.robot.posture
+    free = {
+        joint.name: joint
+        for joint in robot.joints.values()
+        if joint.type is not JointType.FIXED and joint.name not in robot.mimics
+    }
+    chain = {joint.name for joint in _chain(model, robot)} | {*model.robot.joints, pivot}
+    for name in free.keys() - chain - posture.keys():
+        source.add(
+            ("robot", "posture", name), "is not planned; expected where it stands in rad or m, got nothing"
+        )
+    for name, position in posture.items():
+        _refer(source, ("robot", "posture", name), "moving joint", name, list(free))
+        if name == pivot:
+            source.add(
+                ("robot", "posture", name), "is the tool's; where it stands its states say: leave it out"
+            )
+        elif name in free and not free[name].lower <= position <= free[name].upper:
+            source.add(
+                ("robot", "posture", name),
+                f"expected {free[name].lower:g} to {free[name].upper:g}, got {position:g}; correct it",
+            )
+    for name, mimic in robot.mimics.items():
+        if mimic.joint in model.robot.joints or mimic.joint == pivot:
+            text = f"{name!r} mimics it, which cannot be planned; let it stand (robot.posture)"
+            source.add(("robot", "joints"), f"{mimic.joint!r}: {text}")
+
+
+def _check_shapes(source: Source, model: CellModel, robot: Urdf) -> None:
+    """No link passes as free because nothing of it is tested."""
+    accepted = model.robot.unshaped
+    for i, name in enumerate(accepted):
+        _refer(source, ("robot", "unshaped", i), "link", name, list(robot.links))
+    for name, line in robot.unshaped.items():
+        if name not in accepted:
+            source.add(
+                ("robot", "urdf"),
+                f"line {line}: link {name!r} is drawn but has no collision shape, so nothing of it would be "
+                "tested; add <collision>, or name it in robot.unshaped",
+            )
+    moved: dict[str, list[str]] = {}  # links by the planned joint that moves them last
+    for name in robot.links:
+        movers = [joint.name for joint in robot.way(name) if joint.name in model.robot.joints]
+        if movers:
+            moved.setdefault(movers[-1], []).append(name)
+    for joint, links in moved.items():
+        if not any(robot.links[name].shapes for name in links) and not set(links) & set(accepted):
+            source.add(
+                ("robot", "urdf"),
+                f"nothing that {joint!r} moves has a collision shape ({', '.join(links)}); add <collision>, "
+                "or name a link of these in robot.unshaped",
+            )
+
+
+def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
+    joints = _moving(model, robot)
     _check_magnitudes(source, model, joints)
     for name in model.robot.joints:
         if name not in model.joint_limits:
@@ -115,21 +217,22 @@ def _check_magnitudes(source: Source, model: CellModel, joints: Mapping[str, Joi
                 )
 
 
-def _check_tool(source: Source, model: CellModel, chain: UrdfChain) -> None:
+def _check_tool(source: Source, model: CellModel, robot: Urdf) -> None:
     """The chain ends flange, lance, cup."""
     tool = model.tool
-    names = [link.name for link in chain.links]
+    names = list(robot.links)
     for role in ("flange_link", "lance_link", "cup_link"):
         _refer(source, ("tool", role), "link", getattr(tool, role), names)
-    if names[-3:] != [tool.flange_link, tool.lance_link, tool.cup_link]:
-        source.add(
-            ("tool",),
-            f"expected the chain to end with flange, lance and cup link; it ends {', '.join(names[-3:])}",
-        )
-    _check_states(source, model, chain)
+    last = [robot.root, *(joint.child for joint in _chain(model, robot))][-3:]
+    if last != [tool.flange_link, tool.lance_link, tool.cup_link]:
+        text = f"expected the chain to end with flange, lance and cup link; it ends {', '.join(last)}"
+        source.add(("tool",), text)
+    for joint in robot.children(tool.cup_link):
+        source.add(("tool", "cup_link"), f"{joint.child!r} hangs on it; the cup is the last link")
+    _check_states(source, model, robot)
 
 
-def _check_states(source: Source, model: CellModel, chain: UrdfChain) -> None:
+def _check_states(source: Source, model: CellModel, robot: Urdf) -> None:
     """The states of the tool are positions of the last joint of the chain."""
     name, positions = model.tool.pivot_joint, model.tool.pivot_positions
     if name is None or positions is None:
@@ -140,7 +243,7 @@ def _check_states(source: Source, model: CellModel, chain: UrdfChain) -> None:
                 ("tool", "pivot_joint"), "expected the joint that has these positions, got nothing; add it"
             )
         return
-    joints = _moving(model, chain)
+    joints = _moving(model, robot)
     _refer(source, ("tool", "pivot_joint"), "moving joint", name, list(joints))
     if MOVING.name in positions:
         text = f"{MOVING} means that the tool is between two states; give this one another name"
@@ -148,8 +251,9 @@ def _check_states(source: Source, model: CellModel, chain: UrdfChain) -> None:
     joint = joints.get(name)
     if joint is None:
         return
-    if joint is not chain.joints[-1]:
-        text = f"expected the last joint of the chain, {chain.joints[-1].name!r}, got {name!r}; correct it"
+    last = _chain(model, robot)[-1]
+    if joint is not last:
+        text = f"expected the last joint of the chain, {last.name!r}, got {name!r}; correct it"
         source.add(("tool", "pivot_joint"), text)
     if not all(joint.lower - 1e-9 <= p <= joint.upper + 1e-9 for p in positions.values()):
         source.add(("tool", "pivot_positions"), f"outside of the joint's {joint.lower:g} to {joint.upper:g}")
@@ -225,8 +329,8 @@ def _ascending(source: Source, *places: tuple[str, float]) -> None:
             source.add(("pod", name), text)
 
 
-def _check_pairs(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    links = [link.name for link in chain.links]
+def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
+    links = list(robot.links)
     obstacles = [obstacle.name for obstacle in model.obstacles]
     _unique(source, [("obstacles", i, "name") for i in range(len(obstacles))], obstacles)
     for i, pair in enumerate(model.allowed_pairs):
@@ -234,8 +338,8 @@ def _check_pairs(source: Source, model: CellModel, chain: UrdfChain) -> None:
         _refer(source, ("allowed_pairs", i, "b"), "link or obstacle", pair.b, links + obstacles)
 
 
-def _check_configurations(source: Source, model: CellModel, chain: UrdfChain) -> None:
-    joints = [_moving(model, chain).get(name) for name in model.robot.joints]
+def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None:
+    joints = [_moving(model, robot).get(name) for name in model.robot.joints]
     named = model.configurations
     _unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])
     states = _states(model)

@@ -66,7 +66,7 @@ def rules(cell: Cell) -> dict[str, Any]:
 
 
 def solid(body: Body) -> list[Any]:
-    """The canonical content of a solid: name, kind, size and pose in its frame.
+    """The canonical content of a solid: name, kind, size and pose in its frame; of a hull the vertices too.
 
     Args:
         body: The solid.
@@ -74,7 +74,8 @@ def solid(body: Body) -> list[Any]:
     Returns:
         Plain values.
     """
-    return [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
+    content = [body.name, body.shape.kind.value, numbers(body.shape.size), numbers(body.T_parent_shape)]
+    return [*content, numbers(np.array(body.shape.vertices))] if body.shape.vertices else content
 
 
 def digest(content: Any) -> str:

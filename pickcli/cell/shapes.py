@@ -7,15 +7,16 @@ from enum import StrEnum
 
 import numpy as np
 
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose
 
 
 class ShapeKind(StrEnum):
-    """The three solids that every part of the suite understands."""
+    """The solids: three that everything may be made of, and the hull, of which only robots are made."""
 
     BOX = "box"
     CYLINDER = "cylinder"
     SPHERE = "sphere"
+    HULL = "hull"
 
 
 @dataclass(frozen=True)
@@ -24,16 +25,19 @@ class Shape:
 
     Attributes:
         kind: Which solid.
-        size: m: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,).
+        size: m: box (x, y, z) full extents; cylinder (radius, length along z); sphere (radius,); hull (x, y,
+            z) full extents of the box around it, in the middle of which its frame is.
+        vertices: m, of a hull in its own frame: the corners of a convex polyhedron. Empty for the others.
     """
 
     kind: ShapeKind
     size: tuple[float, ...]
+    vertices: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def extents(self) -> Array:
         """Full extents (3,) of the axis-aligned box around the shape in its own frame, m."""
-        if self.kind is ShapeKind.BOX:
+        if self.kind in (ShapeKind.BOX, ShapeKind.HULL):
             return np.array(self.size)
         if self.kind is ShapeKind.CYLINDER:
             radius, length = self.size
@@ -53,6 +57,8 @@ class Shape:
             return np.full(R.shape[:-1], self.size[0])
         if self.kind is ShapeKind.BOX:
             return np.asarray(np.abs(R) @ (np.array(self.size) / 2))
+        if self.kind is ShapeKind.HULL:
+            return np.asarray(np.abs(R @ np.array(self.vertices).T).max(axis=-1))
         radius, length = self.size
         along = np.abs(R[..., :, 2])
         return np.asarray(length / 2 * along + radius * np.sqrt(np.maximum(0.0, 1.0 - along**2)))
@@ -60,6 +66,7 @@ class Shape:
     @property
     def face_names(self) -> tuple[str, ...]:
         """Names of the faces: outward directions of flat ones, else "mantle" and "sphere"."""
+        self._refuse_hull()
         if self.kind is ShapeKind.BOX:
             return ("+x", "-x", "+y", "-y", "+z", "-z")
         return ("+z", "-z", "mantle") if self.kind is ShapeKind.CYLINDER else ("sphere",)
@@ -67,6 +74,7 @@ class Shape:
     @property
     def inertia_per_mass(self) -> Array:
         """Inertia (3, 3) in m^2, per kg of uniform density, about the centre in the shape's own frame."""
+        self._refuse_hull()
         if self.kind is ShapeKind.BOX:
             squares = np.square(self.size)
             return np.diag((squares.sum() - squares) / 12.0)
@@ -79,6 +87,7 @@ class Shape:
     @property
     def volume(self) -> float:
         """Volume in m^3."""
+        self._refuse_hull()
         if self.kind is ShapeKind.BOX:
             return float(np.prod(self.size))
         if self.kind is ShapeKind.CYLINDER:
@@ -97,11 +106,17 @@ class Shape:
         Returns:
             The larger shape.
         """
+        self._refuse_hull()
         if self.kind is ShapeKind.BOX:
             return Shape(self.kind, tuple(s + 2 * by for s in self.size))
         if self.kind is ShapeKind.CYLINDER:
             return Shape(self.kind, (self.size[0] + by, self.size[1] + 2 * by))
         return Shape(self.kind, (self.size[0] + by,))
+
+    def _refuse_hull(self) -> None:
+        """Links may be hulls; items, which are weighed, grasped and grown, are not."""
+        if self.kind is ShapeKind.HULL:
+            raise ValueError("a hull is part of a robot, not an item")
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +132,23 @@ class Body:
     name: str
     shape: Shape
     T_parent_shape: Array
+
+
+def hull(name: str, points: Array) -> Body:
+    """The convex hull of points.
+
+    Args:
+        name: Of the body.
+        points: (V, 3) m in the parent frame, its corners.
+
+    Returns:
+        The body, its frame in the middle of the box around the points and parallel to the parent's.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    corners = tuple((float(x), float(y), float(z)) for x, y, z in points - middle)
+    size = tuple(float(v) for v in high - low)
+    return Body(name, Shape(ShapeKind.HULL, size, corners), pose(middle))
 
 
 def box(name: str, lower: tuple[float, float, float], upper: tuple[float, float, float]) -> Body:

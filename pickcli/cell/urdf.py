@@ -1,108 +1,241 @@
-"""URDF to links and joints of a serial chain. Nothing that matters is defaulted: what is missing is named.
+"""URDF to a tree of links and joints. Nothing that matters is defaulted: what is missing is named.
 
-Read are links with mass and collision shapes (box, cylinder, sphere) and joints with origin, axis and
-limits. Visuals are ignored; meshes, mimic joints, trees, loops and second roots are refused.
+Read are links with mass and collision shapes (box, cylinder, sphere, mesh) and joints with origin, axis,
+limits and what they mimic. Visuals are ignored, but a link that has nothing else is noted; loops and second
+roots are refused. All mistakes of a file are told at once.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
+from pickcli.cell.mesh_names import MeshNames
 from pickcli.cell.robot import Joint, JointType, Link
-from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
+from pickcli.errors import InputError
 from pickcli.files.xml_reader import Element, read_xml
-from pickcli.geometry import Array, pose
+from pickcli.geometry import Array, pose, transform_points
+from pickcli.meshes.mesh_pieces import mesh_pieces
 
 # Beyond these a figure was written in another unit.
 MAX_SIZE = 10.0  # m, of a link, and from a joint to the next
 MAX_MASS = 1e4  # kg
 MAX_TURN = 12.6  # rad, of a joint either way: two turns
 MAX_TRAVEL = 100.0  # m, of a rail
+MOST_TOLD = 20  # mistakes in one message
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: its position is ``multiplier`` times the other's, plus ``offset``.
+
+    Attributes:
+        joint: Name of the joint that leads.
+        multiplier: Of its position.
+        offset: rad or m.
+    """
+
+    joint: str
+    multiplier: float
+    offset: float
 
 
 @dataclass(frozen=True, eq=False)
-class UrdfChain:
-    """A serial chain; ``links[i + 1]`` is the child of ``joints[i]``.
+class Urdf:
+    """A robot as a URDF describes it: a tree of links.
 
     Attributes:
         name: Of the robot.
-        links: From the root outwards.
-        joints: From the root outwards.
+        root: Name of the link that no joint moves.
+        links: By name, in the order of the file.
+        joints: By name of the link that each moves, in the order of the file.
+        mimics: What a joint follows, by its name.
+        unshaped: Lines of the links that are drawn but have no collision shape, by name.
     """
 
     name: str
-    links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
+    root: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+    mimics: dict[str, Mimic]
+    unshaped: dict[str, int]
+
+    def way(self, tip: str) -> tuple[Joint, ...]:
+        """The joints from the root to a link.
+
+        Args:
+            tip: Name of the link.
+
+        Returns:
+            The joints, base outwards.
+        """
+        found: list[Joint] = []
+        while tip in self.joints:
+            found.append(self.joints[tip])
+            tip = found[-1].parent
+        return tuple(reversed(found))
+
+    def children(self, link: str) -> tuple[Joint, ...]:
+        """The joints that hang on a link.
+
+        Args:
+            link: Name of the link.
+
+        Returns:
+            The joints, in the order of the file.
+        """
+        return tuple(joint for joint in self.joints.values() if joint.parent == link)
 
 
-def read_urdf(path: Path) -> UrdfChain:
-    """Read the serial chain in a URDF file.
+def read_urdf(path: Path, folder: Path | None = None, packages: Mapping[str, Path] | None = None) -> Urdf:
+    """Read a URDF file.
 
     Args:
         path: The file.
+        folder: Where meshes that are named by a path must lie, besides the packages: the file's own unless
+            stated.
+        packages: Folders by the name that ``package://`` calls them.
 
     Returns:
-        The chain.
+        The robot.
 
     Raises:
-        InputError: Naming file, line and element of what is missing or refused.
+        InputError: Naming file, line and element of everything that is missing or refused.
     """
     robot = read_xml(path)
     if robot.tag != "robot":
         raise robot.error("expected <robot> as the outermost element")
-    link_elements = _by_name(robot, "link")
-    joint_elements = _by_name(robot, "joint")
-    links = {name: _link(element) for name, element in link_elements.items()}
-    joints = {name: _joint(element) for name, element in joint_elements.items()}
+    mistakes = _Mistakes(path)
+    meshes = MeshNames(path, path.parent if folder is None else folder, packages or {})
+    link_elements = _by_name(robot, "link", mistakes)
+    joint_elements = _by_name(robot, "joint", mistakes)
+    links = {name: _link(element, meshes, mistakes) for name, element in link_elements.items()}
+    joints = {name: _joint(element, mistakes) for name, element in joint_elements.items()}
+    mimics = dict(_mimics(joint_elements, mistakes))
+    mistakes.check()
     for name, joint in joints.items():
-        _check_links(joint_elements[name], joint, links)
-    root, ordered = _in_order(robot, link_elements, joint_elements, joints)
-    return UrdfChain(
+        _check_links(joint_elements[name], joint, links, mistakes)
+    mistakes.check()
+    by_child: dict[str, Joint] = {}
+    for joint in joints.values():
+        if joint.child in by_child:
+            mistakes.note(
+                joint_elements[joint.name].error(
+                    f"link {joint.child!r} has a second parent; that closes a loop"
+                )
+            )
+        by_child.setdefault(joint.child, joint)
+    mistakes.check()
+    return Urdf(
         name=robot.text("name"),
-        links=(links[root], *(links[joint.child] for joint in ordered)),
-        joints=tuple(ordered),
+        root=_root(robot, link_elements, joint_elements, by_child),
+        links=links,
+        joints=by_child,
+        mimics=mimics,
+        unshaped={
+            name: element.line
+            for name, element in link_elements.items()
+            if element.all("visual") and not links[name].shapes
+        },
     )
 
 
-def _by_name(robot: Element, tag: str) -> dict[str, Element]:
+@dataclass(eq=False)
+class _Mistakes:
+    """What is wrong with a URDF, in the order in which it was found."""
+
+    path: Path
+    found: list[str] = field(default_factory=list)
+
+    def note(self, error: InputError) -> None:
+        """Keep a mistake."""
+        self.found.append(str(error))
+
+    def tried(self, read: Callable[[], T], otherwise: T) -> T:
+        """What ``read`` returns; a mistake is noted, and something else taken so that reading goes on."""
+        try:
+            return read()
+        except InputError as error:
+            self.note(error)
+            return otherwise
+
+    def check(self) -> None:
+        """Raise all of them, in the order of the file, if there are any."""
+        if self.found:
+            lines = sorted(dict.fromkeys(self.found), key=self._line)
+            more = len(lines) - MOST_TOLD
+            told = lines[:MOST_TOLD] + [f"{self.path}: and {more} more"] * (more > 0)
+            raise InputError("\n".join(told))
+
+    def _line(self, text: str) -> int:
+        return int(text.removeprefix(f"{self.path}:").partition(":")[0])
+
+
+def _by_name(robot: Element, tag: str, mistakes: _Mistakes) -> dict[str, Element]:
     found: dict[str, Element] = {}
     for element in robot.all(tag):
-        name = element.text("name")
+        name = mistakes.tried(partial(element.text, "name"), "")
         if name in found:
-            raise element.error(f"the name stands in line {found[name].line} too; rename one")
-        found[name] = element
-    if not found:
-        raise robot.error(f"has no <{tag}>; add them")
+            mistakes.note(element.error(f"the name stands in line {found[name].line} too; rename one"))
+        elif name:
+            found[name] = element
+    if not robot.all(tag):
+        mistakes.note(robot.error(f"has no <{tag}>; add them"))
     return found
 
 
-def _link(element: Element) -> Link:
-    inertial = element.optional("inertial")
-    mass = 0.0
-    if inertial is not None:
-        mass_element = inertial.one("mass")
-        mass = mass_element.number("value")
-        if mass <= 0.0:
-            raise mass_element.error(f"expected a mass over 0 kg, got {mass:g}")
-        if mass > MAX_MASS:
-            raise mass_element.error(f"expected a mass of at most {MAX_MASS:g} kg, got {mass:g}")
-    bodies = [_body(c, f"{element.text('name')}_{i}") for i, c in enumerate(element.all("collision"))]
-    return Link(element.text("name"), tuple(bodies), mass)
+def _link(element: Element, meshes: MeshNames, mistakes: _Mistakes) -> Link:
+    name = element.text("name")
+    bodies: list[Body] = []
+    for i, collision in enumerate(element.all("collision")):
+        bodies += mistakes.tried(partial(_bodies, collision, f"{name}_{i}", meshes), [])
+    return Link(name, tuple(bodies), mistakes.tried(lambda: _mass(element), 0.0))
 
 
-def _body(collision: Element, default_name: str) -> Body:
-    shape = _shape(collision.one("geometry"))
-    return Body(collision.attributes.get("name", default_name), shape, _origin(collision))
+def _mass(link: Element) -> float:
+    """kg; none stated, or 0, is none."""
+    inertial = link.optional("inertial")
+    if inertial is None:
+        return 0.0
+    element = inertial.one("mass")
+    mass = element.number("value")
+    if mass < 0.0:
+        raise element.error(f"expected a mass of 0 kg or more, got {mass:g}")
+    if mass > MAX_MASS:
+        raise element.error(f"expected a mass of at most {MAX_MASS:g} kg, got {mass:g}")
+    return mass
 
 
-def _shape(geometry: Element) -> Shape:
+def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Body]:
+    """One body, or of a mesh its convex pieces, which share a name."""
+    name = collision.attributes.get("name", default_name)
+    geometry, T_link_shape = collision.one("geometry"), _origin(collision)
     if len(geometry.children) != 1:
         raise geometry.error("expected exactly one shape")
     element = geometry.children[0]
+    if element.tag != "mesh":
+        return [Body(name, _shape(element), T_link_shape)]
+    path = meshes.find(element)
+    scale = element.numbers("scale", 3) if "scale" in element.attributes else (1.0, 1.0, 1.0)
+    if not all(scale):
+        raise element.error(f"expected factors other than 0 as scale, got {' '.join(map(str, scale))}")
+    try:
+        pieces = mesh_pieces(path, scale)
+    except InputError as error:
+        raise element.error(str(error)) from None
+    return [hull(name, transform_points(T_link_shape, piece)) for piece in pieces]
+
+
+def _shape(element: Element) -> Shape:
     if element.tag == "box":
         size = element.numbers("size", 3)
     elif element.tag == "cylinder":
@@ -110,7 +243,7 @@ def _shape(geometry: Element) -> Shape:
     elif element.tag == "sphere":
         size = (element.number("radius"),)
     else:
-        raise element.error("expected box, cylinder or sphere; enclose the part in those")
+        raise element.error("expected box, cylinder, sphere or mesh; enclose the part in those")
     if min(size) <= 0.0:
         raise element.error(f"expected sizes over 0 m, got {' '.join(map(str, size))}")
     if max(size) > MAX_SIZE:
@@ -135,25 +268,48 @@ def _origin(element: Element) -> Array:
     return pose(xyz, rpy=rpy)
 
 
-def _joint(element: Element) -> Joint:
-    kinds = {kind.value for kind in JointType}
-    if element.text("type") not in kinds:
-        raise element.error(f"expected type {', '.join(sorted(kinds))}, got {element.text('type')!r}")
-    kind = JointType(element.text("type"))
-    mimic = element.optional("mimic")
-    if mimic is not None:
-        raise mimic.error("mimic joints are not supported; replace it by a fixed joint")
-    lower, upper = _limits(element, kind)
+def _joint(element: Element, mistakes: _Mistakes) -> Joint:
+    kind = mistakes.tried(lambda: _kind(element), JointType.FIXED)
+    lower, upper = mistakes.tried(lambda: _limits(element, kind), (0.0, 0.0))
     return Joint(
         name=element.text("name"),
         type=kind,
-        parent=element.one("parent").text("link"),
-        child=element.one("child").text("link"),
-        T_parent_joint=_origin(element),
-        axis=_axis(element, kind),
+        parent=mistakes.tried(lambda: element.one("parent").text("link"), ""),
+        child=mistakes.tried(lambda: element.one("child").text("link"), ""),
+        T_parent_joint=mistakes.tried(lambda: _origin(element), np.eye(4)),
+        axis=mistakes.tried(lambda: _axis(element, kind), np.zeros(3)),
         lower=lower,
         upper=upper,
     )
+
+
+def _kind(element: Element) -> JointType:
+    kinds = sorted(kind.value for kind in JointType)
+    if element.text("type") not in kinds:
+        raise element.error(f"expected type {', '.join(kinds)}, got {element.text('type')!r}")
+    return JointType(element.text("type"))
+
+
+def _mimics(elements: dict[str, Element], mistakes: _Mistakes) -> Iterator[tuple[str, Mimic]]:
+    """Joints that follow another. What a fixed joint mimics means nothing."""
+    for name, element in elements.items():
+        if element.attributes.get("type") != JointType.FIXED:
+            found = mistakes.tried(partial(_mimic, element, elements), None)
+            if found is not None:
+                yield name, found
+
+
+def _mimic(joint: Element, elements: dict[str, Element]) -> Mimic | None:
+    mimic = joint.optional("mimic")
+    if mimic is None:
+        return None
+    leader = mimic.text("joint")
+    if leader not in elements:
+        raise mimic.error(f"no joint is named {leader!r}; add it or correct the name")
+    if elements[leader].optional("mimic") is not None:
+        raise mimic.error(f"{leader!r} mimics a joint itself; name the one that leads")
+    factor = mimic.number("multiplier") if "multiplier" in mimic.attributes else 1.0
+    return Mimic(leader, factor, mimic.number("offset") if "offset" in mimic.attributes else 0.0)
 
 
 def _axis(element: Element, kind: JointType) -> Array:
@@ -171,7 +327,7 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
     if kind is JointType.FIXED:
         return 0.0, 0.0
     if kind is JointType.CONTINUOUS:
-        return -np.inf, np.inf
+        return -math.pi, math.pi  # the window that is planned in: every direction once
     limit = element.one("limit")
     lower, upper = limit.number("lower"), limit.number("upper")
     if lower >= upper:
@@ -182,37 +338,27 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
     return lower, upper
 
 
-def _check_links(element: Element, joint: Joint, links: dict[str, Link]) -> None:
+def _check_links(element: Element, joint: Joint, links: dict[str, Link], mistakes: _Mistakes) -> None:
     for role, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            raise element.one(role).error(f"no link is named {name!r}; add it or correct the name")
+            mistakes.note(element.one(role).error(f"no link is named {name!r}; add it or correct the name"))
 
 
-def _in_order(
-    robot: Element, links: dict[str, Element], elements: dict[str, Element], joints: dict[str, Joint]
-) -> tuple[str, list[Joint]]:
-    """Root link and the joints from it outwards. Raises InputError unless they form one serial chain."""
-    by_parent: dict[str, Joint] = {}
-    by_child: dict[str, Joint] = {}
-    for joint in joints.values():
-        element = elements[joint.name]
-        if joint.child in by_child:
-            raise element.error(f"link {joint.child!r} has a second parent; that closes a loop")
-        if joint.parent in by_parent:
-            first = by_parent[joint.parent].name
-            raise element.error(f"link {joint.parent!r} has two children ({first!r} too); a chain has one")
-        by_child[joint.child], by_parent[joint.parent] = joint, joint
+def _root(
+    robot: Element, links: dict[str, Element], elements: dict[str, Element], by_child: dict[str, Joint]
+) -> str:
+    """Name of the root link. Raises InputError unless all links hang on it."""
     roots = [name for name in links if name not in by_child]
     if not roots:
         raise robot.error("has no root: its joints form a loop; remove one")
     if len(roots) > 1:
         raise links[roots[1]].error(f"is a second root beside {roots[0]!r}; connect it by a joint")
-    ordered: list[Joint] = []
-    link = roots[0]
-    while link in by_parent:
-        ordered.append(by_parent[link])
-        link = ordered[-1].child
-    if len(ordered) < len(joints):
-        stray = next(joint for joint in joints.values() if joint not in ordered)
+    reached, ahead = set(roots), list(roots)
+    while ahead:
+        link = ahead.pop()
+        ahead += [joint.child for joint in by_child.values() if joint.parent == link]
+        reached.update(ahead)
+    stray = next((joint for joint in by_child.values() if joint.child not in reached), None)
+    if stray is not None:
         raise elements[stray.name].error("is part of a loop that the root does not reach; remove it")
-    return roots[0], ordered
+    return roots[0]

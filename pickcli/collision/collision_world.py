@@ -157,6 +157,8 @@ def _standing(scene: Scene) -> Iterator[_Solid]:
 def _base(model: CollisionModel) -> Iterator[_Solid]:
     for link, T_world_link, body in model.static_bodies():
         yield _Solid(link, "base", T_world_link @ body.T_parent_shape, body.shape)
+    for link, T_world_center, radius in model.static_spheres():
+        yield _Solid(link, "base", T_world_center, Shape(ShapeKind.SPHERE, (radius,)))
 
 
 def _items(scene: Scene) -> Iterator[_Solid]:

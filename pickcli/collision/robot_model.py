@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Robot
-from pickcli.cell.shapes import Body
+from pickcli.cell.robot import Link, Robot
+from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING, ToolState
-from pickcli.collision.sphere_cover import Cover, cover_bodies
+from pickcli.collision.sphere_cover import Cover, cover_bodies, cover_meshes
 from pickcli.collision.swept_cover import sweep
-from pickcli.geometry import Array
+from pickcli.geometry import Array, pose
 from pickcli.kernel import Chain, Checker
 from pickcli.kinematics.chain import bodies_of_frames, build_chain
 
@@ -24,6 +24,10 @@ from pickcli.kinematics.chain import bodies_of_frames, build_chain
 RELATIVE_EXCESS = 0.08
 LEAST_EXCESS, MOST_EXCESS = 0.002, 0.006
 LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
+
+# The same of the hulls of a link's meshes, all together: seven links make at most some 220 spheres.
+HULL_EXCESS, MOST_HULL_EXCESS = 0.014, 0.02
+HULL_COUNT = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,19 +141,41 @@ class CollisionModel:
         return frozenset((a, b)) in self._allowed
 
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
-        """Shapes of every link that stands still with the base.
+        """Shapes of every link that stands still with the base, but for hulls.
 
         Returns:
             (link name, T_world_link (4, 4), shape) of each.
         """
-        T = self.robot.T_world_base
-        found = [(self.robot.links[0].name, T, shape) for shape in self.robot.links[0].shapes]
+        return tuple(
+            (link.name, T_world_link, body)
+            for link, T_world_link in self._static_links()
+            for body in link.shapes
+            if body.shape.kind is not ShapeKind.HULL
+        )
+
+    def static_spheres(self) -> tuple[tuple[str, Array, float], ...]:
+        """Spheres around the hulls of every link that stands still with the base.
+
+        Returns:
+            (link name, T_world_center (4, 4), radius in m) of each.
+        """
+        found = []
+        for link, T_world_link in self._static_links():
+            cover = _cover_hulls(link.shapes)
+            centers = zip(cover.centers, cover.radii, strict=True)
+            found += [(link.name, T_world_link @ pose(center), float(radius)) for center, radius in centers]
+        return tuple(found)
+
+    def _static_links(self) -> list[tuple[Link, Array]]:
+        root = self.robot.links[0]
+        T_world_link = {root.name: self.robot.T_world_base}
+        found = [(root, self.robot.T_world_base)]
         for joint, link, body in zip(self.robot.joints, self.robot.links[1:], self.bodies, strict=True):
             if body > 0:
                 break
-            T = T @ joint.T_parent_joint
-            found += [(link.name, T, shape) for shape in link.shapes]
-        return tuple(found)
+            T_world_link[link.name] = T_world_link[joint.parent] @ joint.T_parent_joint
+            found.append((link, T_world_link[link.name]))
+        return found
 
     @cached_property
     def _allowed(self) -> frozenset[frozenset[str]]:
@@ -159,8 +185,7 @@ class CollisionModel:
     def _covers(self) -> tuple[Cover, ...]:
         """Per frame; empty for those that stand still."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
-        solid = (link.shapes if body > 0 else () for link, body in links)
-        return tuple(cover_bodies(shapes, _excess, LINK_COUNT) for shapes in solid)
+        return tuple(_cover(link.shapes if body > 0 else ()) for link, body in links)
 
     def _build(self, tool_state: ToolState) -> KernelRobot:
         covers = list(self._covers)
@@ -183,6 +208,17 @@ class CollisionModel:
             and not self.is_allowed(self.frame_names[i], self.frame_names[j])
         ]
         return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def _cover(shapes: tuple[Body, ...]) -> Cover:
+    """Spheres that contain a link's shapes: its hulls as one solid, everything else each on its own."""
+    plain = [body for body in shapes if body.shape.kind is not ShapeKind.HULL]
+    return cover_bodies(plain, _excess, LINK_COUNT).joined(_cover_hulls(shapes))
+
+
+def _cover_hulls(shapes: tuple[Body, ...]) -> Cover:
+    hulls = [body for body in shapes if body.shape.kind is ShapeKind.HULL]
+    return cover_meshes(hulls, HULL_EXCESS, MOST_HULL_EXCESS, HULL_COUNT)
 
 
 def _excess(body: Body) -> float:

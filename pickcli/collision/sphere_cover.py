@@ -16,11 +16,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.collision.hull_cover import cover_hulls, depths
 from pickcli.collision.solid_covers import Spheres, cover_box, cover_capsule, cover_cylinder
+from pickcli.files.derived_cache import content_key, derived
 from pickcli.geometry import Array, transform_points
 
 MAX_EXCESS = 0.007  # m, default for how far a sphere may stick out of its solid
@@ -28,6 +31,8 @@ MAX_COUNT = 150  # default for the number of spheres of one solid; the excess gr
 
 # Guards the proof against rounding: radii grow by this much, far above 1e-16 and far below any clearance.
 _ROUNDING = 1e-9
+
+_VERSION = "1"  # of how hulls are covered: raise it with every change of that
 
 # m, how far a ball may sit from a cylinder's end to count as its dome: only the stated excess depends on it.
 _DOME_TOLERANCE = 1e-4
@@ -68,6 +73,21 @@ class Cover:
             Spheres that contain every point within ``by`` of the solid.
         """
         return Cover(self.centers, self.radii + by, self.excess)
+
+    def joined(self, other: Cover) -> Cover:
+        """The spheres of two covers in one frame.
+
+        Args:
+            other: The other cover.
+
+        Returns:
+            Spheres that contain what either contains.
+        """
+        return Cover(
+            np.concatenate([self.centers, other.centers]),
+            np.concatenate([self.radii, other.radii]),
+            max(self.excess, other.excess),
+        )
 
 
 @lru_cache(maxsize=512)
@@ -123,6 +143,33 @@ def cover_bodies(
     centers, radii = np.concatenate([c.centers for c in covers]), np.concatenate([c.radii for c in covers])
     kept = outermost(centers, radii)
     return Cover(centers[kept], radii[kept], max(c.excess for c in covers))
+
+
+def cover_meshes(hulls: Sequence[Body], excess: float, max_excess: float, max_count: int) -> Cover:
+    """Spheres that contain the convex pieces of a link's meshes, from the user's cache where they are known.
+
+    Args:
+        hulls: The pieces.
+        excess: m, how far the spheres may stick out where they are few enough.
+        max_excess: m, how far they may stick out at most, however many it takes.
+        max_count: Most spheres, if ``max_excess`` allows it.
+
+    Returns:
+        The spheres, in the pieces' common parent frame.
+    """
+    if not hulls:
+        return Cover(np.zeros((0, 3)), np.zeros(0), 0.0)
+    pieces = [transform_points(hull.T_parent_shape, np.array(hull.shape.vertices)) for hull in hulls]
+
+    def derive() -> list[Any]:
+        centers, radii = cover_hulls(pieces, excess, max_excess, max_count)
+        return [centers.tolist(), radii.tolist()]
+
+    settings = repr((_VERSION, excess, max_excess, max_count))
+    key = content_key(settings, *(np.ascontiguousarray(piece).tobytes() for piece in pieces))
+    centers, radii = map(np.array, derived("spheres", key, derive))
+    reached = float((radii - depths(pieces, centers)).max())
+    return Cover(centers, radii + _ROUNDING, reached + _ROUNDING)
 
 
 def _fewest_possible(shape: Shape, excess: float) -> float:

@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from pickcli.errors import InputError
 from pickcli.files.bounded_reading import read_text
-from pickcli.files.file_kind import URDF
+from pickcli.files.file_kind import URDF, FileKind
 
 MAX_BYTES = 10_000_000
 MAX_DEPTH = 64
@@ -144,11 +144,12 @@ class Element:
         return self.numbers(attribute, 1)[0]
 
 
-def read_xml(path: Path) -> Element:
+def read_xml(path: Path, wanted: FileKind = URDF) -> Element:
     """Read an XML file.
 
     Args:
-        path: The file, a URDF.
+        path: The file.
+        wanted: What it should be.
 
     Returns:
         Its root element.
@@ -156,7 +157,7 @@ def read_xml(path: Path) -> Element:
     Raises:
         InputError: It cannot be read, is not XML, has a DOCTYPE or is nested too deeply.
     """
-    text = read_text(path, MAX_BYTES, wanted=URDF)
+    text = read_text(path, MAX_BYTES, wanted=wanted)
     parser = expat.ParserCreate()
     top = Element(path, 1, "", {})
     open_elements = [top]

@@ -1,4 +1,8 @@
-"""A robot in one tool state as the kernel's chain: the tool's joint folded in as a fixed one."""
+"""A robot in one tool state as the kernel's chain: the tool's joint folded in as a fixed one.
+
+The kernel's frames form a row. Where the robot's tree branches off, the row makes a detour: out along the
+branch, which nothing moves, and from its last frame straight to where the chain goes on.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ import numpy as np
 from pickcli.cell.robot import Joint, JointType, Robot, joint_motion
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError
-from pickcli.geometry import Array
+from pickcli.geometry import Array, inverse
 from pickcli.kernel import Chain, JointKind
 
 _KERNEL_KIND = {
@@ -21,7 +25,8 @@ _KERNEL_KIND = {
 def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
     """The kernel's chain of a robot: frame k is the child link of ``robot.joints[k]``.
 
-    The base's pose and the position of the tool's joint are folded into the joint origins.
+    The base's pose, the position of the tool's joint and the way back from branches are folded into the joint
+    origins.
 
     Args:
         robot: The robot of a cell.
@@ -32,11 +37,11 @@ def build_chain(robot: Robot, tool_state: ToolState) -> Chain:
         The chain.
 
     Raises:
-        InputError: If the joints are no serial chain that ends in the cup, or if a moving joint is neither
-            planned nor the tool's.
+        InputError: If the joints are no chain with branches that ends in the cup, or if a moving joint is
+            neither planned nor the tool's.
     """
-    _check_serial(robot)
-    origins = [joint.T_parent_joint @ _folded(robot, joint, tool_state) for joint in robot.joints]
+    _check_chain(robot)
+    origins = _origins(robot, tool_state)
     origins[0] = robot.T_world_base @ origins[0]
     fixed = [not is_planned(robot, joint) for joint in robot.joints]
     kinds = [JointKind.FIXED if f else _KERNEL_KIND[j.type] for f, j in zip(fixed, robot.joints, strict=True)]
@@ -75,20 +80,42 @@ def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
     return tuple(int(n) for n in np.cumsum([is_planned(robot, joint) for joint in robot.joints]))
 
 
+def _origins(robot: Robot, tool_state: ToolState) -> list[Array]:
+    """Pose (4, 4) of each joint in the frame before it in the row."""
+    before = robot.links[0].name
+    T_body_link = {before: np.eye(4)}  # of the links so far, in the frame that moved last on the way to them
+    origins = []
+    for joint in robot.joints:
+        origin = joint.T_parent_joint @ _folded(robot, joint, tool_state)
+        T_body_link[joint.child] = (
+            np.eye(4) if is_planned(robot, joint) else T_body_link[joint.parent] @ origin
+        )
+        if joint.parent != before:
+            origin = inverse(T_body_link[before]) @ T_body_link[joint.parent] @ origin
+        origins.append(origin)
+        before = joint.child
+    return origins
+
+
 def _folded(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
     """Pose (4, 4) of a joint's child in the joint frame, if it is the tool's; the others stand at 0."""
     tool = robot.tool
     return joint_motion(joint, tool.position(tool_state)) if joint.name == tool.joint else np.eye(4)
 
 
-def _check_serial(robot: Robot) -> None:
-    parents, children = [j.parent for j in robot.joints], [j.child for j in robot.joints]
-    if parents[1:] != children[:-1] or children[-1] != robot.tool.cup_link:
+def _check_chain(robot: Robot) -> None:
+    chain = [robot.joints[-1]]
+    by_child = {joint.child: joint for joint in robot.joints}
+    while chain[-1].parent in by_child:
+        chain.append(by_child[chain[-1].parent])
+    if chain[0].child != robot.tool.cup_link or chain[-1].parent != robot.links[0].name:
         raise InputError(
             f"{robot.urdf}: the joints must form one chain from the base to {robot.tool.cup_link!r}, "
-            f"got {' > '.join([parents[0], *children])}"
+            f"got {' > '.join([chain[-1].parent, *(joint.child for joint in reversed(chain))])}"
         )
-    moving = {j.name for j in robot.joints if is_planned(robot, j)}
-    if moving != set(robot.joint_names):
-        odd = ", ".join(sorted(moving ^ set(robot.joint_names)))
-        raise InputError(f"{robot.urdf}: planned joints and moving joints of the chain differ in {odd}")
+    planned = [joint.name for joint in reversed(chain) if is_planned(robot, joint)]
+    moving = {joint.name for joint in robot.joints if is_planned(robot, joint)}
+    odd = moving.symmetric_difference(planned) | moving.symmetric_difference(robot.joint_names)
+    if odd or tuple(planned) != robot.joint_names:
+        listed = ", ".join(sorted(odd)) or "their order"
+        raise InputError(f"{robot.urdf}: planned joints and moving joints of the chain differ in {listed}")

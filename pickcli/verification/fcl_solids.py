@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import fcl
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
-from pickcli.verification.separation import gap, overlap, separation
+from pickcli.verification.separation import corners, gap, overlap, separation
 
 MAX_BALLS = 12
 DOUBTFUL = 5e-5  # m by which fcl's distance may exceed the gap across its own direction
@@ -86,7 +87,22 @@ def _geometry(shape: Shape) -> object:
         return fcl.Box(*shape.size)
     if shape.kind is ShapeKind.CYLINDER:
         return fcl.Cylinder(*shape.size)
+    if shape.kind is ShapeKind.HULL:
+        return _convex(shape)
     return fcl.Sphere(*shape.size)
+
+
+@lru_cache(maxsize=256)
+def _convex(shape: Shape) -> object:
+    """A hull with its triangles: of each its number of corners, then these in turn as seen from outside."""
+    points = corners(shape)
+    hull = ConvexHull(points)
+    triangles = hull.simplices.copy()
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    inwards = np.einsum("tk,tk->t", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles[inwards] = triangles[inwards][:, ::-1]
+    faces = np.column_stack([np.full(len(triangles), 3), triangles])
+    return fcl.Convex(points, len(triangles), faces.ravel())
 
 
 @dataclass(frozen=True, eq=False)

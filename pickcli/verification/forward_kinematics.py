@@ -31,11 +31,19 @@ def link_poses(robot: Robot, Q: Array) -> Array:
     """
     out = np.empty((len(robot.joints) + 1, len(Q), 4, 4))
     out[0] = robot.T_world_base
+    parents = _parents(robot)
     for first in range(0, len(Q), BLOCK):
         block = slice(first, first + BLOCK)
         for i, joint in enumerate(robot.joints):
-            out[i + 1, block] = _moved(robot, joint, out[i, block], Q[block])
+            out[i + 1, block] = _moved(robot, joint, out[parents[i], block], Q[block])
     return out
+
+
+@lru_cache(maxsize=8)
+def _parents(robot: Robot) -> tuple[int, ...]:
+    """Index of the link that each joint is fixed to."""
+    index = {link.name: i for i, link in enumerate(robot.links)}
+    return tuple(index[joint.parent] for joint in robot.joints)
 
 
 def _moved(robot: Robot, joint: Joint, T_world_parent: Array, Q: Array) -> Array:
@@ -73,7 +81,7 @@ def _is_planned(robot: Robot, joint: Joint) -> bool:
 
 
 def cup_joint_index(robot: Robot) -> int:
-    """Index in ``robot.joints`` of the joint that the cup hangs on; also that of the link before the cup.
+    """Index in ``robot.joints`` of the joint that the cup hangs on.
 
     Args:
         robot: The robot.
@@ -82,6 +90,18 @@ def cup_joint_index(robot: Robot) -> int:
         The index.
     """
     return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.cup_link)
+
+
+def lance_index(robot: Robot) -> int:
+    """Index in ``robot.links`` of the link that the cup hangs on.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The index.
+    """
+    return _parents(robot)[cup_joint_index(robot)]
 
 
 def T_lance_cup(robot: Robot, position: float) -> Array:
@@ -128,9 +148,7 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
         (N, 4, 4).
     """
     return np.asarray(
-        links[cup_joint_index(robot)]
-        @ T_lance_cup(robot, cup_position(robot, tool_state))
-        @ robot.tool.T_cup_tip
+        links[lance_index(robot)] @ T_lance_cup(robot, cup_position(robot, tool_state)) @ robot.tool.T_cup_tip
     )
 
 
@@ -157,12 +175,13 @@ def _reaches_of_origin(robot: Robot, link: int) -> tuple[Array, NDArray[np.bool_
     """The reaches (n,) of a link's origin, and by which joints (n,) points about it are turned."""
     out, turns = np.zeros(robot.n_joints), np.zeros(robot.n_joints, dtype=bool)
     way = 0.0
-    for i in range(link - 1, -1, -1):  # joint i carries link i + 1; the way runs back towards the base
-        joint = robot.joints[i]
+    while link > 0:  # joint i carries link i + 1; the way runs back towards the base
+        joint = robot.joints[link - 1]
         if joint.name in robot.joint_names:
             j = robot.joint_names.index(joint.name)
             turns[j] = joint.type is not JointType.PRISMATIC
             out[j] = way if turns[j] else 1.0
             way += 0.0 if turns[j] else max(abs(joint.lower), abs(joint.upper))
         way += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+        link = _parents(robot)[link - 1]
     return out, turns

@@ -14,7 +14,13 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.scene.scene import Scene
 from pickcli.verification.fcl_solids import Balls, Solid, cover
-from pickcli.verification.forward_kinematics import T_lance_cup, cup_joint_index, cup_position, reaches
+from pickcli.verification.forward_kinematics import (
+    T_lance_cup,
+    cup_joint_index,
+    cup_position,
+    lance_index,
+    reaches,
+)
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
 
@@ -173,13 +179,13 @@ def _in_states(
     robot: Robot, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
     """A body in the cup link as parts of the link before it: one, or many where the cup moves."""
-    lance = cup_joint_index(robot)
-    name = body.name if is_held else robot.links[lance + 1].name
+    lance, joint = lance_index(robot), robot.joints[cup_joint_index(robot)]
+    name = body.name if is_held else joint.child
     positions = [cup_position(robot, tool_state)]
     least, most = min(robot.tool.positions.values()), max(robot.tool.positions.values())
     if tool_state == MOVING and most > least:
         radius = _radius(body.T_parent_shape, body.shape)
-        lever = 1.0 if robot.joints[lance].type is JointType.PRISMATIC else radius  # m per rad or m
+        lever = 1.0 if joint.type is JointType.PRISMATIC else radius  # m per rad or m
         n = int(np.ceil((most - least) * lever / SWEEP_STEP)) + 1
         positions = list(np.linspace(least, most, n))
         slack += (most - least) / (n - 1) * (lever + (slack if lever is radius else 0.0)) / 2

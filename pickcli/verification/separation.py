@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.geometry import Array
@@ -39,7 +41,7 @@ def gap(a: Shape, T_a: Array, b: Shape, T_b: Array, way: Array) -> float:
         return -math.inf
     across = way / length
     middle = float(across @ (T_b[:3, 3] - T_a[:3, 3]))
-    return middle - half_width(a, T_a, across) - half_width(b, T_b, across)
+    return middle - half_width(a, T_a, across) - half_width(b, T_b, -across)
 
 
 def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -> float:
@@ -61,15 +63,33 @@ def overlap(a: Shape, T_a: Array, b: Shape, T_b: Array, ways: Sequence[Array]) -
     between, R_a, R_b = T_b[:3, 3] - T_a[:3, 3], T_a[:3, :3], T_b[:3, :3]
     radial = [between - T[:3, 2] * (T[:3, 2] @ between) for T in (T_a, T_b)]
     edges = np.cross(R_a.T[:, None], R_b.T).reshape(-1, 3)
-    directions = np.vstack([*ways, between, *radial, R_a.T, R_b.T, edges])
+    normals = [face_normals(shape) @ R.T for shape, R in ((a, R_a), (b, R_b))]
+    directions = np.vstack([*ways, between, *radial, *normals, edges])
     lengths = np.linalg.norm(directions, axis=1)
     across = directions[lengths > _NO_WAY] / lengths[lengths > _NO_WAY, None]
-    together = half_widths(a, across @ R_a) + half_widths(b, across @ R_b)
-    return float((together - np.abs(across @ between)).min())
+    across = np.vstack([across, -across])
+    together = half_widths(a, across @ R_a) + half_widths(b, -across @ R_b)
+    return float((together - across @ between).min())
+
+
+@lru_cache(maxsize=256)
+def face_normals(shape: Shape) -> Array:
+    """Directions in which a shape that is pushed along them leaves another soonest.
+
+    Args:
+        shape: The shape.
+
+    Returns:
+        (K, 3) unit directions in the shape's own frame: normals of its faces, opposite ones once; its axes
+        where it is round.
+    """
+    if shape.kind is not ShapeKind.HULL:
+        return np.eye(3)
+    return np.unique(ConvexHull(np.array(shape.vertices)).equations[:, :3].round(9), axis=0)
 
 
 def half_widths(shape: Shape, directions: Array) -> Array:
-    """Half widths of a shape across several directions (see ``half_width``).
+    """How far a shape reaches in several directions (see ``half_width``).
 
     Args:
         shape: The shape.
@@ -78,6 +98,8 @@ def half_widths(shape: Shape, directions: Array) -> Array:
     Returns:
         (K,) m.
     """
+    if shape.kind is ShapeKind.HULL:
+        return np.asarray((directions @ corners(shape).T).max(axis=1))
     x, y, z = np.abs(directions).T
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -91,7 +113,8 @@ def half_width_terms(shape: Shape) -> Array:
     """Five lengths that say the half width of any shape in one formula.
 
     Across a unit direction (x, y, z) in the shape's own frame it is the sum of |x|, |y|, |z|, hypot(x, y) and
-    1, each times its term: box, cylinder and sphere differ in what is 0.
+    1, each times its term: box, cylinder and sphere differ in what is 0. Of a hull they are those of the box
+    around it, which is no less wide.
 
     Args:
         shape: The shape.
@@ -100,7 +123,7 @@ def half_width_terms(shape: Shape) -> Array:
         (5,) m.
     """
     size = shape.size
-    if shape.kind is ShapeKind.BOX:
+    if shape.kind in (ShapeKind.BOX, ShapeKind.HULL):
         return np.array([size[0] / 2, size[1] / 2, size[2] / 2, 0.0, 0.0])
     if shape.kind is ShapeKind.SPHERE:
         return np.array([0.0, 0.0, 0.0, 0.0, size[0]])
@@ -142,7 +165,7 @@ def _half_widths_of_many(terms: Array, directions: Array) -> Array:
 
 
 def half_width(shape: Shape, T: Array, direction: Array) -> float:
-    """From a shape's centre to the farthest plane across a direction that touches it.
+    """From a shape's centre to the plane across a direction that touches it there.
 
     Args:
         shape: The shape.
@@ -152,6 +175,8 @@ def half_width(shape: Shape, T: Array, direction: Array) -> float:
     Returns:
         m.
     """
+    if shape.kind is ShapeKind.HULL:
+        return float((corners(shape) @ (direction @ T[:3, :3])).max())
     x, y, z = (float(c) for c in direction @ T[:3, :3])
     size = shape.size
     if shape.kind is ShapeKind.BOX:
@@ -176,12 +201,27 @@ def support(shape: Shape, T: Array, direction: Array) -> Array:
     size = shape.size
     if shape.kind is ShapeKind.BOX:
         point = np.copysign(np.array(size) / 2, local)
+    elif shape.kind is ShapeKind.HULL:
+        point = corners(shape)[np.argmax(corners(shape) @ local)]
     elif shape.kind is ShapeKind.SPHERE:
         point = local * (size[0] / max(math.sqrt(local @ local), _NO_WAY))
     else:
         radial = size[0] / max(math.hypot(local[0], local[1]), _NO_WAY)
         point = np.array([local[0] * radial, local[1] * radial, math.copysign(size[1] / 2, local[2])])
     return np.asarray(T[:3, :3] @ point + T[:3, 3])
+
+
+@lru_cache(maxsize=256)
+def corners(shape: Shape) -> Array:
+    """The corners of a hull.
+
+    Args:
+        shape: The hull.
+
+    Returns:
+        (V, 3) m in its own frame.
+    """
+    return np.array(shape.vertices)
 
 
 def separation(a: Shape, T_a: Array, b: Shape, T_b: Array) -> float:

@@ -108,7 +108,7 @@ MISTAKES = {
     "joints out of order": (
         "joints: [rail, joint_s, joint_l,",
         "joints: [rail, joint_l, joint_s,",
-        "robot.joints: expected the URDF's moving joints but the pivot",
+        "robot.joints: expected the chain's moving joints but the pivot",
     ),
     "no force": ("rail: 1000, ", "", "robot.motor_forces.rail: expected a force"),
     "unknown link": (

@@ -68,16 +68,21 @@ MISTAKES = {
     "not a number": ('upper="0.5"', 'upper="half"', 16, "expected 1 finite number, got 'half'"),
     "not finite": ('upper="0.5"', 'upper="inf"', 16, "finite"),
     "two numbers": ('xyz="0 0 1"', 'xyz="0 0"', 10, "expected 3 finite numbers"),
-    "mimic": (
+    "mimic of nothing": (
         '<limit lower="0" upper="0.5"/>',
-        '<limit lower="0" upper="0.5"/><mimic joint="turn"/>',
+        '<limit lower="0" upper="0.5"/><mimic joint="torn"/>',
         16,
-        "mimic",
+        "no joint is named 'torn'",
+    ),
+    "mimic of itself": (
+        '<limit lower="0" upper="0.5"/>',
+        '<limit lower="0" upper="0.5"/><mimic joint="slide"/>',
+        16,
+        "'slide' mimics a joint itself",
     ),
     "planar joint": ('type="prismatic"', 'type="planar"', 13, "got 'planar'"),
     "unknown link": ('<child link="hand"/>', '<child link="hond"/>', 14, "no link is named 'hond'"),
     "second root": ("</robot>", '<link name="stray"/></robot>', 18, "second root beside 'base'"),
-    "two children": ("</robot>", '<link name="x"/>' + THIRD.format("base", "x"), 18, "two children"),
     "second parent": ("</robot>", THIRD.format("hand", "arm"), 18, "second parent"),
     "loop": ("</robot>", THIRD.format("hand", "base"), 1, "form a loop"),
     "stray loop": (
@@ -88,15 +93,23 @@ MISTAKES = {
         18,
         "part of a loop",
     ),
-    "mesh": (
+    "mesh elsewhere": (
         '<box size="1 2 3"/>',
         '<mesh filename="../../etc/passwd"/>',
         5,
-        "expected box, cylinder or sphere",
+        "lies outside of the cell's folder",
     ),
+    "unknown package": (
+        '<box size="1 2 3"/>',
+        '<mesh filename="package://arm/arm.stl"/>',
+        5,
+        "state its folder as robot.packages.arm",
+    ),
+    "no such mesh": ('<box size="1 2 3"/>', '<mesh filename="arm.stl"/>', 5, "no such file"),
+    "unknown shape": ('<box size="1 2 3"/>', '<capsule radius="1"/>', 5, "cylinder, sphere or mesh"),
     "flat box": ('size="1 2 3"', 'size="1 2 0"', 5, "over 0 m"),
     "two shapes": ('<box size="1 2 3"/>', '<box size="1 2 3"/><sphere radius="1"/>', 5, "exactly one shape"),
-    "no weight": ('value="2"', 'value="0"', 4, "over 0 kg"),
+    "negative weight": ('value="2"', 'value="-2"', 4, "0 kg or more, got -2"),
     "deep nesting": ("</robot>", "<a>" * 80 + "</a>" * 80 + "</robot>", 18, "nested deeper"),
 }
 
@@ -108,20 +121,21 @@ def write(folder: Path, text: str) -> Path:
 
 
 def test_the_good_one_is_read(tmp_path: Path) -> None:
-    chain = read_urdf(write(tmp_path, GOOD))
-    assert [link.name for link in chain.links] == ["base", "arm", "hand"]
-    assert [joint.name for joint in chain.joints] == ["turn", "slide"]
-    assert chain.joints[0].axis.tolist() == [0, 0, 1]
-    assert chain.joints[0].T_parent_joint[2, 3] == 1
-    assert (chain.joints[1].lower, chain.joints[1].upper) == (0, 0.5)
-    assert chain.links[1].shapes[0].shape.size == (1, 2, 3)
-    assert chain.links[1].mass == 2
+    robot = read_urdf(write(tmp_path, GOOD))
+    turn, slide = robot.way("hand")
+    assert (robot.root, list(robot.links)) == ("base", ["base", "arm", "hand"])
+    assert (turn.name, slide.name) == ("turn", "slide")
+    assert turn.axis.tolist() == [0, 0, 1]
+    assert turn.T_parent_joint[2, 3] == 1
+    assert (slide.lower, slide.upper) == (0, 0.5)
+    assert robot.links["arm"].shapes[0].shape.size == (1, 2, 3)
+    assert robot.links["arm"].mass == 2
 
 
 def test_the_order_of_elements_means_nothing(tmp_path: Path) -> None:
     head, first, second = GOOD.partition('<joint name="turn"')[0], *_joints(GOOD)
     shuffled = head.replace("\n<link", f"\n{second}<link", 1) + first + "</robot>"
-    assert [j.name for j in read_urdf(write(tmp_path, shuffled)).joints] == ["turn", "slide"]
+    assert [j.name for j in read_urdf(write(tmp_path, shuffled)).way("hand")] == ["turn", "slide"]
 
 
 def _joints(text: str) -> list[str]:
@@ -160,15 +174,28 @@ def test_what_the_format_leaves_out_means_nothing(tmp_path: Path) -> None:
     )
     text = text.replace('type="prismatic"', 'type="continuous"')
     text = text.replace("</robot>", '<link name="tip"/>' + THIRD.format("hand", "tip"))
-    chain = read_urdf(write(tmp_path, text))
-    assert [link.mass for link in chain.links] == [0.0, 2.0, 0.0, 0.0]
-    np.testing.assert_array_equal(chain.joints[0].T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
-    np.testing.assert_array_equal(chain.joints[1].T_parent_joint, np.eye(4))
-    np.testing.assert_array_equal(chain.links[1].shapes[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
-    assert (chain.joints[1].lower, chain.joints[1].upper) == (-np.inf, np.inf)
-    assert (chain.joints[2].lower, chain.joints[2].upper) == (0.0, 0.0)
-    assert chain.joints[2].axis.tolist() == [0.0, 0.0, 1.0]
-    assert chain.name == "two" and chain.links[1].shapes[0].name == "arm_0"
+    robot = read_urdf(write(tmp_path, text))
+    turn, endless, fixed = robot.way("tip")
+    assert [link.mass for link in robot.links.values()] == [0.0, 2.0, 0.0, 0.0]
+    np.testing.assert_array_equal(turn.T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
+    np.testing.assert_array_equal(endless.T_parent_joint, np.eye(4))
+    np.testing.assert_array_equal(robot.links["arm"].shapes[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
+    assert (endless.lower, endless.upper) == (-np.pi, np.pi)
+    assert (fixed.lower, fixed.upper) == (0.0, 0.0)
+    assert fixed.axis.tolist() == [0.0, 0.0, 1.0]
+    assert robot.name == "two" and robot.links["arm"].shapes[0].name == "arm_0"
+
+
+def test_all_mistakes_are_told_at_once_in_the_order_of_the_file(tmp_path: Path, refused: Refused) -> None:
+    text = GOOD.replace('value="2"', 'value="-2"').replace('xyz="0 0 2"', 'xyz="0 0 0"')
+    text = text.replace('size="1 2 3"', 'size="1 2"').replace('upper="0.5"', 'upper="half"')
+    lines = refused(lambda: read_urdf(write(tmp_path, text))).splitlines()
+    assert [int(line.split(":")[1]) for line in lines] == [4, 5, 10, 16]
+
+
+def test_a_drawn_link_without_a_collision_shape_is_noted(tmp_path: Path) -> None:
+    drawn = '<link name="hand"><visual><geometry><sphere radius="1"/></geometry></visual></link>'
+    assert read_urdf(write(tmp_path, GOOD.replace('<link name="hand"/>', drawn))).unshaped == {"hand": 7}
 
 
 def test_shapes_are_told_by_name_or_else_by_number(tmp_path: Path) -> None:
@@ -177,7 +204,7 @@ def test_shapes_are_told_by_name_or_else_by_number(tmp_path: Path) -> None:
         '<collision name="can"><geometry><cylinder radius="0.1" length="0.4"/></geometry></collision>'
         '<collision><geometry><sphere radius="0.2"/></geometry></collision>'
     )
-    shapes = read_urdf(write(tmp_path, GOOD.replace(solid, solid + more))).links[1].shapes
+    shapes = read_urdf(write(tmp_path, GOOD.replace(solid, solid + more))).links["arm"].shapes
     assert [(s.name, s.shape.kind.value, s.shape.size) for s in shapes] == [
         ("arm_0", "box", (1.0, 2.0, 3.0)), ("can", "cylinder", (0.1, 0.4)), ("arm_2", "sphere", (0.2,)),
     ]  # fmt: skip
@@ -190,7 +217,7 @@ def test_shapes_are_told_by_name_or_else_by_number(tmp_path: Path) -> None:
         ('size="1 2 3"', 'size="1e-9 2 3"', 'size="0 2 3"', "sizes over 0 m"),
         ('size="1 2 3"', 'size="1 1e-9 3"', 'size="1 -1 3"', "sizes over 0 m"),
         ('value="2"', 'value="10000"', 'value="10001"', "at most 10000 kg"),
-        ('value="2"', 'value="1e-9"', 'value="-1"', "over 0 kg"),
+        ('value="2"', 'value="0"', 'value="-1"', "0 kg or more"),
         ('xyz="0 0 1"', 'xyz="-10 0 10"', 'xyz="0 -10.1 1"', "expected xyz within 10 m"),
         ('rpy="0 0 0"', 'rpy="-12.6 0 12.6"', 'rpy="0 12.7 0"', "expected rpy within 12.6 rad"),
         ('lower="-1" upper="1"', 'lower="-12.6" upper="1"', 'lower="-12.7" upper="1"', "within 12.6 of 0"),

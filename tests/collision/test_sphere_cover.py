@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.collision.hull_cover import cover_hulls, depths
 from pickcli.collision.sphere_cover import Cover, cover_bodies, cover_shape
 from pickcli.geometry import Array, pose, rotation_rpy
 
@@ -141,3 +142,17 @@ def test_spheres_inside_others_are_dropped() -> None:
 def test_no_bodies_no_spheres() -> None:
     cover = cover_bodies([], lambda body: 0.006)
     assert cover.centers.shape == (0, 3) and cover.radii.shape == (0,)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n_pieces=st.integers(1, 3))
+def test_spheres_contain_hulls_and_stick_out_no_farther_than_stated(seed: int, n_pieces: int) -> None:
+    rng = np.random.default_rng(seed)
+    pieces = [rng.uniform(-0.1, 0.1, 3) + rng.normal(scale=0.04, size=(12, 3)) for _ in range(n_pieces)]
+    centers, radii = cover_hulls(pieces, 0.014, 0.02, 32)
+    inside = np.concatenate([rng.dirichlet(np.full(12, 0.2), 2000) @ piece for piece in pieces])
+    corners = np.concatenate(pieces)
+    for points in (inside, corners):
+        away = np.linalg.norm(points[:, None] - centers, axis=2) - radii
+        assert away.min(axis=1).max() <= 1e-9
+    assert (radii - depths(pieces, centers)).max() <= 0.02 + 1e-9

@@ -18,6 +18,7 @@ from pickcli.files.file_kind import (
     PLAN,
     REALITY,
     SCENE,
+    SRDF,
     STORE,
     TRIAL,
     URDF,
@@ -36,6 +37,7 @@ BEGINNINGS = [
     (b'{"work_order": [], "bin_contents": {}}', ORDER),
     (b'{"score": 1, "max_score": 2}', TRIAL),
     (b'<?xml version="1.0"?>\n<robot name="a">', URDF),
+    (b'<robot name="a"><disable_collisions link1="a" link2="b"/>', SRDF),
 ]
 
 

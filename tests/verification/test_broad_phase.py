@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
 from pickcli.verification.broad_phase import Stretches, own_bounds, tightened, windows, world_bounds
 from pickcli.verification.fcl_solids import Solid
@@ -27,6 +27,8 @@ ROUNDING = 1e-9  # m
 
 def random_shape(rng: np.random.Generator) -> Shape:
     kind = ShapeKind(rng.choice(list(ShapeKind)))
+    if kind is ShapeKind.HULL:
+        return hull("hull", rng.uniform(0.01, 0.3, 3) * rng.normal(size=(20, 3)) / 2).shape
     n = {ShapeKind.BOX: 3, ShapeKind.CYLINDER: 2, ShapeKind.SPHERE: 1}[kind]
     return Shape(kind, tuple(rng.uniform(0.01, 0.3, n).tolist()))
 
