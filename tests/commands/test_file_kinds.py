@@ -18,6 +18,7 @@ from pickcli.files.file_kind import (
     PLAN,
     REALITY,
     SCENE,
+    SRDF,
     STORE,
     TRIAL,
     URDF,
@@ -73,6 +74,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     )  # fmt: skip
     found[REALITY].write_text("format: apc reality\nversion: 1\n")
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
+    found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
     return found | {
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
         ITEMS: data_path() / "items" / "apc2016.yaml", URDF: cell.robot.urdf,

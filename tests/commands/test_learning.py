@@ -78,7 +78,7 @@ def test_what_was_asked_for_is_written_before_learning_fails(
         raise DamagedError("roadmap.learned.h5: damaged meanwhile")
 
     monkeypatch.setattr(ExperienceFiles, "learn_edges", damaged)
-    monkeypatch.setattr(planner, "_build_missing", lambda cell: None)
+    monkeypatch.setattr(planner, "_build_missing", lambda cell, jobs: None)
     out = tmp_path / "out"
     argv = {
         "plan-pick": ("--scene", made.scene, "--bin", "bin_C", "--item", ITEM),

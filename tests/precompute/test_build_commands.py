@@ -77,7 +77,8 @@ def test_text_names_what_is_not_free(tmp_path: Path) -> None:
     arguments = ["-o", str(tmp_path / "r.h5"), "--planner", "RRTConnect"]
     result = CliRunner().invoke(build_roadmap, arguments)
     assert result.exit_code == 0
-    assert "3 nodes" in result.stdout and "not free: tote_10h: collision" in result.stdout
+    assert "3 nodes" in result.stdout
+    assert "not free: tote_10h: tool anywhere from straight to down: collision" in result.stdout
 
 
 def test_an_unknown_planner_is_a_usage_error(tmp_path: Path) -> None:

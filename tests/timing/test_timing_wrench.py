@@ -235,7 +235,8 @@ def test_nearly_everywhere_some_limit_is_reached(seed: int) -> None:
         fastest = np.sqrt(end) / grid.speed[i]
         used = np.maximum(used, np.maximum(np.maximum(load.max(axis=1), joints.max(axis=1)), fastest))
     assert used.max() <= 1.0 + 1e-5
-    assert np.mean(used > 0.99) > 0.9
+    # But where it turns from gaining pace to losing it: that may be anywhere within an interval.
+    assert np.count_nonzero(used <= 0.99) <= max(1, 0.1 * len(used))
 
 
 def test_same_path_gives_the_same_bytes() -> None:
