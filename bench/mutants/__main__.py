@@ -44,7 +44,9 @@ PACKAGES = (
     ),
     Package(
         "cell files",
-        ("files/yaml_reader", "cell/urdf", "cell/consistency", "files/schema", "files/bounded_reading",
+        ("files/yaml_reader", "files/xml_mistakes", "cell/urdf", "cell/urdf_link", "cell/urdf_joint",
+         "cell/urdf_origin", "cell/consistency", "cell/references", "cell/robot_consistency",
+         "cell/tool_consistency", "cell/station_consistency", "files/schema", "files/bounded_reading",
          "files/atomic_write"),
         (
             "tests/files/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",

@@ -1,0 +1,88 @@
+"""A link of a URDF: its mass, and its collision shapes, a mesh as convex pieces."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from pickcli.cell.mesh_names import MeshNames
+from pickcli.cell.robot import Link
+from pickcli.cell.shapes import Body, Shape, ShapeKind, hull
+from pickcli.cell.urdf_origin import MAX_SIZE, read_origin
+from pickcli.errors import InputError
+from pickcli.files.xml_mistakes import XmlMistakes
+from pickcli.files.xml_reader import Element
+from pickcli.geometry import transform_points
+from pickcli.meshes.mesh_pieces import mesh_pieces
+
+MAX_MASS = 1e4  # kg; beyond it the mass was written in another unit
+
+
+def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Link:
+    """Read a link.
+
+    Args:
+        element: The link element.
+        meshes: Finds the files of its meshes.
+        mistakes: Collects what is wrong with it.
+
+    Returns:
+        The link, without what is wrong with it.
+    """
+    name = element.text("name")
+    bodies: list[Body] = []
+    for i, collision in enumerate(element.all("collision")):
+        bodies += mistakes.tried(partial(_bodies, collision, f"{name}_{i}", meshes), [])
+    return Link(name, tuple(bodies), mistakes.tried(lambda: _mass(element), 0.0))
+
+
+def _mass(link: Element) -> float:
+    """kg; none stated, or 0, is none."""
+    inertial = link.optional("inertial")
+    if inertial is None:
+        return 0.0
+    element = inertial.one("mass")
+    mass = element.number("value")
+    if mass < 0.0:
+        raise element.error(f"expected a mass of 0 kg or more, got {mass:g}")
+    if mass > MAX_MASS:
+        raise element.error(f"expected a mass of at most {MAX_MASS:g} kg, got {mass:g}")
+    return mass
+
+
+def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Body]:
+    """One body, or of a mesh its convex pieces, which share a name."""
+    name = collision.attributes.get("name", default_name)
+    geometry, T_link_shape = collision.one("geometry"), read_origin(collision)
+    if len(geometry.children) != 1:
+        raise geometry.error("expected exactly one shape")
+    element = geometry.children[0]
+    if element.tag != "mesh":
+        return [Body(name, _shape(element), T_link_shape)]
+    path = meshes.find(element)
+    scale = element.numbers("scale", 3) if "scale" in element.attributes else (1.0, 1.0, 1.0)
+    if not all(scale):
+        raise element.error(f"expected factors other than 0 as scale, got {' '.join(map(str, scale))}")
+    try:
+        pieces = mesh_pieces(path, scale)
+    except InputError as error:
+        raise element.error(str(error)) from None
+    return [hull(name, transform_points(T_link_shape, piece)) for piece in pieces]
+
+
+def _shape(element: Element) -> Shape:
+    if element.tag == "box":
+        size = element.numbers("size", 3)
+    elif element.tag == "cylinder":
+        size = (element.number("radius"), element.number("length"))
+    elif element.tag == "sphere":
+        size = (element.number("radius"),)
+    else:
+        raise element.error("expected box, cylinder, sphere or mesh; enclose the part in those")
+    if min(size) <= 0.0:
+        raise element.error(f"expected sizes over 0 m, got {' '.join(map(str, size))}")
+    if max(size) > MAX_SIZE:
+        listed = " ".join(map(str, size))
+        raise element.error(
+            f"expected sizes of at most {MAX_SIZE:g} m, got {listed}; lengths are in m, not mm"
+        )
+    return Shape(ShapeKind(element.tag), size)
