@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 GRAVITY = 9.81  # m/s^2, against the world's z
+_LOCKED = 1e-9  # cosine of a pitch at which roll and yaw turn about the same axis
 
 
 def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) -> Array:
@@ -38,6 +39,22 @@ def rotation_rpy(roll: float | Array, pitch: float | Array, yaw: float | Array) 
             [-sp, cp * sr, cp * cr],
         ]
     )
+
+
+def to_rpy(R: Array) -> Array:
+    """Fixed-axis roll, pitch and yaw of a rotation matrix (URDF's convention).
+
+    Args:
+        R: (3, 3); where the pitch is a quarter turn, which leaves a choice, the yaw is 0.
+
+    Returns:
+        (3,) rad.
+    """
+    level = np.hypot(R[0, 0], R[1, 0])  # cosine of the pitch
+    pitch = np.arctan2(-R[2, 0], level)
+    if level < _LOCKED:
+        return np.array([np.arctan2(-R[1, 2], R[1, 1]), pitch, 0.0])
+    return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
 
 
 def rotation_axis_angle(axis: Sequence[float] | Array, angle: float) -> Array:

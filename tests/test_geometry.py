@@ -19,6 +19,7 @@ from pickcli.geometry import (
     rotation_rpy,
     rotation_vector,
     to_quaternion,
+    to_rpy,
     transform_points,
 )
 
@@ -81,6 +82,17 @@ def test_roll_pitch_yaw_turn_about_fixed_axes(rpy: tuple[float, float, float]) -
         @ rotation_axis_angle((1, 0, 0), roll)
     )
     assert_allclose(rotation_rpy(roll, pitch, yaw), one_by_one, atol=1e-12)
+
+
+@given(rotations)
+def test_roll_pitch_yaw_come_back_even_where_they_lock(R: Array) -> None:
+    assert_allclose(rotation_rpy(*to_rpy(R)), R, atol=1e-8)
+
+
+@given(st.tuples(angles, st.floats(-1.57, 1.57), angles))
+def test_roll_pitch_yaw_are_found_as_they_were_stated(rpy: tuple[float, float, float]) -> None:
+    turns = np.subtract(to_rpy(rotation_rpy(*rpy)), rpy) / (2 * np.pi)
+    assert_allclose(turns, np.round(turns), atol=1e-12)
 
 
 @given(rotations)

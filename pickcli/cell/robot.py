@@ -54,12 +54,14 @@ class Link:
     Attributes:
         name: Unique in the robot.
         shapes: Collision shapes in the link frame.
-        mass: kg.
+        mass: kg, for simulation only.
+        T_link_inertia: (4, 4) pose of the frame in the centre of mass, for simulation only.
     """
 
     name: str
     shapes: tuple[Body, ...]
     mass: float
+    T_link_inertia: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,10 @@
-"""A link of a URDF: its mass, and its collision shapes, a mesh as convex pieces."""
+"""A link of a URDF: its mass and where that is, and its collision shapes, a mesh as convex pieces."""
 
 from __future__ import annotations
 
 from functools import partial
+
+import numpy as np
 
 from pickcli.cell.mesh_names import MeshNames
 from pickcli.cell.robot import Link
@@ -11,7 +13,7 @@ from pickcli.cell.urdf_origin import MAX_SIZE, read_origin
 from pickcli.errors import InputError
 from pickcli.files.xml_mistakes import XmlMistakes
 from pickcli.files.xml_reader import Element
-from pickcli.geometry import transform_points
+from pickcli.geometry import Array, transform_points
 from pickcli.meshes.mesh_pieces import mesh_pieces
 
 MAX_MASS = 1e4  # kg; beyond it the mass was written in another unit
@@ -32,7 +34,8 @@ def read_link(element: Element, meshes: MeshNames, mistakes: XmlMistakes) -> Lin
     bodies: list[Body] = []
     for i, collision in enumerate(element.all("collision")):
         bodies += mistakes.tried(partial(_bodies, collision, f"{name}_{i}", meshes), [])
-    return Link(name, tuple(bodies), mistakes.tried(lambda: _mass(element), 0.0))
+    mass = mistakes.tried(lambda: _mass(element), 0.0)
+    return Link(name, tuple(bodies), mass, mistakes.tried(lambda: _T_link_inertia(element), np.eye(4)))
 
 
 def _mass(link: Element) -> float:
@@ -47,6 +50,12 @@ def _mass(link: Element) -> float:
     if mass > MAX_MASS:
         raise element.error(f"expected a mass of at most {MAX_MASS:g} kg, got {mass:g}")
     return mass
+
+
+def _T_link_inertia(link: Element) -> Array:
+    """Pose (4, 4) of the centre of mass in the link."""
+    inertial = link.optional("inertial")
+    return np.eye(4) if inertial is None else read_origin(inertial)
 
 
 def _bodies(collision: Element, default_name: str, meshes: MeshNames) -> list[Body]:

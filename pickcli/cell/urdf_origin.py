@@ -1,4 +1,4 @@
-"""URDF's origin: where a collision shape or a joint stands in its link."""
+"""URDF's origin: where a collision shape, a centre of mass or a joint stands in its link."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def read_origin(element: Element) -> Array:
     """Read the origin of an element; leaving it out means none, as the format says.
 
     Args:
-        element: A joint or a collision element.
+        element: A joint, inertial or collision element.
 
     Returns:
         Pose (4, 4) of the element in the frame that it stands in.

@@ -10,12 +10,9 @@ engine is in the way.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
 import numpy as np
 
-from pickcli.cell.robot import Robot
-from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import Tool
 from pickcli.geometry import Array
 from pickcli.simulation.engine import Engine, Touch
@@ -146,49 +143,3 @@ class Bellows:
         return Touch(
             self._robot, tool.cup_link, name, "", float(depths.max()), tuple(point.tolist()), force
         )  # fmt: skip
-
-
-def urdf_with_solid_cup(robot: Robot) -> str:
-    """The robot's URDF, its cup cut off where nothing of the compressed bellows gives any more.
-
-    Upright cylinders and boxes of the cup are shortened; any other shape that reaches farther is replaced by
-    the upright box around it.
-
-    Args:
-        robot: The robot.
-
-    Returns:
-        Text of the URDF.
-    """
-    tool = robot.tool
-    end = float(tool.T_cup_tip[2, 3]) - tool.cup_stroke - SOLID_DEPTH
-    tree = ElementTree.fromstring(robot.urdf.read_bytes())
-    link = next(e for e in tree.iter("link") if e.get("name") == tool.cup_link)
-    for element, body in zip(link.findall("collision"), robot.link(tool.cup_link).shapes, strict=True):
-        visual = ElementTree.fromstring(ElementTree.tostring(element))
-        visual.tag = "visual"  # pictures show the relaxed cup
-        link.append(visual)
-        _cut(link, element, body, end)
-    return ElementTree.tostring(tree, encoding="unicode")
-
-
-def _cut(link: ElementTree.Element, collision: ElementTree.Element, body: Body, end: float) -> None:
-    """Shorten a collision element of the cup's link so that nothing of it lies beyond z = end."""
-    half = body.shape.reach(body.T_parent_shape[:3, :3])
-    x, y, z = (float(v) for v in body.T_parent_shape[:3, 3])
-    low, high = z - float(half[2]), z + float(half[2])
-    if high <= end:
-        return
-    if low >= end:
-        link.remove(collision)
-        return
-    length = end - low
-    for child in list(collision):
-        collision.remove(child)
-    ElementTree.SubElement(collision, "origin", xyz=f"{x} {y} {low + length / 2}")
-    geometry = ElementTree.SubElement(collision, "geometry")
-    is_upright = abs(body.T_parent_shape[2, 2]) > 1.0 - 1e-9
-    if body.shape.kind is ShapeKind.CYLINDER and is_upright:
-        ElementTree.SubElement(geometry, "cylinder", radius=str(body.shape.size[0]), length=str(length))
-    else:
-        ElementTree.SubElement(geometry, "box", size=f"{2 * half[0]} {2 * half[1]} {length}")

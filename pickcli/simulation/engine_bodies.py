@@ -10,7 +10,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -154,21 +153,19 @@ class EngineBodies:
         )
         self._group(name, DEFAULT_GROUP | ITEM_GROUP, -1)
 
-    def load_robot(self, name: str, urdf: str, T_world_base: Array) -> None:
-        """Add a serial chain on a fixed base; its own damping is off.
+    def load_robot(self, name: str, urdf: Path, T_world_base: Array) -> None:
+        """Add a robot on a fixed base; its own damping is off.
 
         Its links collide with each other, but for those that a joint connects.
 
         Args:
             name: Of the body.
-            urdf: Text of the URDF.
+            urdf: File of the robot.
             T_world_base: (4, 4) pose of the root link.
         """
-        with _quiet(), TemporaryDirectory() as folder:
-            path = Path(folder) / "robot.urdf"
-            path.write_text(urdf, encoding="utf-8")
+        with _quiet():
             body = p.loadURDF(
-                str(path),
+                str(urdf),
                 basePosition=T_world_base[:3, 3].tolist(),
                 baseOrientation=to_quaternion(T_world_base[:3, :3]).tolist(),
                 useFixedBase=True,

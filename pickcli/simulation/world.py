@@ -8,20 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from pickcli.cell.device import DeviceKind
+from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.scene.scene import PlacedItem, Scene
-from pickcli.simulation.bellows import SOLID_DEPTH, Bellows, urdf_with_solid_cup
+from pickcli.simulation.bellows import SOLID_DEPTH, Bellows
 from pickcli.simulation.bushing import RIGID, Stiffness
 from pickcli.simulation.contacts import ContactLog
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import location_of
 from pickcli.simulation.reality import DEFAULT, Reality
+from pickcli.simulation.robot_urdf import write_urdf
 from pickcli.simulation.scene_bodies import (
     add_items,
     add_statics,
@@ -96,17 +99,18 @@ class World:
         self.engine.close()
 
     def _build_suction(self) -> Suction:
-        leads = {device.kind: device.lead for device in self.scene.cell.devices.values()}
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup
         bellows = Bellows(self.engine, ROBOT, tool, tool.cup_stiffness if is_compliant else 0.0)
-        vacuum = Vacuum(leads[DeviceKind.PUMP], leads[DeviceKind.VALVE])
+        vacuum = Vacuum(self._device(DeviceKind.PUMP).lead, self._device(DeviceKind.VALVE).lead)
         cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
         items = {placed.id: placed.item for placed in self.scene.items}
         return Suction(self.engine, ROBOT, tool, cup, items, self.reality.honest_seals)
 
     def _load_robot(self, q: Array, tool_state: ToolState) -> None:
         tool = self.robot.tool
-        self.engine.load_robot(ROBOT, urdf_with_solid_cup(self.robot), self.robot.T_world_base)
+        with TemporaryDirectory() as folder:
+            urdf = write_urdf(self.robot, Path(folder))
+            self.engine.load_robot(ROBOT, urdf, self.robot.T_world_base)
         indices = self.engine.joints(ROBOT)
         names, forces = self.robot.joint_names, self.robot.motor_forces
         self._drives = Drives(
@@ -126,16 +130,20 @@ class World:
         self._torques = np.zeros(len(start))
         self._tip: Array | None = None  # computed when asked for, once a step
 
-    def _tool_actuator(self, position: float) -> Swing:
-        """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
-        device = next((d for d in self.scene.cell.devices.values() if d.kind is DeviceKind.PIVOT), None)
+    def _device(self, kind: DeviceKind) -> Device:
+        """The first device of a kind. Raises InputError if the cell has none."""
+        device = next((d for d in self.scene.cell.devices.values() if d.kind is kind), None)
         if device is None:
             raise InputError(
-                f"cell {self.scene.cell.name}: no device of kind pivot moves {self.robot.tool.joint}; "
-                "add one under `devices` in its cell.yaml"
+                f"cell {self.scene.cell.name}: has no device of kind {kind}, which its tool is simulated "
+                "with; add one under `devices` in its cell.yaml"
             )
+        return device
+
+    def _tool_actuator(self, position: float) -> Swing:
+        """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
         least, most = self.robot.tool.range
-        return Swing(position, position, (most - least) / device.lead)
+        return Swing(position, position, (most - least) / self._device(DeviceKind.PIVOT).lead)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.

@@ -110,7 +110,10 @@ def content() -> dict[str, object]:
             "cup_length": 0.04,
         },
         "obstacles": [{"name": "stand", "lower": [-1.3, 0.1, 0.0], "upper": [-1.1, 0.3, 0.9]}],
-        "devices": {"pump": {"kind": "pump", "lead": 2.0, "actions": ["on", "off"]}},
+        "devices": {
+            "pump": {"kind": "pump", "lead": 2.0, "actions": ["on", "off"]},
+            "valve": {"kind": "valve", "lead": 0.05, "actions": ["on", "off"]},
+        },
         "allowed_pairs": [],
         "configurations": [
             {"name": "home", "kind": "home", "q": [0.0, 0.3, 0.0]},

@@ -1,0 +1,153 @@
+"""The robot as the engine reads it: what the cell means, written as a URDF of its own.
+
+The file that the cell names is not it: the engine finds no packages, reads no COLLADA, takes mimic joints for
+joints of their own, and knows nothing of the posture, of links that are not there and of a tool in a second
+file. Written are the links and joints that planner and verifier know, meshes as the same convex pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from pickcli.cell.robot import Joint, JointType, Link, Robot
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.cell.tool import Tool
+from pickcli.geometry import Array, to_rpy
+from pickcli.simulation.bellows import SOLID_DEPTH
+
+DENSITY = 1000.0  # kg/m^3 of the boxes around a link whose mass the URDF does not state
+LEAST_MASS = 1e-3  # kg; the engine divides by masses
+_DIGITS = 12  # of angles: those that a file states with fewer come out as they went in
+
+
+def write_urdf(robot: Robot, folder: Path) -> Path:
+    """Write the robot for the engine, its cup cut off where nothing of the compressed bellows gives any more.
+
+    Args:
+        robot: The robot.
+        folder: Where the URDF and its meshes are written.
+
+    Returns:
+        The URDF.
+    """
+    root = ElementTree.Element("robot", name=robot.name)
+    for link in robot.links:
+        # The engine takes a base's centre of mass for its frame; this one stands still.
+        element = _link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
+        shapes = link.shapes
+        if link.name == robot.tool.cup_link:
+            _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
+            shapes = tuple(solid_cup(robot.tool, shapes))
+        _add_shapes(element, "collision", shapes, folder)
+    for joint in robot.joints:
+        _add_joint(root, joint)
+    path = folder / "robot.urdf"
+    path.write_bytes(ElementTree.tostring(root))
+    return path
+
+
+def solid_cup(tool: Tool, shapes: tuple[Body, ...]) -> Iterator[Body]:
+    """The shapes of the cup's link, cut off where nothing of the compressed bellows gives any more.
+
+    Upright cylinders and boxes are shortened; any other shape that reaches farther is replaced by the upright
+    box around it.
+
+    Args:
+        tool: The tool.
+        shapes: Of the cup's link.
+
+    Yields:
+        What is left of each.
+    """
+    end = float(tool.T_cup_tip[2, 3]) - tool.cup_stroke - SOLID_DEPTH
+    for body in shapes:
+        T = body.T_parent_shape
+        half = body.shape.reach(T[:3, :3])
+        low = float(T[2, 3]) - float(half[2])
+        if float(T[2, 3]) + float(half[2]) <= end:
+            yield body
+        elif low < end:
+            yield _cut(body, half, low, end - low)
+
+
+def _cut(body: Body, half: Array, low: float, length: float) -> Body:
+    T = np.eye(4)
+    T[:3, 3] = *body.T_parent_shape[:2, 3], low + length / 2
+    is_upright = abs(body.T_parent_shape[2, 2]) > 1.0 - 1e-9
+    if body.shape.kind is ShapeKind.CYLINDER and is_upright:
+        return replace(body, shape=Shape(ShapeKind.CYLINDER, (body.shape.size[0], length)), T_parent_shape=T)
+    size = (2 * float(half[0]), 2 * float(half[1]), length)
+    return replace(body, shape=Shape(ShapeKind.BOX, size), T_parent_shape=T)
+
+
+def _link(root: ElementTree.Element, link: Link, T_link_inertia: Array) -> ElementTree.Element:
+    element = ElementTree.SubElement(root, "link", name=link.name)
+    inertial = ElementTree.SubElement(element, "inertial")
+    _add_origin(inertial, T_link_inertia)
+    volume = sum(float(np.prod(body.shape.extents)) for body in link.shapes)
+    mass = link.mass or max(LEAST_MASS, DENSITY * volume)
+    ElementTree.SubElement(inertial, "mass", value=repr(mass))
+    # Figures that the engine wants but does not use: inertia follows from mass and shapes.
+    zeros = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
+    ElementTree.SubElement(inertial, "inertia", zeros)
+    return element
+
+
+def _add_shapes(link: ElementTree.Element, tag: str, shapes: tuple[Body, ...], folder: Path) -> None:
+    for body in shapes:
+        element = ElementTree.SubElement(link, tag, name=body.name)
+        _add_origin(element, body.T_parent_shape)
+        _add_geometry(ElementTree.SubElement(element, "geometry"), body.shape, folder)
+
+
+def _add_geometry(geometry: ElementTree.Element, shape: Shape, folder: Path) -> None:
+    size = shape.size
+    if shape.kind is ShapeKind.BOX:
+        ElementTree.SubElement(geometry, "box", size=_text(size))
+    elif shape.kind is ShapeKind.CYLINDER:
+        ElementTree.SubElement(geometry, "cylinder", radius=repr(size[0]), length=repr(size[1]))
+    elif shape.kind is ShapeKind.SPHERE:
+        ElementTree.SubElement(geometry, "sphere", radius=repr(size[0]))
+    else:
+        path = folder / f"hull_{len(list(folder.iterdir()))}.obj"
+        path.write_text(_obj(shape), encoding="ascii")
+        ElementTree.SubElement(geometry, "mesh", filename=path.name)
+
+
+def _obj(shape: Shape) -> str:
+    """A hull as OBJ, its triangles as seen from outside."""
+    corners = np.array(shape.vertices)
+    hull = ConvexHull(corners)
+    lines = [f"v {_text(corner)}" for corner in corners.tolist()]
+    for triangle, plane in zip(hull.simplices, hull.equations, strict=True):
+        a, b, c = corners[triangle]
+        is_outwards = np.cross(b - a, c - a) @ plane[:3] > 0.0
+        lines.append("f " + " ".join(str(k + 1) for k in (triangle if is_outwards else triangle[::-1])))
+    return "\n".join(lines) + "\n"
+
+
+def _add_joint(root: ElementTree.Element, joint: Joint) -> None:
+    element = ElementTree.SubElement(root, "joint", name=joint.name, type=joint.type.value)
+    ElementTree.SubElement(element, "parent", link=joint.parent)
+    ElementTree.SubElement(element, "child", link=joint.child)
+    _add_origin(element, joint.T_parent_joint)
+    if joint.type is not JointType.FIXED:
+        ElementTree.SubElement(element, "axis", xyz=_text(joint.axis.tolist()))
+        limits = {"lower": repr(joint.lower), "upper": repr(joint.upper)}
+        # Force and speed are what the motors are told at every step.
+        ElementTree.SubElement(element, "limit", limits, effort="0", velocity="0")
+
+
+def _add_origin(element: ElementTree.Element, T: Array) -> None:
+    rpy = np.round(to_rpy(T[:3, :3]), _DIGITS).tolist()
+    ElementTree.SubElement(element, "origin", xyz=_text(T[:3, 3].tolist()), rpy=_text(rpy))
+
+
+def _text(numbers: tuple[float, ...] | list[float]) -> str:
+    return " ".join(map(repr, numbers))
