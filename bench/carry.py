@@ -27,7 +27,7 @@ from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError
 from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
-from pickcli.planning import stitching
+from pickcli.planning import certified_timing
 from pickcli.planning.certified_timing import CertifiedRun, carried_run, proven_run
 from pickcli.planning.cup_load import carried_load
 from pickcli.planning.pick import plan_pick
@@ -122,7 +122,7 @@ def _of_target(
     tried: list[Grasp] = []
     for _ in range(n_grasps):
         recorder, began = Recorder(), time.process_time()
-        with mock.patch.object(stitching, "carried_run", recorder):
+        with mock.patch.object(certified_timing, "carried_run", recorder):
             try:
                 plan = plan_pick(
                     planner, scene, PickQuery(target.bin, target.item, exclude=tuple(tried)), home, seed

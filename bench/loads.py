@@ -1,11 +1,12 @@
 """The load on the cup as it is planned and as a fine simulation measures it, hold by hold.
 
-    python -m bench.loads [--orders 2] [--seed 0] [--reality FILE] [--json FILE]
+    python -m bench.loads [--orders 2] [--seed 0] [--only side frontal] [--reality FILE] [--json FILE]
 
 Every target of fresh orders (those of ``apc make-order`` with the seeds from --seed on) is planned from a
 noisy look, verified and carried out once, in a world of its own with the rest of its bin. A hold is over its
 plan where the simulated load reaches more than 1.1 of the planned one; where both are small, that is no harm,
-so the difference as a share of what the cup bears is told as well.
+so the difference as a share of what the cup bears is told as well. With --only, grasps of other kinds are
+planned and verified, but not carried out.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import numpy as np
 
 from bench.warm import fresh_scene, planner
 from pickcli.errors import NoPlanError, Reason
+from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -35,6 +37,7 @@ from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.verification.verify import verify
 
 OVER = 1.1  # times the planned load
+LIFTED = 5e-5  # m from where the cup sealed: the lift has begun, however long the vacuum was waited for
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,15 @@ class Watch:
     plan: Plan
     worst: Worst | None = None
     t_start: float = field(default=float("nan"))
+    sealed: Array | None = None  # (3,) m, tip where the cup sealed
+    waited: float = field(default=float("nan"))  # s for the vacuum; known once the lift has begun
 
     def __call__(self, world: World) -> None:
         if np.isnan(self.t_start):
             self.t_start = world.t - world.time_step
         t, cup = world.t - self.t_start, world.suction
+        if cup.held is not None:
+            t = self._t_plan(t, world.tip[:3, 3])
         now = next((s for s in self.plan.segments if t <= s.t_end), self.plan.segments[-1])
         if cup.held is None or now.held is None:
             return
@@ -89,19 +96,37 @@ class Watch:
             figures = max(0.0, load.pull), load.shear, load.bending, load.twist
             self.worst = Worst(cup.ratio, str(now.kind), t - now.t_start, *figures)
 
+    def _t_plan(self, t: float, tip: Array) -> float:
+        """The plan's time: on the item, the execution may have waited for the vacuum."""
+        lift = next(s for s in self.plan.segments if s.held is not None)
+        self.sealed = tip if self.sealed is None else self.sealed
+        if np.isnan(self.waited):
+            if float(np.linalg.norm(tip - self.sealed)) < LIFTED:
+                return min(t, lift.t_start)
+            self.waited = max(0.0, t - lift.t_start)
+        return t - self.waited
 
-def picks(warm: PlanningContext, seeds: Sequence[int], reality: Reality) -> Iterator[Held | Reason]:
+
+def picks(
+    warm: PlanningContext, seeds: Sequence[int], reality: Reality, only: Sequence[str] = ()
+) -> Iterator[Held | Reason]:
     """Every target of fresh orders, held once or with the reason why it was not."""
     for seed in seeds:
         order, scene = fresh_scene(warm.cell, seed)
         for target in order.work_order:
-            yield pick(warm, scene, target.bin, target.item, seed, reality)
+            yield pick(warm, scene, target.bin, target.item, seed, reality, only)
 
 
 def pick(
-    warm: PlanningContext, scene: Scene, bin_name: str, name: str, seed: int, reality: Reality
+    warm: PlanningContext,
+    scene: Scene,
+    bin_name: str,
+    name: str,
+    seed: int,
+    reality: Reality,
+    only: Sequence[str] = (),
 ) -> Held | Reason:
-    """Plan, verify and carry out one pick."""
+    """Plan, verify and carry out one pick; of other kinds of grasps than those of ``only``, not the last."""
     home = warm.cell.configurations["home"].q
     item = next(p for p in scene.in_location(bin_name) if p.item.name == name)
     truth = replace(scene, items=tuple(scene.in_location(bin_name)))
@@ -116,6 +141,9 @@ def pick(
     verdict = verify(plan, seen)
     if verdict.certificate is None:
         return Reason("rejected", f"{name} in {bin_name}, order {seed}", str(verdict.reasons[0]))
+    assert plan.grasp is not None
+    if only and plan.grasp.kind not in only:
+        return Reason("not carried out", f"{name} in {bin_name}, order {seed}", plan.grasp.kind)
     return _carried_out(plan, truth, item, seed, reality)
 
 
@@ -144,9 +172,11 @@ def _told(grasp: Grasp) -> str:
     )
 
 
-def measure(seeds: Sequence[int] = range(2), reality: Reality | None = None) -> dict[str, Any]:
-    """All holds and what they have in common."""
-    found = list(picks(planner(), seeds, reality or read_reality(None)))
+def measure(
+    seeds: Sequence[int] = range(2), reality: Reality | None = None, only: Sequence[str] = ()
+) -> dict[str, Any]:
+    """All holds, or those of some kinds of grasps, and what they have in common."""
+    found = list(picks(planner(), seeds, reality or read_reality(None), only))
     held = [h for h in found if isinstance(h, Held)]
     ratios = np.array([h.measured / h.planned for h in held])
     return {
@@ -168,11 +198,12 @@ def main() -> None:
     )
     parser.add_argument("--orders", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="+", default=(), metavar="KIND", help="kinds of grasps")
     parser.add_argument("--reality", type=Path, metavar="FILE")
     parser.add_argument("--json", type=Path, metavar="FILE")
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.orders)
-    figures = measure(seeds, read_reality(given.reality))
+    figures = measure(seeds, read_reality(given.reality), given.only)
     for held in sorted(figures["each"], key=lambda h: h["planned"] / h["measured"]):
         worst, mark = held["worst"], "over" if held["is_over"] else ""
         print(

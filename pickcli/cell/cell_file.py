@@ -214,6 +214,8 @@ def _tool(tool: ToolModel, robot: Urdf) -> Tool:
             max_twist=_or(tool.max_twist, twist_of(tool.max_shear, tool.cup_radius)),
         ),
         contact_speed=tool.contact_speed,
+        take_up=tool.take_up,
+        take_up_speed=tool.take_up_speed,
     )
 
 

@@ -114,6 +114,10 @@ class ToolModel(FileModel):
         None, description="Nm about the cup's axis; two thirds of max_shear times cup_radius unless stated"
     )
     contact_speed: Annotated[float, Field(gt=0, le=2)] = Field(description="m/s, fastest final approach")
+    take_up: Thickness = Field(0.0015, description="m of a lift in which the sealed cup takes a weight up")
+    take_up_speed: Annotated[float, Field(gt=0, le=2)] = Field(
+        0.012, description="m/s, fastest in that stretch where the weight bends the cup"
+    )
 
 
 class RowModel(FileModel):

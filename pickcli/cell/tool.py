@@ -65,6 +65,8 @@ class Tool:
         cup_tilt: rad, how far from square on a face the lip still seals.
         cup_limits: What the seal bears.
         contact_speed: m/s, fastest final approach.
+        take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
+        take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
     """
 
     flange_link: str
@@ -80,6 +82,8 @@ class Tool:
     cup_tilt: float
     cup_limits: CupLimits
     contact_speed: float
+    take_up: float
+    take_up_speed: float
 
     @property
     def states(self) -> tuple[ToolState, ...]:

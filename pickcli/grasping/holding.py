@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -32,6 +33,18 @@ class CupLoad:
     moment: float
     twist: float
     ratio: float
+
+    @classmethod
+    def worst(cls, loads: Iterable[CupLoad]) -> CupLoad:
+        """Each figure at its worst.
+
+        Args:
+            loads: At least one.
+
+        Returns:
+            The load over all of them.
+        """
+        return cls(*(max(figures) for figures in zip(*map(astuple, loads), strict=True)))
 
     def of(self, grasp: Grasp) -> Grasp:
         """Note this load in a grasp.
@@ -111,6 +124,19 @@ class Hold:
             (N,).
         """
         return self.limits.ratio(self.body.weight(R_world_tip), self.vacuum_share)
+
+    def torque_at_rest(self, R_world_tip: Array) -> float:
+        """How much of what the cup bears the torque of the weight takes, in bending or in twist.
+
+        Args:
+            R_world_tip: (3, 3) orientation of the tool frame.
+
+        Returns:
+            The larger share.
+        """
+        torque = self.body.weight(R_world_tip[None])[0, 3:]
+        bending, twist = np.hypot(torque[0], torque[1]), abs(torque[2])
+        return float(max(bending / self.limits.max_moment, twist / self.limits.max_twist) / self.vacuum_share)
 
     def in_motion(self, motion: TipMotion) -> CupLoad:
         """The worst load over the states of a motion in time.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pickcli.cell.tool import ToolState
+from pickcli.cell.tool import Tool, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
@@ -26,6 +26,8 @@ from pickcli.timing.timed_run import TimedRun, time_run
 from pickcli.timing.wrench_limit import WrenchLimit
 
 BETWEEN = 1e-3  # share of the load that may be added between the states at which the timing checked it
+LEVEL = np.cos(np.pi / 4)  # sine of a cup's slope under which it holds an item by its side
+TURNS = 0.25  # share of what the cup bears from which on the weight's torque has to be taken up slowly
 MENDS = 5  # times that a run is timed, with narrower blends or slower, to keep what is promised of lines
 
 
@@ -115,6 +117,65 @@ def carried_run(
         if are_blends_proven:
             return failures
         are_blends_proven = True
+
+
+def carried_runs(
+    context: PlanningContext, scene: Scene, segments: Sequence[MotionSegment], grasp: Grasp, hold: Hold
+) -> tuple[CertifiedRun, ...] | Failures:
+    """The motion with the item: where that must be slow, the take-up of its weight is a run by itself.
+
+    Args:
+        context: The cell with the models that time and prove the runs.
+        scene: What stands around them.
+        segments: From where the item was grasped to where it is let go.
+        grasp: Where the cup sits on the item.
+        hold: The item as it hangs in the cup.
+
+    Returns:
+        One run, or two of which the first ends within the first segment; or every reason why there is none.
+    """
+    divided = divided_lift(context.arm, context.cell.robot.tool, segments[0], hold)
+    parts = (segments,) if divided is None else (divided[:1], (divided[1], *segments[1:]))
+    runs: list[CertifiedRun] = []
+    for part in parts:
+        run = carried_run(context, scene, part, grasp, hold)
+        if isinstance(run, Failures):
+            return run
+        runs.append(run)
+    return tuple(runs)
+
+
+def divided_lift(
+    arm: Arm, tool: Tool, lift: MotionSegment, hold: Hold
+) -> tuple[MotionSegment, MotionSegment] | None:
+    """Divide the lift where the cup has taken the weight up, if it has to do so slowly.
+
+    The cup gives way until it bears what stood on its support. So the weight comes on as a ramp of some
+    duration T, and an item that swings on the cup at the rate w overshoots it by up to 1 / (w T) of itself
+    (docs/simulation.md). Under its cup an item hangs by the stiff axis, beside it by the soft tilt.
+
+    Args:
+        arm: Kinematics of the arm.
+        tool: The tool that holds the item.
+        lift: With the item in the cup, from where it was grasped.
+        hold: The item as it hangs in the cup.
+
+    Returns:
+        The take-up, at its speed, and the rest of the lift; None where the weight hardly turns the cup.
+    """
+    tips = arm.tips(lift.waypoints, lift.mode.tool_state)
+    R_world_tip, p = tips[0, :3, :3], tips[:, :3, 3]
+    ways = np.linalg.norm(p - p[0], axis=1)
+    if abs(R_world_tip[2, 2]) > LEVEL or hold.torque_at_rest(R_world_tip) < TURNS or ways[-1] <= tool.take_up:
+        return None
+    k = int(np.argmax(ways > tool.take_up))
+    share = (tool.take_up - ways[k - 1]) / (ways[k] - ways[k - 1])
+    end = lift.waypoints[k - 1] + share * (lift.waypoints[k] - lift.waypoints[k - 1])
+    slow = replace(lift.limits, max_tool_speed=SLOWER_THAN_ALLOWED * tool.take_up_speed)
+    return (
+        replace(lift, waypoints=np.vstack([lift.waypoints[:k], end]), limits=slow),
+        replace(lift, waypoints=np.vstack([end, lift.waypoints[k:]])),
+    )
 
 
 def _checkers(

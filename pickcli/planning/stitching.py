@@ -7,16 +7,17 @@ the key waypoints. The motion stops only on the item and over the tote.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Failures, Reason
-from pickcli.grasping.holding import Hold
+from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.motion.trajectory import Trajectory
-from pickcli.planning.certified_timing import carried_run, proven_run
+from pickcli.planning.certified_timing import carried_runs, proven_run
 from pickcli.planning.events import schedule
 from pickcli.planning.pick_motion import PickMotion
 from pickcli.planning.pick_problem import PickProblem
@@ -48,14 +49,18 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         return first
     hold = Hold.of(item, grasp.face, motion.in_bin.attached.T_tip_item, context.cell.robot.tool)
     slowed = [segment.scaled(item.speed_scale) for segment in to_place]
-    carried = carried_run(context, scene, slowed, grasp, hold)
+    carried = carried_runs(context, scene, slowed, grasp, hold)
     if isinstance(carried, Failures):
         return carried
     last = proven_run(context, motion.placement.scene, away)
     if isinstance(last, Failures):
         return last
-    runs, rests = [first, carried.run, last], [settings.seal_time, settings.release_time]
-    trajectory, segments = _joined([*to_item, *to_place, *away], runs, rests)
+    runs = [first, *(part.run for part in carried), last]
+    rests = [settings.seal_time, *[0.0] * (len(carried) - 1), settings.release_time]
+    lift = to_place[:1] * len(carried)
+    trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, rests)
+    if len(carried) > 1:
+        segments = _joined_at(segments, len(to_item))
     scheduled = schedule(context, segments, trajectory)
     if isinstance(scheduled, Failures):
         return scheduled
@@ -68,7 +73,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         segments=segments,
         trajectory=trajectory,
         events=events,
-        grasp=carried.load.of(grasp),
+        grasp=CupLoad.worst(part.load for part in carried).of(grasp),
         speed_scale=item.speed_scale,
     )
     too_fast = thrown(context.arm, plan, context.cell.devices)
@@ -115,3 +120,8 @@ def _joined(
     ends = np.append(starts[1:], joined.trajectory.duration)
     timed = (s.timed(float(t0), float(t1)) for s, t0, t1 in zip(segments, starts, ends, strict=True))
     return joined.trajectory, tuple(timed)
+
+
+def _joined_at(segments: tuple[Segment, ...], k: int) -> tuple[Segment, ...]:
+    """The segments, the one with index k and the one after it as one."""
+    return (*segments[:k], replace(segments[k], t_end=segments[k + 1].t_end), *segments[k + 2 :])

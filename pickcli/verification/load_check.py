@@ -3,6 +3,9 @@
 The item is a rigid body of uniform density that hangs where the grasp says. Its centre and its turn are
 followed by the verifier's own kinematics; Newton and Euler give the force and the torque that move it so, and
 the cell says whether the cup bears them together, with an item as heavy as it may be.
+
+A cup that holds an item by its side gives way when it takes the weight up, and the item swings on it. How
+fast it may do so is a figure of the tool (docs/simulation.md), and is asked of the executed curve.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.motion.plan import Grasp, Plan
+from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.quintic import motion
@@ -22,6 +26,8 @@ from pickcli.verification.quintic import motion
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s^2, upwards: what holding against it feels like
 STEP = 1e-3  # s
 SAME_SHARE, SAME_LEAST = 0.01, 0.01  # of a load, and N, Nm or ratio at least: the planner samples otherwise
+TURNED = 0.3  # of what the cup bears: of a torque beyond, an overshoot by a third is a tenth of the limits
+LEVEL = 0.7  # sine of the slope under which a cup holds by the side
 
 
 def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
@@ -49,6 +55,30 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
             at = f"{ratios[i]:.2f} of what the cup bears at {times[i]:.3f} s: {_told(wrenches[i])}"
             yield Reason("does not hold", f"{item.name}, {what}", at)
     yield from _stated(plan.grasp, wrenches, float(limits.ratio(wrenches, vacuum_share).max()))
+    yield from _taken_up(plan, scene, T_tip_item, vacuum_share)
+
+
+def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) -> Iterator[Reason]:
+    """The lift begins slowly where the weight turns the item on the cup."""
+    k = next(i for i, segment in enumerate(plan.segments) if segment.held is not None)
+    if k == 0 or plan.segments[k - 1].kind is not SegmentKind.CONTACT:
+        return
+    assert plan.grasp is not None
+    lift, item, robot = plan.segments[k], scene.item(plan.grasp.item), scene.cell.robot
+    tool, limits = robot.tool, robot.tool.cup_limits
+    times = np.arange(lift.t_start, lift.t_end, STEP)
+    tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), lift.tool_state)
+    torque = wrenches(tips[[0, 0, 0]], T_tip_item, item, STEP)[0, 3:]
+    share = max(np.hypot(*torque[:2]) / limits.max_moment, abs(torque[2]) / limits.max_twist) / vacuum_share
+    if abs(tips[0, 2, 2]) > LEVEL or share < TURNED:
+        return
+    p = tips[:, :3, 3]
+    speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / STEP
+    is_taking_up = np.linalg.norm(p[1:] - p[0], axis=1) <= tool.take_up
+    fastest = float(speeds[is_taking_up].max(initial=0.0))
+    if fastest > tool.take_up_speed:
+        at = f"{fastest:.4f} m/s in its first {tool.take_up} m, the cup takes {tool.take_up_speed}"
+        yield Reason("weight taken up too fast", f"segment {k} ({lift.kind})", at)
 
 
 def _stated(grasp: Grasp, wrenches: Array, ratio: float) -> Iterator[Reason]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.item import Item
 from pickcli.geometry import GRAVITY, Array, pose, rotation_axis_angle, rotation_rpy
-from pickcli.grasping.holding import Hold
+from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.tip_motion import TipMotion
 
 CELL = load_cell("apc2016_delft")
@@ -166,3 +166,18 @@ def test_an_item_beside_the_cup_loads_it_by_hand_in_every_figure() -> None:
 def test_a_load_is_told_in_its_units() -> None:
     load = held(BOTTLE, (0.0, 0.03, 0.0)).at_rest(FORWARD[None])
     assert str(load) == "pull 0.0 N, shear 5.1 N, moment 0.00 Nm, twist 0.15 Nm"
+
+
+def test_the_torque_of_the_weight_counts_by_what_the_cup_bears_of_it() -> None:
+    bent, turned = held(BOTTLE, (0.0, 0.0, 0.05)), held(BOTTLE, (0.0, 0.01, 0.0))
+    weight = 0.52 * GRAVITY
+    assert bent.torque_at_rest(FORWARD) == pytest.approx(weight * 0.05 / TOOL.cup_limits.max_moment)
+    assert turned.torque_at_rest(FORWARD) == pytest.approx(weight * 0.01 / TOOL.cup_limits.max_twist)
+    assert bent.torque_at_rest(DOWN) == pytest.approx(0.0, abs=1e-12)
+    leaking = replace(bent, vacuum_share=0.5)
+    assert leaking.torque_at_rest(FORWARD) == pytest.approx(2.0 * bent.torque_at_rest(FORWARD))
+
+
+def test_the_worst_of_two_loads_has_each_figure_from_where_it_is_larger() -> None:
+    loads = (CupLoad(1.0, 5.0, 0.1, 0.4, 0.3), CupLoad(2.0, 4.0, 0.2, 0.3, 0.5))
+    assert CupLoad.worst(loads) == CupLoad(2.0, 5.0, 0.2, 0.4, 0.5)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pickcli.cell.cell import Cell
+from pickcli.cell.tool import ToolState
+from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.geometry import inverse, pose, rotation_axis_angle
 from pickcli.grasping.holding import Hold
 from pickcli.kinematics.arm import Arm
+from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.motion.trajectory import Trajectory
+from pickcli.planning.certified_timing import divided_lift
 from pickcli.planning.cup_load import carried_load
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from pickcli.verification.load_check import STEP, wrenches
@@ -80,3 +86,45 @@ def test_an_item_hangs_where_the_pressed_cup_left_it(cell: Cell, arm: Arm) -> No
     load = hold.at_rest(np.diag([1.0, -1.0, -1.0])[None])
     assert load.moment == pytest.approx(item.heaviest * 9.81 * 0.02)
     assert hold.body.p_tip_com[2] == pytest.approx(0.0125 - 0.005)
+
+
+UPWARDS = 0.05  # m of the lift
+
+
+def lift(cell: Cell, arm: Arm, tool_state: ToolState) -> MotionSegment:
+    """Straight up in front of a bin."""
+    start = cell.configurations["bin_H"].q
+    T = arm.tips(start[None], tool_state)[0]
+    poses = np.stack([pose(T[:3, 3] + [0.0, 0.0, z], R=T[:3, :3]) for z in np.linspace(0, UPWARDS, 26)[1:]])
+    waypoints = np.vstack([start, arm.follow(poses, tool_state, start).configurations])
+    limits = SegmentLimits(max_tool_speed=0.25)
+    return MotionSegment(SegmentKind.LIFT, waypoints, limits, mode=Mode(tool_state))
+
+
+def bottle_in_front(cell: Cell, mass: float) -> Hold:
+    """Its own axis upright, the cup on its mantle."""
+    item = replace(cell.item("dasani_water_bottle", 2016), mass=mass)
+    return Hold.of(item, "mantle", pose([0.0, 0.0, 0.0335], rpy=[0.0, np.pi / 2, 0.0]), cell.robot.tool)
+
+
+def test_a_weight_that_turns_the_item_on_the_cup_is_taken_up_by_itself(cell: Cell, arm: Arm) -> None:
+    tool, whole = cell.robot.tool, lift(cell, arm, STRAIGHT)
+    divided = divided_lift(arm, tool, whole, bottle_in_front(cell, 0.52))
+    assert divided is not None
+    slow, rest = divided
+    assert slow.limits.max_tool_speed == pytest.approx(0.98 * tool.take_up_speed)
+    assert rest.limits == whole.limits and slow.mode == rest.mode == whole.mode
+    tips = arm.tips(np.stack([slow.start, slow.end]), STRAIGHT)
+    assert np.linalg.norm(tips[1, :3, 3] - tips[0, :3, 3]) == pytest.approx(tool.take_up, rel=0.02)
+    np.testing.assert_array_equal(slow.start, whole.start)
+    np.testing.assert_array_equal(slow.end, rest.start)
+    np.testing.assert_array_equal(rest.end, whole.end)
+
+
+def test_what_hardly_turns_on_the_cup_or_hangs_below_it_is_lifted_at_once(cell: Cell, arm: Arm) -> None:
+    tool = cell.robot.tool
+    assert divided_lift(arm, tool, lift(cell, arm, STRAIGHT), bottle_in_front(cell, 0.1)) is None
+    down = np.diag([1.0, -1.0, -1.0])
+    beside = Hold.of(cell.item("dasani_water_bottle", 2016), "mantle", pose([0.05, 0.0, 0.03]), tool)
+    assert beside.torque_at_rest(down) > 0.4
+    assert divided_lift(arm, tool, lift(cell, arm, DOWN), beside) is None

@@ -15,7 +15,7 @@ from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import pose
 from pickcli.io_events.resolve import ResolvedEvents
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning import events, stitching
+from pickcli.planning import certified_timing, events
 from pickcli.planning.certified_timing import CertifiedRun, carried_run, proven_run
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
@@ -123,7 +123,7 @@ def test_what_a_timed_run_with_an_item_meets(
         carried.append(args)
         return carried_run(*args)
 
-    monkeypatch.setattr(stitching, "carried_run", kept)
+    monkeypatch.setattr(certified_timing, "carried_run", kept)
     plan_pick(planner, scene_with((ITEM, FROM, 0.2, 0.0)), PickQuery(FROM, ITEM), home)
     context, scene, segments, grasp, hold = carried[0]
     run = carried_run(context, scene, segments, grasp, hold)

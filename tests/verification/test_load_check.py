@@ -102,3 +102,18 @@ def test_an_item_that_may_be_heavier_than_stated_must_hold_as_such() -> None:
     _, scene = pick()
     assert not any("does not hold" in t for t in told(changed(scene, mass=1.6, mass_error=0.0)))
     assert any("does not hold" in t for t in told(changed(scene, mass=1.6, mass_error=1.0)))
+
+
+def with_take_up(scene: Scene, speed: float) -> Scene:
+    robot = scene.cell.robot
+    gentle = replace(robot, tool=replace(robot.tool, take_up_speed=speed))
+    return replace(scene, cell=replace(scene.cell, robot=gentle))
+
+
+def test_a_weight_that_turns_the_item_on_the_cup_is_to_be_taken_up_slowly() -> None:
+    """The lever of 12.5 mm makes 0.33 of the cup's bending of 1.6 kg, and 0.08 of 0.4 kg."""
+    _, scene = pick()
+    heavy, light = (changed(scene, mass=mass, mass_error=0.0) for mass in (1.6, 0.4))
+    assert any("taken up too fast" in t for t in told(with_take_up(heavy, 0.001)))
+    assert not any("taken up too fast" in t for t in told(with_take_up(heavy, 1.0)))
+    assert not any("taken up too fast" in t for t in told(with_take_up(light, 0.001)))
