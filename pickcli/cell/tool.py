@@ -61,7 +61,7 @@ class Tool:
         T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
         cup_radius: m.
         cup_stroke: m, how far the bellows compress.
-        cup_stiffness: N/m along the axis while relaxed, for simulation only.
+        cup_stiffness: N/m along the axis while relaxed; planning does not use it.
         cup_tilt: rad, how far from square on a face the lip still seals.
         cup_limits: What the seal bears.
         contact_speed: m/s, fastest final approach.
