@@ -18,7 +18,20 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from bench import builds, carry, events, flips, fresh, kernel, kills, refresh, routes, startup, store
+from bench import (
+    builds,
+    carry,
+    events,
+    first_paths,
+    flips,
+    fresh,
+    kernel,
+    kills,
+    refresh,
+    routes,
+    startup,
+    store,
+)
 
 Row = tuple[str, str, float, bool]  # what, promise, measured, kept
 
@@ -33,6 +46,7 @@ def measure(n_orders: int, with_builds: bool) -> dict[str, Any]:
             "cores": os.cpu_count(),
         },
         "kernel": kernel.measure(),
+        "first_paths": first_paths.measure(),
         "startup": startup.measure(),
         "store": store.measure(),
         "refresh": refresh.measure(),
@@ -57,6 +71,9 @@ def rows(figures: dict[str, Any]) -> Iterator[Row]:
     yield _at_most("kernel: valid edge of 32 configurations, us", 5, k["kernel_us"])
     yield _at_least("kernel against pybullet, same states, times", 100, k["pybullet_ratio"])
     yield _at_least("kernel against python-fcl, same states, times", 100, k["python_fcl_ratio"])
+    first = figures["first_paths"]
+    yield _at_most("first path among shelves, boxes, tables, p95, ms", 5, first["all"]["p95_ms"])
+    yield _at_least("such queries that are solved, %", 99, 100 * first["solved"] / first["queries"])
     yield _at_most("from leaving to released in the tote, mean, s", 12, t["delivery_s_mean"])
     yield _at_most("roadmap and trajectories together, MB", 20, figures["store"]["size_mb"])
     yield _at_most("open a file and fetch one motion, median, ms", 2, figures["store"]["fetch_ms"])

@@ -380,8 +380,9 @@ def rrt_connect(checker: Checker, start: numpy.typing.NDArray[numpy.float64], go
     """
     Waypoints from a start to one of several goals by RRT-Connect.
 
-    Kuffner and LaValle 2000, but the smaller tree grows. Every edge is proven as by Checker.edge_is_free; start
-    and goals are not asked about. The same arguments give the same bits.
+    Kuffner and LaValle 2000, but the smaller tree grows, from nodes before an obstacle only towards what is near
+    (Yershova et al. 2005), and long searches begin anew with shorter edges. Every edge is proven as by
+    Checker.edge_is_free; start and goals are not asked about. The same arguments give the same bits.
 
     Args:
         checker: Proves the edges.

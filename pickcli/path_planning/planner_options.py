@@ -15,13 +15,13 @@ class PlannerOptions:
         planner: Which planner.
         max_iterations: Rounds of the planner's loop, at most (RRT* uses them all).
         step: Longest edge of RRT-Connect's trees, as a share of the diagonal of the joint space. Of 0.03 to
-            0.4 this found first paths soonest in front of the shelf; longer edges fail more often and lead
-            farther around.
+            0.4 this finds first paths soonest among shelves, boxes and tables; longer edges fail more often
+            and lead farther around. Long searches begin anew with shorter ones.
     """
 
     planner: PlannerName = PlannerName.RRT_CONNECT
-    max_iterations: int = 5000
-    step: float = 0.1
+    max_iterations: int = 50000
+    step: float = 0.07
 
 
 DEFAULT_OPTIONS = PlannerOptions()

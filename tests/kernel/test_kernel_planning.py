@@ -75,6 +75,17 @@ def test_the_same_query_gives_the_same_bytes_on_any_processor(seed: int) -> None
         assert connect(checker, free[0], free[1:], seed).tobytes() == first
 
 
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.integers(1, 3000))
+def test_more_iterations_do_not_change_a_path_that_was_found(seed: int, n: int) -> None:
+    _, _, checker, free = case(seed)
+    if len(free) < 2:
+        return
+    path = connect(checker, free[0], free[1:2], seed, n)
+    if len(path):
+        assert connect(checker, free[0], free[1:2], seed, 2 * n).tobytes() == path.tobytes()
+
+
 @settings(max_examples=60, deadline=None)
 @given(SEEDS)
 def test_shortening_is_what_the_reference_does(seed: int) -> None:

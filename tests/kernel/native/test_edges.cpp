@@ -120,3 +120,31 @@ TEST_CASE("the same query of RRT-Connect gives the same bits, and its edges are 
   for (std::size_t i = 0; i + a.size() < path.size(); i += a.size())
     CHECK(checker.check_edge(&path[i], &path[i + a.size()], 0.0, nullptr, 2e-4).free);
 }
+
+TEST_CASE("a long search of RRT-Connect begins anew and stays the same to the bit") {
+  // A point in a square with a wall across, which has a gap that is seldom drawn.
+  const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0},
+                     {JointKind::prismatic, {}, {0.0, 1.0, 0.0}, 1}});
+  Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 1e-3}}, {1}, {}));
+  const Solid low = make_solid({{}, {0.5, -0.5, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0, "low");
+  const Solid high = make_solid({{}, {0.5, 1.12, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0, "high");
+  checker.world() = World({{low, 0, 0}, {high, 0, 1}});
+  const std::vector<double> start{0.05, 0.9}, goals{0.95, 0.9, 0.95, 0.1}, lower{0.0, 0.0}, upper{1.0, 1.0};
+  const int n_attempt = 494;  // of a diagonal that is 2.8 steps long
+  int n_anew = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const auto found = [&](int most) {
+      return rrt_connect(checker, {start.data(), goals.data(), 2, lower.data(), upper.data(), 0.5, 0.0, 2e-4,
+                                   seed, most});
+    };
+    const std::vector<double> path = found(20 * n_attempt);
+    REQUIRE(!path.empty());
+    CHECK(path == found(40 * n_attempt));
+    n_anew += found(n_attempt).empty();
+    CHECK(std::equal(start.begin(), start.end(), path.begin()));
+    CHECK(path[path.size() - 2] == 0.95);
+    for (std::size_t i = 0; i + 2 < path.size(); i += 2)
+      CHECK(checker.check_edge(&path[i], &path[i + 2], 0.0, nullptr, 2e-4).free);
+  }
+  CHECK(n_anew > 5);
+}

@@ -1,5 +1,6 @@
 //! \file
-//! RRT-Connect (Kuffner and LaValle 2000): two trees of proven edges that grow towards each other.
+//! RRT-Connect (Kuffner and LaValle 2000) in dynamic domains (Yershova, Jaillet, Simeon and LaValle 2005), begun
+//! anew with shorter edges where it takes long: two trees of proven edges that grow towards each other.
 #pragma once
 
 #include <cstdint>
