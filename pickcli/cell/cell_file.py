@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
-from pickcli.cell.cell_schema import BoundsModel, CellModel, PoseModel, ToolModel
+from pickcli.cell.cell_schema import BoundsModel, CellModel, JointLimitModel, PoseModel, ToolModel
 from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
@@ -20,7 +20,7 @@ from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits
 from pickcli.cell.planning_group import mounted, planning_group, stripped
 from pickcli.cell.pod import build_pod
-from pickcli.cell.robot import Joint, Limits, Robot, joint_motion
+from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.srdf import read_srdf
 from pickcli.cell.station import Obstacles
@@ -177,13 +177,22 @@ def _limits(model: CellModel, chain: Iterable[Joint]) -> Limits:
     by_name = {joint.name: joint for joint in chain}
     limits = [model.joint_limits[name] for name in model.robot.joints]
     joints = [by_name[name] for name in model.robot.joints]
+    bounds = [_bounds(limit, joint) for limit, joint in zip(limits, joints, strict=True)]
     return Limits(
-        lower=np.array([_or(m.min_position, j.lower) for m, j in zip(limits, joints, strict=True)]),
-        upper=np.array([_or(m.max_position, j.upper) for m, j in zip(limits, joints, strict=True)]),
+        lower=np.array([lower for lower, _ in bounds]),
+        upper=np.array([upper for _, upper in bounds]),
         velocity=np.array([m.max_velocity for m in limits]),
         acceleration=np.array([m.max_acceleration for m in limits]),
         jerk=np.array([m.max_jerk for m in limits]),
     )
+
+
+def _bounds(limit: JointLimitModel, joint: Joint) -> tuple[float, float]:
+    """Position limits; a continuous joint that the cell narrows on one side ends half a turn from 0."""
+    lower, upper = joint.lower, joint.upper
+    if joint.type is JointType.CONTINUOUS and not limit.min_position is limit.max_position is None:
+        lower, upper = -np.pi, np.pi
+    return _or(limit.min_position, lower), _or(limit.max_position, upper)
 
 
 def _or(stated: float | None, otherwise: float) -> float:

@@ -12,6 +12,7 @@ from pickcli.cell.robot_consistency import check_robot
 from pickcli.cell.station_consistency import check_pod, check_tote
 from pickcli.cell.tool_consistency import check_devices, check_tool, tool_states
 from pickcli.cell.urdf import Urdf
+from pickcli.cell.urdf_origin import MAX_TURN
 from pickcli.files.yaml_reader import Source
 
 
@@ -90,8 +91,12 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
             source.add(("configurations", i, "q"), text)
             continue
         for j, (joint, value) in enumerate(zip(joints, configuration.q, strict=True)):
-            if joint is not None and not joint.lower <= value <= joint.upper:
+            if joint is None:
+                continue
+            is_continuous = joint.type is JointType.CONTINUOUS
+            lower, upper = (-MAX_TURN, MAX_TURN) if is_continuous else (joint.lower, joint.upper)
+            if not lower <= value <= upper:
                 unit = "m" if joint.type is JointType.PRISMATIC else "rad"
-                text = f"expected {joint.name} in {joint.lower:g} to {joint.upper:g} {unit}, got {value:g}; "
+                text = f"expected {joint.name} in {lower:g} to {upper:g} {unit}, got {value:g}; "
                 text += "angles are in rad, not degrees" if unit == "rad" else "lengths are in m, not mm"
                 source.add(("configurations", i, "q", j), text)

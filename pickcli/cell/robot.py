@@ -7,6 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Body
 from pickcli.cell.tool import Tool
@@ -33,7 +34,7 @@ class Joint:
         child: Name of the link that it moves.
         T_parent_joint: (4, 4) pose of the joint frame in the parent link, at position 0.
         axis: (3,) unit axis in the joint frame; motion is along or about it.
-        lower: Lower position limit.
+        lower: Lower position limit, infinite for a continuous joint.
         upper: Upper position limit.
     """
 
@@ -69,8 +70,8 @@ class Limits:
     """Motion limits of the planned joints, arrays (n,). Jerk is chosen in the cell.
 
     Attributes:
-        lower: Lower position limits, m or rad.
-        upper: Upper position limits.
+        lower: Lower position limits, m or rad; of a continuous joint -infinity, unless the cell narrows it.
+        upper: Upper position limits, infinite with the lower ones.
         velocity: Limits per s.
         acceleration: Limits per s^2.
         jerk: Limits per s^3.
@@ -81,6 +82,17 @@ class Limits:
     velocity: Array
     acceleration: Array
     jerk: Array
+
+    @property
+    def is_continuous(self) -> NDArray[np.bool_]:
+        """Which joints (n,) turn without limits: positions a whole turn apart are the same."""
+        return np.isinf(self.lower)
+
+    @property
+    def window(self) -> tuple[Array, Array]:
+        """Finite bounds (n,), (n,) that hold every configuration once: one turn of a continuous joint."""
+        is_continuous = self.is_continuous
+        return np.where(is_continuous, -np.pi, self.lower), np.where(is_continuous, np.pi, self.upper)
 
 
 @dataclass(frozen=True, eq=False)

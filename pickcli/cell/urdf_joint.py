@@ -79,7 +79,7 @@ def _limits(element: Element, kind: JointType) -> tuple[float, float]:
     if kind is JointType.FIXED:
         return 0.0, 0.0
     if kind is JointType.CONTINUOUS:
-        return -math.pi, math.pi  # the window that is planned in: every direction once
+        return -math.inf, math.inf
     limit = element.one("limit")
     lower, upper = limit.number("lower"), limit.number("upper")
     if lower >= upper:

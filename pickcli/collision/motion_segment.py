@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem
+from pickcli.geometry import Array
 from pickcli.motion.segment import PathSegment, Segment, SegmentKind
 
 
@@ -49,6 +50,17 @@ class MotionSegment(PathSegment):
             The reversed segment, in the same mode.
         """
         return replace(self, kind=kind, waypoints=self.waypoints[::-1].copy())
+
+    def turned(self, by: Array) -> MotionSegment:
+        """The segment turned: the same motion, where continuous joints turn by whole turns.
+
+        Args:
+            by: (n,) rad.
+
+        Returns:
+            The turned segment, in the same mode.
+        """
+        return replace(self, waypoints=self.waypoints + by)
 
     def timed(self, t_start: float, t_end: float) -> Segment:
         """The segment as the plan lists it.

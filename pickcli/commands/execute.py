@@ -28,6 +28,7 @@ from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:
+    from pickcli.cell.robot import Limits
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
@@ -93,7 +94,7 @@ def command(
         plan = _trusted(plan, plan_path, believed)
     q, tool_state = _stand(plan, scene, start)
     plans = [plan]
-    if bridge and _is_away(plan, q):
+    if bridge and _is_away(plan, q, scene.cell.robot.limits):
         planner = load_planner(scene.cell, roadmap, trajectories)
         plans.insert(0, _bridge(planner, believed, plan, q, tool_state, seed))
     film = _film(video)
@@ -157,10 +158,12 @@ def _stand(plan: Plan, scene: Scene, start: str | None) -> tuple[Array, ToolStat
     return q, tool_state or at_start
 
 
-def _is_away(plan: Plan, q: Array) -> bool:
+def _is_away(plan: Plan, q: Array, limits: Limits) -> bool:
+    from pickcli.kinematics.continuous_joints import turned_towards
     from pickcli.simulation.start_check import START_TOLERANCE
 
-    return bool(abs(q - plan.trajectory.positions[0]).max() > START_TOLERANCE)
+    first = turned_towards(limits, plan.trajectory.positions[0], q)
+    return bool(abs(q - first).max() > START_TOLERANCE)
 
 
 def _bridge(

@@ -185,7 +185,7 @@ class Arm:
         """
         seeds = self.random_seeds(rng, n_seeds)
         strata = (np.arange(n_seeds) + rng.random(n_seeds)) / n_seeds
-        lower, upper = self.limits.lower, self.limits.upper
+        lower, upper = self.limits.window
         for j in np.flatnonzero(self._is_prismatic):
             seeds[:, j] = lower[j] + rng.permutation(strata) * (upper[j] - lower[j])
         return self.solve(T_world_tip, tool_state, seeds)
@@ -203,11 +203,12 @@ class Arm:
         if not self._is_prismatic.any():
             return np.empty((0, self.n))
         shares = (np.arange(k) + 0.5)[:, None] / k
-        spread = self.limits.lower + shares * (self.limits.upper - self.limits.lower)
+        lower, upper = self.limits.window
+        spread = lower + shares * (upper - lower)
         return np.where(self._is_prismatic, spread, q)
 
     def random_seeds(self, rng: np.random.Generator, k: int) -> Array:
-        """Draw configurations, uniform within the limits.
+        """Draw configurations, uniform within the limits; of a continuous joint within half a turn of 0.
 
         Args:
             rng: Source of the draws.
@@ -216,7 +217,7 @@ class Arm:
         Returns:
             (k, n) configurations.
         """
-        return rng.uniform(self.limits.lower, self.limits.upper, size=(k, self.n))
+        return rng.uniform(*self.limits.window, size=(k, self.n))
 
     def follow(
         self, T_world_tips: Array, tool_state: ToolState, q0: Array, deviation: Deviation = HALF_WAY

@@ -71,7 +71,7 @@ def _solve(
     """The planner's own answer (N, n), unchecked."""
     ends = np.array([q_start, *goals])
     # An end may lie a hair outside of the limits, and trees must be able to get there.
-    lower, upper = np.minimum(space.lower, ends.min(axis=0)), np.maximum(space.upper, ends.max(axis=0))
+    lower, upper = space.around(ends)
     if options.planner is PlannerName.RRT_CONNECT:
         longest, most = options.step * float(np.linalg.norm(upper - lower)), options.max_iterations
         waypoints = rrt_connect(

@@ -19,7 +19,7 @@ class JointSpace:
 
     Attributes:
         joint_names: Names of the n joints.
-        lower: (n,) lower position limits, rad or m.
+        lower: (n,) lower position limits, rad or m; infinite for continuous joints, as the upper ones.
         upper: (n,) upper position limits.
         velocity: (n,) limits per s.
         acceleration: (n,) limits per s^2.
@@ -50,6 +50,20 @@ class JointSpace:
             limits.velocity * scale,
             limits.acceleration * scale,
         )
+
+    def around(self, Q: Array) -> tuple[Array, Array]:
+        """Finite bounds of the configurations to be searched: the limits, widened to some configurations.
+
+        Args:
+            Q: (N, n) configurations; continuous joints turn by half a turn beyond them.
+
+        Returns:
+            Lower and upper bounds (n,).
+        """
+        low, high = Q.min(axis=0), Q.max(axis=0)
+        lower = np.where(np.isinf(self.lower), low - np.pi, np.minimum(self.lower, low))
+        upper = np.where(np.isinf(self.upper), high + np.pi, np.maximum(self.upper, high))
+        return lower, upper
 
     @property
     def n(self) -> int:

@@ -7,6 +7,7 @@ import time
 from pickcli.collision.motion_segment import Mode
 from pickcli.errors import Failures, NoPlanError
 from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import ways_round
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.planning.planning_context import PlanningContext
@@ -33,7 +34,8 @@ def plan_move(
         context: The cell, its models and its precomputed files.
         scene: Poses as perceived; their noise bounds inflate the shapes.
         start: Configuration and tool state in which the robot is at rest.
-        q_goal: (n,) configuration where it ends.
+        q_goal: (n,) configuration where it ends, continuous joints up to whole turns: it goes the short way
+            there.
         seed: Seed of all random choices.
         label: Name of the plan, in messages too.
         recorder: Gets what coarse queries found that was not stored; None drops it.
@@ -50,7 +52,10 @@ def plan_move(
     asked = f"{label} with the tool {start.tool_state}"
     if not checker.is_valid(q_goal):
         raise NoPlanError(asked, [checker.explain(q_goal).at("goal")])
-    coarse = plan_coarse(context, checker, start.q, q_goal[None], [0.0], derived_seed(seed, label), "move")
+    goals = ways_round(context.arm.limits, q_goal, start.q)
+    coarse = plan_coarse(
+        context, checker, start.q, goals, [0.0] * len(goals), derived_seed(seed, label), "move"
+    )
     if isinstance(coarse, Failures):
         raise NoPlanError(asked, coarse)
     if recorder is not None:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pickcli.cartesian.corridor import LiftPoses
 from pickcli.cartesian.key_waypoints import PickPoses
+from pickcli.cell.robot import Limits
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.collision.stage_contacts import CupPress
 from pickcli.geometry import Array
+from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Grasp
 from pickcli.roadmap.query_experience import QueryExperience
 from pickcli.scene.scene import Scene
@@ -63,6 +65,19 @@ class GraspMotion:
         """Configuration (n,) at the end of the retreat."""
         return self.outward[-1].end
 
+    def turned_towards(self, limits: Limits, q: Array) -> GraspMotion:
+        """The same motion, its start within half a turn of a configuration in every continuous joint.
+
+        Args:
+            limits: Limits of the n joints.
+            q: (n,) the configuration that it is reached from.
+
+        Returns:
+            The motion, turned by whole turns.
+        """
+        by = turned_towards(limits, self.start, q) - self.start
+        return replace(self, inward=_turned(self.inward, by), outward=_turned(self.outward, by))
+
 
 @dataclass(frozen=True, eq=False)
 class GraspTransit:
@@ -102,6 +117,19 @@ class PlaceMotion:
         """Configuration (n,) in which the transfer arrives."""
         return self.inward[0].start
 
+    def turned_towards(self, limits: Limits, q: Array) -> PlaceMotion:
+        """The same motion, its start within half a turn of a configuration in every continuous joint.
+
+        Args:
+            limits: Limits of the n joints.
+            q: (n,) the configuration that it is reached from.
+
+        Returns:
+            The motion, turned by whole turns.
+        """
+        by = turned_towards(limits, self.start, q) - self.start
+        return replace(self, inward=_turned(self.inward, by), away=_turned(self.away, by))
+
 
 @dataclass(frozen=True, eq=False)
 class PickMotion:
@@ -120,3 +148,7 @@ class PickMotion:
     transfer: MotionSegment
     placement: PlaceMotion
     experience: tuple[QueryExperience, ...] = ()
+
+
+def _turned(segments: tuple[MotionSegment, ...], by: Array) -> tuple[MotionSegment, ...]:
+    return tuple(segment.turned(by) for segment in segments) if by.any() else segments

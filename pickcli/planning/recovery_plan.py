@@ -19,6 +19,7 @@ from pickcli.cartesian.line_following import follow_line
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures, NoPlanError, Reason
 from pickcli.geometry import Array, inverse
+from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.jog import plan_jog
@@ -126,7 +127,7 @@ def _home(
     if not context.checker_for(rules.scene, mode).is_valid(q):
         mode = rules.mode()
     checker = context.checker_for(rules.scene, mode)
-    goal = context.cell.configurations[SAFE].q
+    goal = turned_towards(context.arm.limits, context.cell.configurations[SAFE].q, q)
     coarse = plan_coarse(context, checker, q, goal[None], [0.0], seed, "way home")
     if isinstance(coarse, Failures):
         return coarse

@@ -124,8 +124,11 @@ class ConfigurationRanking:
         return not isinstance(line, Failures)
 
     def _margin(self, q: Array) -> float:
+        """Least distance to a limit as a share of the range; of a continuous joint the most that there is."""
         limits = self.cell.robot.limits
-        return float((np.minimum(q - limits.lower, limits.upper - q) / (limits.upper - limits.lower)).min())
+        lower, upper = limits.window
+        shares = np.minimum(q - lower, upper - q) / (upper - lower)
+        return float(np.where(limits.is_continuous, 0.5, shares).min())
 
     def _travel(self, q: Array) -> float | None:
         limits = scaled_limits(self.cell.robot.limits, self.cell.speed_scale)

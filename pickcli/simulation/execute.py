@@ -20,7 +20,7 @@ from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
-from pickcli.simulation.start_check import check_start
+from pickcli.simulation.start_check import at_the_robot, check_start
 from pickcli.simulation.stream import Pace, Stream, full_speed, stream, violations
 from pickcli.simulation.suction import Release
 from pickcli.simulation.supervision import Supervisor
@@ -78,6 +78,7 @@ def execute(
         StartError: If the robot is not where the plan begins.
         InputError: If the tool is in another state than the plan begins with.
     """
+    plan = at_the_robot(plan, world)
     check_start(plan, world)
     return _Run(plan, world, pace, on_progress, on_step).play()
 

@@ -139,9 +139,10 @@ def _add_joint(root: ElementTree.Element, joint: Joint) -> None:
     _add_origin(element, joint.T_parent_joint)
     if joint.type is not JointType.FIXED:
         ElementTree.SubElement(element, "axis", xyz=_text(joint.axis.tolist()))
-        limits = {"lower": repr(joint.lower), "upper": repr(joint.upper)}
         # Force and speed are what the motors are told at every step.
-        ElementTree.SubElement(element, "limit", limits, effort="0", velocity="0")
+        limit = ElementTree.SubElement(element, "limit", effort="0", velocity="0")
+        if joint.type is not JointType.CONTINUOUS:
+            limit.attrib.update(lower=repr(joint.lower), upper=repr(joint.upper))
 
 
 def _add_origin(element: ElementTree.Element, T: Array) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError, StaleError
+from pickcli.kinematics.continuous_joints import turned_towards
 from pickcli.motion.plan import Plan
 from pickcli.simulation.world import World
 
@@ -29,6 +32,24 @@ class StartError(InputError):
             f"{advice and f' ({advice})'}"
         )
         self.joint, self.offset, self.unit = joint, offset, unit
+
+
+def at_the_robot(plan: Plan, world: World) -> Plan:
+    """A plan turned by whole turns of continuous joints to where the robot stands.
+
+    Args:
+        plan: The plan.
+        world: The world.
+
+    Returns:
+        The same motion, the first point of which is within half a turn of the robot's configuration.
+    """
+    trajectory = plan.trajectory
+    first = trajectory.positions[0]
+    by = turned_towards(world.robot.limits, first, world.q) - first
+    if not by.any():
+        return plan
+    return replace(plan, trajectory=replace(trajectory, positions=trajectory.positions + by))
 
 
 def check_start(plan: Plan, world: World) -> None:

@@ -88,10 +88,6 @@ def test_meshes_are_hulls_in_metres(branching: Cell) -> None:
     np.testing.assert_allclose(arm.T_parent_shape[:3, 3], [0.0, 0.0, 0.2], atol=1e-12)
 
 
-def test_an_endless_joint_is_planned_within_one_turn(branching: Cell) -> None:
-    assert (branching.robot.limits.lower[0], branching.robot.limits.upper[0]) == (-np.pi, np.pi)
-
-
 def test_limits_come_from_the_file_where_the_cell_states_none(branching: Cell) -> None:
     assert branching.robot.limits.velocity.tolist() == [1.0, 1.5, 1.5]
     assert branching.robot.limits.jerk.tolist() == [50.0, 50.0, 50.0]

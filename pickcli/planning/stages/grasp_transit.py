@@ -39,7 +39,9 @@ def transits_to_grasps(
     Yields:
         A grasp with its transit, or why the grasps of one tool state are not reached.
     """
-    states = problem.context.cell.robot.tool.states
+    robot = problem.context.cell.robot
+    grasps = [motion.turned_towards(robot.limits, start.q) for motion in grasps]
+    states = robot.tool.states
     groups = {state: [f for f in grasps if f.grasp.tool_state == state] for state in states}
     heads: dict[ToolState, GraspTransit] = {}
     experience: tuple[QueryExperience, ...] = ()
