@@ -12,14 +12,7 @@ from plotly.subplots import make_subplots
 from pickcli.drawing.picture import Colour, Coverage, Picture
 from pickcli.geometry import Array
 
-# Triangles of a box whose corners are numbered by the bits zyx.
-_TRIANGLES = np.array(
-    [
-        [0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4],
-        [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5],
-    ]
-)  # fmt: skip
-_SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12}  # opacity
+_SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12, Colour.ARM: 0.3}  # opacity
 
 
 def html_bytes(picture: Picture) -> bytes:
@@ -56,14 +49,16 @@ def _scene(picture: Picture) -> dict[str, Any]:
 
 
 def _solids(picture: Picture) -> list[Any]:
-    """One mesh for all boxes of a kind: few traces turn smoothly."""
+    """One mesh for all solids of a kind: few traces turn smoothly."""
     low, high = picture.bounds
     meshes = []
     for ink, opacity in _SEEN.items():
-        boxes = [np.clip(solid.corners, low, high) for solid in picture.solids if solid.ink is ink]
-        if boxes:
-            x, y, z = np.concatenate(boxes).T
-            i, j, k = np.concatenate([_TRIANGLES + 8 * n for n in range(len(boxes))]).T
+        chosen = [solid for solid in picture.solids if solid.ink is ink]
+        if chosen:
+            firsts = np.cumsum([0, *(len(solid.corners) for solid in chosen[:-1])])
+            x, y, z = np.clip(np.concatenate([solid.corners for solid in chosen]), low, high).T
+            triangles = [solid.triangles + first for solid, first in zip(chosen, firsts, strict=True)]
+            i, j, k = np.concatenate(triangles).T
             mesh = {"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "hoverinfo": "skip"}
             meshes.append(go.Mesh3d(**mesh, color=str(ink), opacity=opacity, flatshading=True))
     return meshes

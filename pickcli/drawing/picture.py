@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.geometry import Array
 
@@ -30,16 +31,25 @@ class Colour(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnBox:
-    """A box.
+class DrawnSolid:
+    """A convex solid.
 
     Attributes:
-        corners: (8, 3) m in the world, in the order of the bits zyx of their number.
+        corners: (K, 3) m in the world.
+        faces: (F, 3) or (F, 4) corners of each triangle or quadrangle, in turn.
         ink: Colour.
     """
 
     corners: Array
+    faces: NDArray[np.intp]
     ink: Colour
+
+    @property
+    def triangles(self) -> NDArray[np.intp]:
+        """The faces as triangles (T, 3)."""
+        if self.faces.shape[1] == 3:
+            return self.faces
+        return np.concatenate([self.faces[:, [0, 1, 2]], self.faces[:, [0, 2, 3]]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +119,7 @@ class Picture:
     Attributes:
         title: Heading.
         words: Lines of text.
-        solids: Boxes of the cell.
+        solids: Of the cell and of the arm at home.
         lines: The arm first, then paths.
         nodes: Named places.
         coverage: Of the bins.
@@ -118,7 +128,7 @@ class Picture:
 
     title: str
     words: tuple[str, ...]
-    solids: tuple[DrawnBox, ...]
+    solids: tuple[DrawnSolid, ...]
     lines: tuple[DrawnLine, ...]
     nodes: tuple[DrawnNode, ...]
     coverage: Coverage

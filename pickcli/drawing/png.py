@@ -16,8 +16,7 @@ from pickcli.drawing.picture import Colour, Coverage, DrawnNode, Picture
 from pickcli.geometry import Array
 
 _SIZE, _DPI = (18.0, 10.0), 110  # inches
-_FACES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
-_SEEN = {Colour.POD: 0.05, Colour.TOTE: 0.16, Colour.OBSTACLE: 0.07}  # opacity
+_SEEN = {Colour.POD: 0.05, Colour.TOTE: 0.16, Colour.OBSTACLE: 0.07, Colour.ARM: 0.1}  # opacity
 _FROM = (16.0, -138.0)  # degrees: elevation and azimuth of the eye, over the robot's right shoulder
 
 
@@ -46,10 +45,11 @@ def png_bytes(picture: Picture) -> bytes:
 def _draw_cell(axes: Any, picture: Picture) -> None:
     low, high = picture.bounds
     for ink, opacity in _SEEN.items():
-        corners = [solid.corners for solid in picture.solids if solid.ink is ink]
+        solids = (s for s in picture.solids if s.ink is ink and _is_seen(s.corners, low, high))
         # matplotlib cuts nothing off at the edge of its axes.
-        faces = [np.clip(c, low, high)[face] for c in corners if _is_seen(c, low, high) for face in _FACES]
-        style = {"facecolor": ink, "edgecolor": ink, "linewidth": 0.4, "alpha": opacity, "zorder": 1}
+        faces = [np.clip(solid.corners, low, high)[face] for solid in solids for face in solid.faces]
+        edge = "none" if ink is Colour.ARM else ink  # the arm's triangles are many and have no meaning
+        style = {"facecolor": ink, "edgecolor": edge, "linewidth": 0.4, "alpha": opacity, "zorder": 1}
         _add(axes, Poly3DCollection, faces, style)
     arm, *paths = picture.lines
     for _, ink in picture.lines_by_ink:

@@ -1,13 +1,14 @@
-"""Scenery: the cell as boxes, the arm as a skeleton, and paths of the tip of the cup."""
+"""Scenery: the cell's solids, the arm at home as solids and skeleton, and paths of the tip of the cup."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from pickcli.cell.cell import Cell, NamedConfiguration
-from pickcli.cell.shapes import Body
-from pickcli.drawing.picture import Colour, DrawnBox, DrawnLine, DrawnNode
-from pickcli.geometry import Array
+from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.drawing.picture import Colour, DrawnLine, DrawnNode, DrawnSolid
+from pickcli.geometry import Array, transform_points
 from pickcli.kinematics.arm import Arm
 
 STEP = 0.04  # rad or m of a joint between two points of a drawn path
@@ -24,9 +25,11 @@ _MAIN = ("home", "bin", "tote")
 
 # Corners by the bits of their number: x, then y, then z.
 _CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+_QUADRANGLES = np.array([[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
+_ANGLES = 2 * np.pi * np.arange(20) / 20  # of the corners that a circle is drawn with
 
 
-def solids(cell: Cell) -> tuple[DrawnBox, ...]:
+def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
     """Boxes of pod, tote and obstacles, without what is larger than the robot's surroundings (the floor).
 
     Args:
@@ -39,14 +42,33 @@ def solids(cell: Cell) -> tuple[DrawnBox, ...]:
     parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote.bodies]
     parts += [(body, np.eye(4), Colour.OBSTACLE) for body in cell.obstacles.bodies]
     return tuple(
-        DrawnBox(_corners(T @ body.T_parent_shape, body), ink)
+        DrawnSolid(_corners(T @ body.T_parent_shape, body), _QUADRANGLES, ink)
         for body, T, ink in parts
         if not _is_floor(body)
     )
 
 
+def arm_solids(cell: Cell, arm: Arm) -> tuple[DrawnSolid, ...]:
+    """The shapes of all links with the arm at home, meshes as their convex pieces.
+
+    Args:
+        cell: The cell.
+        arm: The arm.
+
+    Returns:
+        The solids.
+    """
+    robot = cell.robot
+    poses = (robot.T_world_base, *arm.chain(robot.tool.default_state).fk(_q_home(cell)))
+    return tuple(
+        _convex(transform_points(T @ body.T_parent_shape, _outline(body.shape)))
+        for link, T in zip(robot.links, poses, strict=True)
+        for body in link.shapes
+    )
+
+
 def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
-    """The arm at home, or at its first configuration: the origins of its frames, joined.
+    """The arm at home, or at its first configuration: the origins of the frames from base to tip, joined.
 
     Args:
         cell: The cell.
@@ -55,11 +77,15 @@ def skeleton(cell: Cell, arm: Arm) -> DrawnLine:
     Returns:
         The line.
     """
-    named = list(cell.configurations.values())
-    q = next((each.q for each in named if each.kind == "home"), named[0].q)
-    frames = np.asarray(arm.chain(cell.robot.tool.default_state).fk(q))[:, :3, 3]
-    tip = arm.tip(q, cell.robot.tool.default_state)[:3, 3]
-    return DrawnLine(np.vstack([cell.robot.T_world_base[:3, 3], frames, tip]), Colour.ARM, "the arm at home")
+    robot, q = cell.robot, _q_home(cell)
+    frames = np.asarray(arm.chain(robot.tool.default_state).fk(q))[:, :3, 3]
+    by_link = dict(zip((joint.child for joint in robot.joints), frames, strict=True))
+    parents = {joint.child: joint.parent for joint in robot.joints}
+    link, way = robot.tool.cup_link, [arm.tip(q, robot.tool.default_state)[:3, 3]]
+    while link in by_link:
+        way.append(by_link[link])
+        link = parents[link]
+    return DrawnLine(np.array([robot.T_world_base[:3, 3], *reversed(way)]), Colour.ARM, "the arm at home")
 
 
 def node(named: NamedConfiguration, arm: Arm) -> DrawnNode:
@@ -92,6 +118,36 @@ def tool_path(waypoints: Array, arm: Arm) -> Array:
         for a, b, n in zip(waypoints[:-1], waypoints[1:], counts, strict=True)
     ]
     return np.asarray(arm.tips(np.vstack([*pieces, waypoints[-1:]]), arm.robot.tool.default_state)[:, :3, 3])
+
+
+def _q_home(cell: Cell) -> Array:
+    """The configuration (n,) in which the arm is drawn."""
+    named = list(cell.configurations.values())
+    return next((each.q for each in named if each.kind == "home"), named[0].q)
+
+
+def _outline(shape: Shape) -> Array:
+    """Points (K, 3) in the shape's frame that it is drawn as the hull of."""
+    if shape.kind is ShapeKind.HULL:
+        return np.array(shape.vertices)
+    if shape.kind is ShapeKind.BOX:
+        return np.asarray(_CORNERS * shape.extents)
+    if shape.kind is ShapeKind.CYLINDER:
+        radius, length = shape.size
+        rings = [(radius, z) for z in (-length / 2, length / 2)]
+    else:
+        rings = [
+            (shape.size[0] * np.sin(a), shape.size[0] * np.cos(a)) for a in np.pi * np.arange(1, 10) / 10
+        ]
+    return np.array([(r * np.cos(a), r * np.sin(a), z) for r, z in rings for a in _ANGLES])
+
+
+def _convex(points: Array) -> DrawnSolid:
+    """The hull of points as a part of the arm."""
+    hull = ConvexHull(points)
+    numbers = np.full(len(points), -1)
+    numbers[hull.vertices] = np.arange(len(hull.vertices))
+    return DrawnSolid(points[hull.vertices], numbers[hull.simplices], Colour.ARM)
 
 
 def _corners(T: Array, body: Body) -> Array:

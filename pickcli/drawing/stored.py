@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pickcli.cell.cell import Cell
 from pickcli.cell.pod_tolerance import PodStand
 from pickcli.drawing.picture import Colour, Coverage, CoverageBar, DrawnLine, Picture
-from pickcli.drawing.scenery import node, skeleton, solids, tool_path
+from pickcli.drawing.scenery import arm_solids, node, skeleton, solids, tool_path
 from pickcli.kinematics.arm import Arm
 from pickcli.precompute.critical_pairs import important_pairs
 from pickcli.roadmap.database_tables import Missing
@@ -50,7 +50,8 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
         f"{sum(n == 2 for n in outcomes.values())} of {len(outcomes)} important pairs with a second route",
     )
     return Picture(
-        f"Roadmap of {cell.name}", words, solids(cell), (skeleton(cell, arm), *lines),
+        f"Roadmap of {cell.name}", words, (*solids(cell), *arm_solids(cell, arm)),
+        (skeleton(cell, arm), *lines),
         tuple(node(cell.configurations[name], arm) for name in roadmap.names if name in cell.configurations),
         Coverage("important pairs of each bin and its camera pose", kinds,
                  _bars(cell, {pair: 2 - n for pair, n in outcomes.items()}.items(), len(kinds))),
@@ -85,7 +86,8 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     )
     names = dict.fromkeys(name for key in database.keys for name in (key.start, key.goal))
     return Picture(
-        f"Trajectory database of {cell.name}", words, solids(cell), (skeleton(cell, arm), *lines),
+        f"Trajectory database of {cell.name}", words, (*solids(cell), *arm_solids(cell, arm)),
+        (skeleton(cell, arm), *lines),
         tuple(node(cell.configurations[name], arm) for name in names if name in cell.configurations),
         Coverage("motions of each bin and its camera pose", kinds, _bars(cell, [*stored, *lost], len(kinds))),
         (_ANY_POD, _NOMINAL),

@@ -76,7 +76,10 @@ class GraspMotion:
             The motion, turned by whole turns.
         """
         by = turned_towards(limits, self.start, q) - self.start
-        return replace(self, inward=_turned(self.inward, by), outward=_turned(self.outward, by))
+        if not by.any():
+            return self
+        inward, outward = (tuple(s.turned(by) for s in part) for part in (self.inward, self.outward))
+        return replace(self, inward=inward, outward=outward)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +131,10 @@ class PlaceMotion:
             The motion, turned by whole turns.
         """
         by = turned_towards(limits, self.start, q) - self.start
-        return replace(self, inward=_turned(self.inward, by), away=_turned(self.away, by))
+        if not by.any():
+            return self
+        inward, away = (tuple(s.turned(by) for s in part) for part in (self.inward, self.away))
+        return replace(self, inward=inward, away=away)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +154,3 @@ class PickMotion:
     transfer: MotionSegment
     placement: PlaceMotion
     experience: tuple[QueryExperience, ...] = ()
-
-
-def _turned(segments: tuple[MotionSegment, ...], by: Array) -> tuple[MotionSegment, ...]:
-    return tuple(segment.turned(by) for segment in segments) if by.any() else segments

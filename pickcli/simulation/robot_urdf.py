@@ -48,6 +48,7 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
     for joint in robot.joints:
         _add_joint(root, joint)
     path = folder / "robot.urdf"
+    ElementTree.indent(root)  # the engine reads lines of 8 kB and breaks longer ones, wherever that is
     path.write_bytes(ElementTree.tostring(root))
     return path
 

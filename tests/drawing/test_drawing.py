@@ -13,14 +13,16 @@ from PIL import Image
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.pod_tolerance import ANY_POD
+from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import MOVING
 from pickcli.drawing.draw import cell_of, draw
 from pickcli.drawing.html import html_bytes
 from pickcli.drawing.picture import Colour, Picture
 from pickcli.drawing.png import png_bytes
-from pickcli.drawing.scenery import solids, tool_path
+from pickcli.drawing.scenery import arm_solids, skeleton, solids, tool_path
 from pickcli.drawing.stored import database_picture, roadmap_picture
 from pickcli.errors import InputError, Reason, StaleError
+from pickcli.geometry import inverse, transform_points
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.path import JointPath
 from pickcli.motion.trajectory import Trajectory
@@ -28,6 +30,8 @@ from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.roadmap_tables import RoadmapGaps
 from pickcli.roadmap.store import write_database, write_roadmap
 from pickcli.roadmap.trajectory_database import CoarseMotion, MotionKey, PayloadClass, TrajectoryDatabase
+from pickcli.verification.forward_kinematics import link_poses
+from support.other_robots import write_robot
 from support.tool_states import STRAIGHT
 
 NAMES = ("home", "bin_A", "bin_B", "cam_A", "tote")
@@ -84,6 +88,46 @@ def test_solids_are_the_cells_bodies_but_for_the_floor(cell: Cell) -> None:
     assert len(drawn) == len(bodies) - 1
     low = cell.obstacles.bodies[1].T_parent_shape[:3, 3] - cell.obstacles.bodies[1].shape.extents / 2
     assert any(np.allclose(solid.corners.min(axis=0), low) for solid in drawn)
+
+
+@pytest.fixture(scope="module")
+def branching(tmp_path_factory: pytest.TempPathFactory) -> Cell:
+    return load_cell(write_robot(tmp_path_factory.mktemp("branching")))
+
+
+def test_the_arm_is_drawn_where_its_links_are_meshes_as_their_pieces(branching: Cell) -> None:
+    robot, home = branching.robot, branching.configurations["home"]
+    drawn = arm_solids(branching, Arm(robot))
+    shapes = [(i, body) for i, link in enumerate(robot.links) for body in link.shapes]
+    assert len(drawn) == len(shapes)
+    poses = link_poses(robot, home.q[None])[:, 0]
+    for solid, (i, body) in zip(drawn, shapes, strict=True):
+        T = poses[i] @ body.T_parent_shape
+        local = transform_points(inverse(T), solid.corners)
+        np.testing.assert_allclose(np.ptp(local, axis=0), body.shape.extents, rtol=0.06)
+        assert np.all(np.abs(local).max(axis=0) <= body.shape.extents / 2 + 1e-9)
+        if body.shape.kind is ShapeKind.HULL:
+            corners = {tuple(corner) for corner in np.round(local, 9).tolist()}
+            assert corners == {tuple(corner) for corner in np.round(body.shape.vertices, 9).tolist()}
+        # Closed: every edge belongs to two triangles.
+        edges = np.sort(
+            np.concatenate([solid.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))]), axis=1
+        )
+        assert set(np.unique(edges, axis=0, return_counts=True)[1].tolist()) == {2}
+
+
+def test_the_skeleton_runs_from_the_base_to_the_tip_past_all_branches(branching: Cell) -> None:
+    arm, home = Arm(branching.robot), branching.configurations["home"]
+    points = skeleton(branching, arm).points
+    np.testing.assert_allclose(points[0], branching.robot.T_world_base[:3, 3])
+    np.testing.assert_allclose(points[-1], arm.tip(home.q, home.tool_state)[:3, 3])
+    assert len(points) == 8  # the base, column, upper, lower, flange, mount, cup, tip
+
+
+def test_an_arm_of_meshes_is_drawn_in_both_kinds(branching: Cell) -> None:
+    picture = roadmap_picture(branching, Roadmap.empty(branching.robot.joint_names), RoadmapGaps())
+    assert sum(solid.ink is Colour.ARM for solid in picture.solids) >= 8
+    assert png_bytes(picture) and html_bytes(picture)
 
 
 def test_a_roadmaps_picture_has_every_node_and_edge_and_counts_routes(cell: Cell) -> None:

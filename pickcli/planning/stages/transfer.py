@@ -31,7 +31,8 @@ def plan_transfer(problem: PickProblem, reached: GraspTransit) -> PickMotion | F
     placements = plan_placement(problem, in_bin)
     if isinstance(placements, Failures):
         return placements
-    placements = [motion.turned_towards(context.arm.limits, in_bin.end) for motion in placements]
+    limits = context.arm.limits
+    placements = tuple(motion.turned_towards(limits, in_bin.end) for motion in placements)
     contacts = problem.contacts.while_transferring()
     mode = Mode(in_bin.grasp.tool_state, in_bin.attached, contacts, RESERVE)
     goals = np.stack([placement.start for placement in placements])
