@@ -60,7 +60,7 @@ def is_holdable(item: Item, tool: Tool) -> bool:
     """Whether the cup bears the item's weight, hanging straight below one of the faces on which it seals."""
     wrench = np.array([0.0, 0.0, -GRAVITY * item.mass, 0.0, 0.0, 0.0])
     shares = (item.seals[face.name] for face in faces(item, tool))
-    return any(float(tool.cup_limits.ratio(wrench, share)) <= 1.0 for share in shares)
+    return any(float(tool.cup.limits.ratio(wrench, share)) <= 1.0 for share in shares)
 
 
 def _cleared(scene: Scene, target: PlacedItem, tool: Tool) -> Scene:

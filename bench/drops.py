@@ -120,7 +120,7 @@ def fill(warm: PlanningContext, scene: Scene, seed: int, most: int, anywhere: bo
         Every release.
     """
     engine = Engine(TIME_STEP)
-    for body in warm.cell.tote.bodies:
+    for body in warm.cell.tote_bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS[TOTE])
     left, fallen, rng = scene, tuple[PlacedItem, ...](), derived_rng("drops", seed)
     held = [placed for placed in scene.items if placed.item.suction]
@@ -212,7 +212,7 @@ def _dropped(
     for n, tip in enumerate(release.tips):
         at = (engine.pose(target.id) @ T_item_tip)[:3, 3]
         if (spring := release.pressed - float((at - tip[:3, 3]) @ tip[:3, 2])) > 0.0:  # the bellows push
-            engine.push(target.id, cell.robot.tool.cup_stiffness * spring * tip[:3, 2], at)
+            engine.push(target.id, cell.robot.tool.cup.stiffness * spring * tip[:3, 2], at)
         engine.step()
         if n % LOOK == 0:
             to_others = min(to_others, tool.distance(tip, _as_they_lie(engine, below)))

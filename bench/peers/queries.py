@@ -84,7 +84,7 @@ def _of_pick(
     """The way to the item and the way with it; none where no grasp leads out of the bin and into the tote."""
     placed = scene.find(target)
     cell_bin = planner.cell.pod.bins[placed.location]
-    asked = PickProblem(planner, scene, cell_bin, placed, planner.cell.tote.place, seed=number)
+    asked = PickProblem(planner, scene, cell_bin, placed, planner.cell.places["tote"], seed=number)
     feasible, _ = feasible_grasps(asked, ())
     if not feasible:
         return []

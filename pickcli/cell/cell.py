@@ -9,8 +9,10 @@ from pickcli.cell.device import Device
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
 from pickcli.cell.robot import Robot
+from pickcli.cell.shapes import Body
 from pickcli.cell.station import Obstacles, Pod, Tote
 from pickcli.cell.tool import ToolState
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
 
 
@@ -59,9 +61,9 @@ class Cell:
         name: Of the cell.
         path: The cell's folder.
         robot: The robot with its tool.
-        T_world_pod: (4, 4) nominal pose of the pod, identity in the default cell.
-        pod: The shelf.
-        tote: The tote.
+        T_world_pod: (4, 4) nominal pose of the pod, identity in the default cell and where there is none.
+        pod: The shelf, without bins where there is none.
+        tote: The tote; None where there is none.
         obstacles: Everything else that stands still.
         devices: Devices by name.
         configurations: Named configurations by name.
@@ -78,7 +80,7 @@ class Cell:
     robot: Robot
     T_world_pod: Array
     pod: Pod
-    tote: Tote
+    tote: Tote | None
     obstacles: Obstacles
     devices: dict[str, Device]
     configurations: dict[str, NamedConfiguration]
@@ -92,7 +94,27 @@ class Cell:
     @property
     def places(self) -> dict[str, Place]:
         """Everything that can hold items, by name: the bins of the pod, then the tote."""
-        return {**self.pod.bins, self.tote.place.name: self.tote.place}
+        totes = [] if self.tote is None else [self.tote.place]
+        return {**self.pod.bins, **{place.name: place for place in totes}}
+
+    @property
+    def tote_bodies(self) -> tuple[Body, ...]:
+        """Boxes of the tote in the world frame, none where there is no tote."""
+        return () if self.tote is None else self.tote.bodies
+
+    def require_places(self) -> None:
+        """Refuse a cell that has only a robot, where something is to be picked or stowed.
+
+        Raises:
+            InputError: It has no place for items, or nothing that holds them.
+        """
+        lacking = [key for key, has in (("pod", self.pod.bins), ("tote", self.tote)) if not has]
+        lacking += ["tool"] * (self.robot.tool.suction_cup is None)
+        if lacking:
+            raise InputError(
+                f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs pod, "
+                "tote and tool (docs/formats/cell.md), apc plan-move and apc verify do not"
+            )
 
     def T_world_place(self, place: Place) -> Array:
         """Pose of a place's frame in the world, the pod where it nominally stands.
@@ -118,8 +140,6 @@ class Cell:
         Raises:
             UnknownNameError: If there is none.
         """
-        from pickcli.errors import UnknownNameError
-
         for key in ((name, year), (name, 2016), (name, 2015)):
             if key in self.items:
                 return self.items[key]

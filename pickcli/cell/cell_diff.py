@@ -111,7 +111,7 @@ def _others(some: Mapping[str, Any], than: Mapping[str, Any], moved: str | None)
 
 def _bodies(cell: Cell) -> list[tuple[str, Body]]:
     """Every solid around the robot, with its kind."""
-    kinds = (("pod", cell.pod.bodies), ("tote", cell.tote.bodies), ("obstacle", cell.obstacles.bodies))
+    kinds = (("pod", cell.pod.bodies), ("tote", cell.tote_bodies), ("obstacle", cell.obstacles.bodies))
     return [(kind, body) for kind, bodies in kinds for body in bodies]
 
 
@@ -132,6 +132,6 @@ def _with_solids(cell: Cell, solids: Sequence[tuple[str, Body]]) -> Cell:
     return replace(
         cell,
         pod=replace(cell.pod, bodies=of_kind["pod"]),
-        tote=replace(cell.tote, bodies=of_kind["tote"]),
+        tote=None if cell.tote is None else replace(cell.tote, bodies=of_kind["tote"]),
         obstacles=Obstacles(of_kind["obstacle"]),
     )

@@ -23,8 +23,8 @@ from pickcli.cell.pod import build_pod
 from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.srdf import read_srdf
-from pickcli.cell.station import Obstacles
-from pickcli.cell.tool import FIXED, Tool, ToolState
+from pickcli.cell.station import NO_POD, Obstacles
+from pickcli.cell.tool import FIXED, SuctionCup, Tool, ToolState
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.errors import UnknownNameError
@@ -53,14 +53,14 @@ def load_cell(name_or_path: str | Path) -> Cell:
     model = validate(source, CellModel)
     urdf = _urdf(source, model)
     check_consistency(source, model, urdf)
-    tool = _tool(model.tool, urdf)
+    tool = _tool(model, urdf)
     cell = Cell(
         name=model.name,
         path=path.parent,
         robot=_robot(path.parent, model, urdf, tool),
-        T_world_pod=_pose(model.pod.T_world_pod),
-        pod=build_pod(model.pod),
-        tote=build_tote(model.tote),
+        T_world_pod=np.eye(4) if model.pod is None else _pose(model.pod.T_world_pod),
+        pod=NO_POD if model.pod is None else build_pod(model.pod),
+        tote=None if model.tote is None else build_tote(model.tote),
         obstacles=Obstacles(tuple(_box(o.name, o) for o in model.obstacles)),
         devices={
             name: Device(name, DeviceKind(d.kind), d.lead, d.actions) for name, d in model.devices.items()
@@ -121,15 +121,15 @@ def _urdf(source: Source, model: CellModel) -> Urdf:
     folder = source.path.parent
     packages = {name: folder / path for name, path in model.robot.packages.items()}
     robot = read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf), folder, packages)
-    tool = None
-    if model.tool.urdf is not None:
-        tool = read_urdf(_inside(source, ("tool", "urdf"), model.tool.urdf), folder, packages)
+    own, tool = model.tool, None
+    if own is not None and own.urdf is not None:
+        tool = read_urdf(_inside(source, ("tool", "urdf"), own.urdf), folder, packages)
     check_parts(source, model, robot, tool)
     robot = stripped(robot, model.robot.without)
-    if tool is None:
+    if own is None or tool is None:
         return robot
-    mount = model.tool.T_flange_tool
-    return mounted(robot, tool, model.tool.flange_link, np.eye(4) if mount is None else _pose(mount))
+    mount = own.T_flange_tool
+    return mounted(robot, tool, own.flange_link, np.eye(4) if mount is None else _pose(mount))
 
 
 def _inside(source: Source, key: Key, name: str) -> Path:
@@ -199,7 +199,10 @@ def _or(stated: float | None, otherwise: float) -> float:
     return otherwise if stated is None else stated
 
 
-def _tool(tool: ToolModel, robot: Urdf) -> Tool:
+def _tool(model: CellModel, robot: Urdf) -> Tool:
+    tool = model.tool
+    if tool is None:
+        return Tool.bare(model.tip)
     positions = {
         ToolState(name): angle for name, angle in (tool.pivot_positions or {FIXED.name: 0.0}).items()
     }
@@ -212,11 +215,17 @@ def _tool(tool: ToolModel, robot: Urdf) -> Tool:
         positions=positions,
         T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
         T_cup_tip=T_cup_tip,
-        cup_radius=tool.cup_radius,
-        cup_stroke=tool.cup_stroke,
-        cup_stiffness=tool.cup_stiffness,
-        cup_tilt=tool.cup_tilt,
-        cup_limits=CupLimits(
+        suction_cup=_cup(tool),
+    )
+
+
+def _cup(tool: ToolModel) -> SuctionCup:
+    return SuctionCup(
+        radius=tool.cup_radius,
+        stroke=tool.cup_stroke,
+        stiffness=tool.cup_stiffness,
+        tilt=tool.cup_tilt,
+        limits=CupLimits(
             max_pull=tool.max_pull,
             max_shear=tool.max_shear,
             max_moment=tool.max_moment,

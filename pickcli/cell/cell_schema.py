@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
@@ -27,6 +27,7 @@ MAX_CONFIGURATIONS = 1000
 MAX_STATES = 32
 MAX_LINKS = 500
 FilePath = Annotated[str, Field(min_length=1, max_length=500)]
+Part = TypeVar("Part")
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -62,6 +63,7 @@ class RobotModel(FileModel):
     )
     T_world_base: PoseModel = Field(description="where the root link stands")
     joints: Annotated[tuple[Name, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
+    tip: Name | None = Field(None, description="the last link of the chain, where the cell has no tool")
     posture: Annotated[dict[Text, Number], Len(0, MAX_LINKS)] = Field(
         {}, description="where the URDF's other joints stand, in rad or m"
     )
@@ -231,9 +233,9 @@ class CellModel(FileModel):
     max_tool_speed: Annotated[float, Field(ge=0.01, le=10)] | None = Field(
         None, description="m/s of the tool's tip, 0.01 to 10; none if left out"
     )
-    tool: ToolModel = Field(description="the tool")
-    pod: PodModel = Field(description="the shelf")
-    tote: ToteModel = Field(description="the tote")
+    tool: ToolModel | None = Field(None, description="the tool, if one is mounted")
+    pod: PodModel | None = Field(None, description="the shelf, if there is one")
+    tote: ToteModel | None = Field(None, description="the tote, if there is one")
     obstacles: Annotated[tuple[ObstacleModel, ...], Len(0, MAX_OBSTACLES)] = Field(
         description="boxes that stand still"
     )
@@ -251,3 +253,20 @@ class CellModel(FileModel):
         if speed is None:
             raise ValueError("expected a number, got nothing; give it in m/s, or leave the key out")
         return speed
+
+    @field_validator("tool", "pod", "tote")
+    @classmethod
+    def _not_empty(cls, part: Part) -> Part:
+        if part is None:
+            raise ValueError("expected its figures, got nothing; add them, or leave the key out")
+        return part
+
+    @property
+    def tip(self) -> str:
+        """Name of the last link of the chain: the cup's, or the flange's where nothing is mounted."""
+        return self.robot.tip or "" if self.tool is None else self.tool.cup_link
+
+    @property
+    def tool_joint(self) -> str | None:
+        """Name of the joint that moves the tool, if one does."""
+        return None if self.tool is None else self.tool.pivot_joint

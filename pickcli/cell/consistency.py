@@ -10,7 +10,7 @@ from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
 from pickcli.cell.robot_consistency import check_robot
 from pickcli.cell.station_consistency import check_pod, check_tote
-from pickcli.cell.tool_consistency import check_devices, check_tool, tool_states
+from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip, check_tool, tool_states
 from pickcli.cell.urdf import Urdf
 from pickcli.cell.urdf_origin import MAX_TURN
 from pickcli.files.yaml_reader import Source
@@ -32,17 +32,13 @@ def check_parts(source: Source, model: CellModel, robot: Urdf, tool: Urdf | None
         refer(source, ("robot", "without", i), "link", name, list(robot.links))
         if name == robot.root:
             source.add(("robot", "without", i), f"{name!r} is the root link; name links that hang on it")
-    if tool is not None:
-        refer(source, ("tool", "flange_link"), "link of the robot", model.tool.flange_link, list(robot.links))
-        for name in tool.links.keys() & robot.links.keys():
-            source.add(("tool", "urdf"), f"link {name!r} is one of the robot's too; rename one")
-        taken = {joint.name for joint in robot.joints.values()}
-        for name in sorted(taken & {joint.name for joint in tool.joints.values()}):
-            source.add(("tool", "urdf"), f"joint {name!r} is one of the robot's too; rename one")
-    elif model.tool.T_flange_tool is not None:
-        source.add(
-            ("tool", "T_flange_tool"), "is of a tool with a URDF of its own; add tool.urdf or leave it out"
-        )
+    if model.tool is None:
+        check_tip(source, model.robot, robot)
+    else:
+        check_mount(source, model.tool, robot, tool)
+        if model.robot.tip is not None:
+            text = "is of a robot without a tool, here the chain ends with the tool; leave it out"
+            source.add(("robot", "tip"), text)
     source.check()
 
 
@@ -57,11 +53,14 @@ def check_consistency(source: Source, model: CellModel, robot: Urdf) -> None:
     Raises:
         InputError: With every disagreement.
     """
-    check_tool(source, model, robot)
-    source.check()  # without a tool there is no chain
+    if model.tool is not None:
+        check_tool(source, model.tool, robot)
+    source.check()  # without the end of the chain there is none
     check_robot(source, model, robot)
-    check_pod(source, model)
-    check_tote(source, model)
+    if model.pod is not None:
+        check_pod(source, model.pod)
+    if model.tote is not None:
+        check_tote(source, model.tote)
     _check_pairs(source, model, robot)
     _check_configurations(source, model, robot)
     check_devices(source, model)
@@ -78,7 +77,7 @@ def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None:
-    driven = robot.driven(robot.way(model.tool.cup_link))
+    driven = robot.driven(robot.way(model.tip))
     joints = [driven.get(name) for name in model.robot.joints]
     named = model.configurations
     unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])

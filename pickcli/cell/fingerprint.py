@@ -19,6 +19,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
+from pickcli.cell.tool import SuctionCup
 from pickcli.geometry import Array
 
 _DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice
@@ -38,7 +39,7 @@ def fingerprint(cell: Cell) -> str:
             **rules(cell),
             "T_world_pod": numbers(cell.T_world_pod),
             "pod": _bodies(cell.pod.bodies),
-            "tote": _bodies(cell.tote.bodies),
+            "tote": _bodies(cell.tote_bodies),
             "obstacles": _bodies(cell.obstacles.bodies),
         }
     )
@@ -119,9 +120,13 @@ def _robot(robot: Robot) -> dict[str, Any]:
             "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
             "pivot": {state.name: numbers(position) for state, position in tool.positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
-            "cup": numbers([tool.cup_radius, tool.cup_stroke, tool.cup_tilt]),
+            **_cup(tool.suction_cup),
         },
     }
+
+
+def _cup(cup: SuctionCup | None) -> dict[str, Any]:
+    return {} if cup is None else {"cup": numbers([cup.radius, cup.stroke, cup.tilt])}
 
 
 def _joint(joint: Joint) -> list[Any]:

@@ -31,7 +31,7 @@ def check_robot(source: Source, model: CellModel, robot: Urdf) -> None:
 
 def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
     """Planned joints are the moving ones of the chain in its order, but the tool's and those that stand."""
-    pivot, moving = model.tool.pivot_joint, robot.driven(robot.way(model.tool.cup_link))
+    pivot, moving = model.tool_joint, robot.driven(robot.way(model.tip))
     expected = [name for name in moving if name != pivot and name not in model.robot.posture]
     if list(model.robot.joints) != expected:
         got = ", ".join(model.robot.joints)
@@ -49,9 +49,9 @@ def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
 
 def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
     """Every joint that is not planned stands somewhere, within its limits."""
-    pivot, posture = model.tool.pivot_joint, model.robot.posture
+    pivot, posture = model.tool_joint, model.robot.posture
     free = robot.driven(robot.joints.values())
-    chain = {joint.name for joint in robot.way(model.tool.cup_link)} | {*model.robot.joints, pivot}
+    chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, pivot}
     for name in free.keys() - chain - posture.keys():
         source.add(
             ("robot", "posture", name), "is not planned; expected where it stands in rad or m, got nothing"
@@ -100,7 +100,7 @@ def _check_shapes(source: Source, model: CellModel, robot: Urdf) -> None:
 
 
 def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
-    joints = robot.driven(robot.way(model.tool.cup_link))
+    joints = robot.driven(robot.way(model.tip))
     _check_magnitudes(source, model, joints)
     for name in model.robot.joints:
         if name not in model.joint_limits:

@@ -32,6 +32,9 @@ class Pod:
         return replace(self, bodies=tuple(self.displacement.swept(body) for body in self.bodies))
 
 
+NO_POD = Pod((), {})  # of a cell without one
+
+
 @dataclass(frozen=True, eq=False)
 class Tote:
     """The tote: an open box. Its frame sits at the centre of the inner floor, axes of the world.

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.cell_schema import PodModel, ToteModel
 from pickcli.cell.pod import flat_from
 from pickcli.cell.references import unique
 from pickcli.files.yaml_reader import Key, Source
 
 
-def check_pod(source: Source, model: CellModel) -> None:
+def check_pod(source: Source, pod: PodModel) -> None:
     """Check that a pod's walls, boards and lips lie in their order, and that no two bins share a name.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        model: The cell as it stands in the file.
+        pod: The pod as it stands in the file.
     """
-    pod = model.pod
     _ascending(
         source,
         ("divider", pod.divider + pod.divider_thickness),
@@ -53,14 +52,13 @@ def _ascending(source: Source, *places: tuple[str, float]) -> None:
             source.add(("pod", name), text)
 
 
-def check_tote(source: Source, model: CellModel) -> None:
+def check_tote(source: Source, tote: ToteModel) -> None:
     """Check that the tote's flange runs around its rim, outside of the walls.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        model: The cell as it stands in the file.
+        tote: The tote as it stands in the file.
     """
-    tote = model.tote
     for axis, name in enumerate("xy"):
         low = tote.inner.lower[axis] - tote.wall_thickness
         high = tote.inner.upper[axis] + tote.wall_thickness

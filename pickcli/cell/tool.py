@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
+from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 
 # Directions of the lance in the tool frame: the cup points on along the lance, or at a right angle to it,
@@ -45,28 +46,47 @@ FIXED = ToolState("fixed")
 
 
 @dataclass(frozen=True, eq=False)
-class Tool:
-    """The suction tool: a lance whose last part, the cup, may be moved by a joint of its own.
+class SuctionCup:
+    """The figures of a suction cup.
 
-    The tool frame sits at the tip of the uncompressed cup, +z out of the cup along its axis.
+    Attributes:
+        radius: m.
+        stroke: m, how far the bellows compress.
+        stiffness: N/m along the axis while relaxed, for simulation only.
+        tilt: rad, how far from square on a face the lip still seals.
+        limits: What the seal bears.
+        contact_speed: m/s, fastest final approach.
+        take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
+        take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
+    """
+
+    radius: float
+    stroke: float
+    stiffness: float
+    tilt: float
+    limits: CupLimits
+    contact_speed: float
+    take_up: float
+    take_up_speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tool:
+    """What is mounted on the flange: a lance whose last part, the cup, may be moved by a joint of its own.
+
+    The tool frame sits at the tip of the uncompressed cup, +z out of the cup along its axis. Where nothing is
+    mounted, all three links are the flange, and the tool frame is its frame.
 
     Attributes:
         flange_link: The robot's last own link.
         lance_link: Fixed to the flange.
-        cup_link: Moved by ``joint``, if there is one.
+        cup_link: Moved by ``joint``, if there is one; the last link of the chain.
         joint: The joint that the state moves, the last of the chain; None for a tool with one state.
         positions: Position in rad (of a prismatic joint: m) of the joint in each state, in the order of the
             cell file; 0 without a joint. The first is the state where nothing else is said.
         T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
         T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
-        cup_radius: m.
-        cup_stroke: m, how far the bellows compress.
-        cup_stiffness: N/m along the axis while relaxed; planning does not use it.
-        cup_tilt: rad, how far from square on a face the lip still seals.
-        cup_limits: What the seal bears.
-        contact_speed: m/s, fastest final approach.
-        take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
-        take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
+        suction_cup: The cup; None where nothing is mounted.
     """
 
     flange_link: str
@@ -76,14 +96,30 @@ class Tool:
     positions: dict[ToolState, float]
     T_flange_tip: dict[ToolState, Array]
     T_cup_tip: Array
-    cup_radius: float
-    cup_stroke: float
-    cup_stiffness: float
-    cup_tilt: float
-    cup_limits: CupLimits
-    contact_speed: float
-    take_up: float
-    take_up_speed: float
+    suction_cup: SuctionCup | None
+
+    @classmethod
+    def bare(cls, flange_link: str) -> Tool:
+        """Nothing on the flange.
+
+        Args:
+            flange_link: The last link of the chain.
+
+        Returns:
+            A tool with one state, whose frame is that of the flange.
+        """
+        return cls(
+            flange_link, flange_link, flange_link, None, {FIXED: 0.0}, {FIXED: np.eye(4)}, np.eye(4), None
+        )
+
+    @property
+    def cup(self) -> SuctionCup:
+        """The cup. Raises InputError where nothing is mounted."""
+        if self.suction_cup is None:
+            raise InputError(
+                f"nothing is mounted on {self.flange_link}: picks need a suction cup; add `tool` to the cell"
+            )
+        return self.suction_cup
 
     @property
     def states(self) -> tuple[ToolState, ...]:

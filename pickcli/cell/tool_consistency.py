@@ -2,32 +2,67 @@
 
 from __future__ import annotations
 
-from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.cell_schema import CellModel, RobotModel, ToolModel
 from pickcli.cell.references import refer
 from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import Urdf
 from pickcli.files.yaml_reader import Source
 
 
-def check_tool(source: Source, model: CellModel, robot: Urdf) -> None:
+def check_tip(source: Source, stated: RobotModel, robot: Urdf) -> None:
+    """Check that a robot without a tool says where its chain ends.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        stated: The robot as it stands in the file.
+        robot: Its URDF.
+    """
+    if stated.tip is None:
+        source.add(("robot", "tip"), "expected the last link of the chain, got nothing; add it, or a tool")
+    else:
+        refer(source, ("robot", "tip"), "link", stated.tip, list(robot.links))
+
+
+def check_mount(source: Source, stated: ToolModel, robot: Urdf, tool: Urdf | None) -> None:
+    """Check that a tool with a URDF of its own can be mounted on the robot.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        stated: The tool as it stands in the file.
+        robot: The robot's URDF.
+        tool: The tool's, if it has one of its own.
+    """
+    if tool is None:
+        if stated.T_flange_tool is not None:
+            text = "is of a tool with a URDF of its own; add tool.urdf or leave it out"
+            source.add(("tool", "T_flange_tool"), text)
+        return
+    refer(source, ("tool", "flange_link"), "link of the robot", stated.flange_link, list(robot.links))
+    for name in tool.links.keys() & robot.links.keys():
+        source.add(("tool", "urdf"), f"link {name!r} is one of the robot's too; rename one")
+    taken = {joint.name for joint in robot.joints.values()}
+    for name in sorted(taken & {joint.name for joint in tool.joints.values()}):
+        source.add(("tool", "urdf"), f"joint {name!r} is one of the robot's too; rename one")
+
+
+def check_tool(source: Source, tool: ToolModel, robot: Urdf) -> None:
     """Check that the chain ends flange, lance, cup, and that the tool's states are positions of its joint.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        model: The cell as it stands in the file.
-        robot: Its robot with the tool.
+        tool: The tool as it stands in the file.
+        robot: The robot with the tool.
     """
-    tool = model.tool
     names = list(robot.links)
     for role in ("flange_link", "lance_link", "cup_link"):
         refer(source, ("tool", role), "link", getattr(tool, role), names)
-    last = [robot.root, *(joint.child for joint in robot.way(model.tool.cup_link))][-3:]
+    last = [robot.root, *(joint.child for joint in robot.way(tool.cup_link))][-3:]
     if last != [tool.flange_link, tool.lance_link, tool.cup_link]:
         text = f"expected the chain to end with flange, lance and cup link; it ends {', '.join(last)}"
         source.add(("tool",), text)
     for joint in robot.children(tool.cup_link):
         source.add(("tool", "cup_link"), f"{joint.child!r} hangs on it; the cup is the last link")
-    _check_states(source, model, robot)
+    _check_states(source, tool, robot)
 
 
 def tool_states(model: CellModel) -> list[str]:
@@ -39,12 +74,13 @@ def tool_states(model: CellModel) -> list[str]:
     Returns:
         The names, in the order of the file.
     """
-    return list(model.tool.pivot_positions or {FIXED.name: 0.0})
+    positions = None if model.tool is None else model.tool.pivot_positions
+    return list(positions or {FIXED.name: 0.0})
 
 
-def _check_states(source: Source, model: CellModel, robot: Urdf) -> None:
+def _check_states(source: Source, tool: ToolModel, robot: Urdf) -> None:
     """The states of the tool are positions of the last joint of the chain."""
-    name, positions = model.tool.pivot_joint, model.tool.pivot_positions
+    name, positions = tool.pivot_joint, tool.pivot_positions
     if name is None or positions is None:
         if name is not None:
             source.add(("tool", "pivot_positions"), "expected a position by state, got nothing; add it")
@@ -53,7 +89,7 @@ def _check_states(source: Source, model: CellModel, robot: Urdf) -> None:
                 ("tool", "pivot_joint"), "expected the joint that has these positions, got nothing; add it"
             )
         return
-    joints = robot.driven(robot.way(model.tool.cup_link))
+    joints = robot.driven(robot.way(tool.cup_link))
     refer(source, ("tool", "pivot_joint"), "moving joint", name, list(joints))
     if MOVING.name in positions:
         text = f"{MOVING} means that the tool is between two states; give this one another name"
@@ -61,7 +97,7 @@ def _check_states(source: Source, model: CellModel, robot: Urdf) -> None:
     joint = joints.get(name)
     if joint is None:
         return
-    last = robot.way(model.tool.cup_link)[-1]
+    last = robot.way(tool.cup_link)[-1]
     if joint is not last:
         text = f"expected the last joint of the chain, {last.name!r}, got {name!r}; correct it"
         source.add(("tool", "pivot_joint"), text)

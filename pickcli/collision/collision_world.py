@@ -148,7 +148,7 @@ def _pod(scene: Scene) -> Iterator[_Solid]:
 
 
 def _standing(scene: Scene) -> Iterator[_Solid]:
-    for body in scene.cell.tote.bodies:
+    for body in scene.cell.tote_bodies:
         yield _body("tote", np.eye(4), body)
     for body in scene.cell.obstacles.bodies:
         yield _body("obstacle", np.eye(4), body)

@@ -48,6 +48,7 @@ def command(
 
     refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
+    cell.require_places()
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
     with building("building the roadmap", output, jobs, as_json, scheduler) as run_options:
         built = make_roadmap(cell, output, settings, run_options, overwrite)

@@ -46,6 +46,7 @@ def command(
 
     refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
+    cell.require_places()
     settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
     with building("building the trajectories", output, jobs, as_json, scheduler) as run_options:
         built = make_trajectories(cell, output, settings, run_options, overwrite)

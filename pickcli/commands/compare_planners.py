@@ -64,6 +64,7 @@ def command(
     from pickcli.roadmap.trajectory_database import PayloadClass
 
     cell, load = load_cell(cell_name), PayloadClass(payload)
+    cell.require_places()
     chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
     contestants = _contestants(planners, iterations)
     with stage("comparison"), progress("comparing planners") as report:

@@ -25,7 +25,7 @@ from pickcli.commands.planner import (
     parse_configuration,
 )
 from pickcli.commands.progress_bar import progress
-from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
 
 if TYPE_CHECKING:
     from pickcli.cell.robot import Limits
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @click.command("execute", cls=Command)
 @click.argument("plan_path", metavar="PLAN.json", type=PATH)
-@scene_options
+@scene_or_cell_options
 @click.option("--planned-in", type=PATH, metavar="FILE",
               help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
@@ -56,9 +56,9 @@ if TYPE_CHECKING:
 @seed_option
 @json_option
 def command(
-    plan_path: Path, scene_path: Path, cell_name: str | None, planned_in: Path | None, start: str | None,
-    bridge: bool, unverified: bool, reality_path: Path | None, video: Path | None, overwrite: bool,
-    roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
+    plan_path: Path, scene_path: Path | None, cell_name: str | None, planned_in: Path | None,
+    start: str | None, bridge: bool, unverified: bool, reality_path: Path | None, video: Path | None,
+    overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
 
@@ -83,7 +83,8 @@ def command(
         inputs = (plan_path, scene_path, planned_in, reality_path, cell_name, roadmap, trajectories)
         refuse_output(video, overwrite, *inputs)
     reality = read_reality(reality_path)
-    plan, scene = read_plan(plan_path), open_scene(scene_path, cell_name)
+    plan, scene = read_plan(plan_path), scene_or_empty(scene_path, cell_name)
+    scene.cell.require_places()
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)

@@ -160,7 +160,7 @@ def _cell(path: Path) -> dict[str, Any]:
         "pod_may_be_off_by": allowed(cell),
         "bodies": {
             "pod": len(cell.pod.bodies),
-            "tote": len(cell.tote.bodies),
+            "tote": len(cell.tote_bodies),
             "obstacles": len(cell.obstacles.bodies),
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},

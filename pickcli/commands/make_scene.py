@@ -59,6 +59,7 @@ def command(
     from pickcli.trial.order_file import order_file, read_order
 
     cell = load_cell(cell_name)
+    cell.require_places()
     order = read_order(order_path, cell)
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)
     inputs = (order_file(order_path), cell_name)

@@ -19,11 +19,11 @@ from pickcli.commands.planner import (
     parse_configuration,
     verify_option,
 )
-from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
+from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, scene_or_empty
 
 
 @click.command("plan-move", cls=Command)
-@scene_options
+@scene_or_cell_options
 @click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
 @click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
 @verify_option
@@ -33,24 +33,26 @@ from pickcli.commands.scene_options import open_scene, refuse_held, scene_option
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path, cell_name: str | None, start: str, goal: str, no_verify: bool, roadmap: Path | None,
-    trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path, overwrite: bool,
+    scene_path: Path | None, cell_name: str | None, start: str, goal: str, no_verify: bool,
+    roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path,
+    overwrite: bool,
 ) -> None:  # fmt: skip
     """Plan a move between two configurations.
 
-    The primitive ``move`` of KTH (section IV): with the empty tool, the cup as it is at the start. The plan
-    is verified, and carries its certificate. Exit code 4 when the verifier rejects it, 5 when there is no
-    plan; nothing is written then.
+    The primitive ``move`` of KTH (section IV): with the empty tool, the cup as it is at the start. Without a
+    scene there is nothing around the robot but the cell itself. The plan is verified, and carries its
+    certificate. Exit code 4 when the verifier rejects it, 5 when there is no plan; nothing is written then.
 
     \b
     Example:
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
+      apc plan-move --cell my_robot --from home --to parked -o move.json
     """
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    scene = open_scene(scene_path, cell_name)
+    scene = scene_or_empty(scene_path, cell_name)
     refuse_held(scene, scene_path)
     q, tool_state = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)

@@ -73,6 +73,7 @@ def command(
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
     scene = open_scene(scene_path, cell_name)
+    scene.cell.require_places()
     refuse_held(scene, scene_path)
     _refuse_impossible(scene, bin_name, item, into)
     q, tool_state = parse_configuration(scene.cell, start)

@@ -108,7 +108,7 @@ def load_planner(
         stored = read_roadmap(default.roadmap, cell)
     if database is None and default.trajectories.exists():
         database = read_database(default.trajectories, cell)
-    if stored is None and database is None:
+    if stored is None and database is None and cell.places:
         click.echo(
             "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
             "is planned from nothing (apc run-trial builds both)",

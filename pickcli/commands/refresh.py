@@ -40,6 +40,7 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     from pickcli.roadmap.store import surveyed
 
     cell = load_cell(cell_name)
+    cell.require_places()
     found = surveyed(path, cell)
     with building(f"refreshing {path.name}", path, jobs, as_json) as run_options:
         done = refresh(path, found, cell, run_options)

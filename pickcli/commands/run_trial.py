@@ -133,6 +133,7 @@ def command(
     from pickcli.trial.trial_record import trial_record
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
+    cell.require_places()
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"

@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def scene_options(function: F) -> F:
-    """Give a command the options --scene FILE and --cell NAME|DIR.
+    """Give a command the options --scene FILE, which it needs, and --cell NAME|DIR.
 
     Args:
         function: The command.
@@ -29,14 +29,59 @@ def scene_options(function: F) -> F:
     Returns:
         The command with the options.
     """
-    function = click.option(
-        "--cell", "cell_name", metavar="NAME|DIR",
-        help="The scene's cell.  [default: the one under data/cells that it names]",
-    )(function)  # fmt: skip
+    function = _cell_option(function)
     return click.option(
         "--scene", "scene_path", type=PATH, metavar="FILE", required=True,
         help="Scene file (see apc make-scene).",
     )(function)  # fmt: skip
+
+
+def scene_or_cell_options(function: F) -> F:
+    """Give a command the options --scene FILE and --cell NAME|DIR, of which it needs one.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the options.
+    """
+    function = _cell_option(function)
+    return click.option(
+        "--scene", "scene_path", type=PATH, metavar="FILE",
+        help="Scene file (see apc make-scene).  [default: --cell with nothing in it]",
+    )(function)  # fmt: skip
+
+
+def _cell_option(function: F) -> F:
+    return click.option(
+        "--cell", "cell_name", metavar="NAME|DIR",
+        help="The scene's cell.  [default: the one under data/cells that it names]",
+    )(function)  # fmt: skip
+
+
+def scene_or_empty(path: Path | None, cell_name: str | None) -> Scene:
+    """Read a scene, or take a cell with nothing in it.
+
+    Args:
+        path: The file; None for the cell alone.
+        cell_name: Name or folder of the cell; None for the one that the scene names.
+
+    Returns:
+        The scene.
+
+    Raises:
+        InputError: Neither is named, or the file or the cell cannot be read.
+        StaleError: The scene was made for another cell.
+    """
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.precompute.empty_cell_checkers import empty_scene
+
+    if path is not None:
+        return open_scene(path, cell_name)
+    if cell_name is None:
+        raise InputError("what is around the robot? name a scene with --scene, or with --cell a cell alone")
+    with stage("reading of the cell"):
+        return empty_scene(load_cell(cell_name))
 
 
 def open_scene(path: Path, cell_name: str | None) -> Scene:
@@ -71,12 +116,12 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     return scene
 
 
-def refuse_held(scene: Scene, path: Path) -> None:
+def refuse_held(scene: Scene, path: Path | None) -> None:
     """Refuse a scene in which the cup holds something, where a command begins with an empty one.
 
     Args:
         scene: The scene.
-        path: Its file, for the message.
+        path: Its file, for the message; None for one that no file holds.
 
     Raises:
         InputError: The cup holds something.

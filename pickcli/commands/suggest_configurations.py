@@ -60,6 +60,7 @@ def command(
     if output is not None:
         refuse_output(output, overwrite, cell_name)
     cell = load_cell(cell_name)
+    cell.require_places()
     settings = RankingSettings(n_kept=candidates, n_poses=poses, seed=seed)
     state = named_state(cell, tool_state)
     suggester = ConfigurationRanking(cell, bin_name, state, settings)

@@ -12,7 +12,7 @@ from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option
-from pickcli.commands.scene_options import open_scene, scene_options
+from pickcli.commands.scene_options import scene_or_cell_options, scene_or_empty
 
 if TYPE_CHECKING:
     from pickcli.verification.verdict import Verdict
@@ -20,24 +20,26 @@ if TYPE_CHECKING:
 
 @click.command("verify", cls=Command)
 @click.argument("plan_path", metavar="PLAN", type=PATH)
-@scene_options
+@scene_or_cell_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
               help="Of a way back after a stop, the plan that stopped.")  # fmt: skip
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
 def command(
-    plan_path: Path, scene_path: Path, cell_name: str | None, stopped_path: Path | None, write: bool,
+    plan_path: Path, scene_path: Path | None, cell_name: str | None, stopped_path: Path | None, write: bool,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Let the independent verifier check a plan.
 
-    Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for.
+    Exact shapes, kinematics of its own, proven bounds, in the scene that the plan was made for: --cell alone
+    where it was made without one.
 
     Exit code 0 when it may be executed, 4 when it is rejected, damaged or made for another scene.
 
     \b
     Example:
       apc verify plan.json --scene scene.json --write
+      apc verify move.json --cell my_robot
     """
     from pickcli.errors import InputError, RejectedError, StaleError
     from pickcli.motion.plan_file import read_plan, write_plan
@@ -47,12 +49,12 @@ def command(
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
-    scene = open_scene(scene_path, cell_name)
+    scene = scene_or_empty(scene_path, cell_name)
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)
     except StaleError as error:
-        raise StaleError(f"{plan_path} in {scene_path}: {error}") from None
+        raise StaleError(f"{plan_path} in {scene_path or cell_name}: {error}") from None
     if verdict.certificate is not None and write:
         write_plan(replace(plan, certificate=verdict.certificate), plan_path)
     if as_json:

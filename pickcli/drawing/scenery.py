@@ -39,7 +39,7 @@ def solids(cell: Cell) -> tuple[DrawnSolid, ...]:
         The boxes.
     """
     parts = [(body, cell.T_world_pod, Colour.POD) for body in cell.pod.bodies]
-    parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote.bodies]
+    parts += [(body, np.eye(4), Colour.TOTE) for body in cell.tote_bodies]
     parts += [(body, np.eye(4), Colour.OBSTACLE) for body in cell.obstacles.bodies]
     return tuple(
         DrawnSolid(_corners(T @ body.T_parent_shape, body), _QUADRANGLES, ink)

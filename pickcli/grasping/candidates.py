@@ -107,7 +107,7 @@ def sample_grasps(
 
 def _nothing_to_hold(item_id: str, item: Item, tool: Tool) -> Reason:
     if not wide_faces(item, tool):
-        return Reason("no face takes the whole cup", item_id, f"its radius is {tool.cup_radius * 1e3:.0f} mm")
+        return Reason("no face takes the whole cup", item_id, f"its radius is {tool.cup.radius * 1e3:.0f} mm")
     if not faces(item, tool):
         return Reason("no face that takes the whole cup seals", item_id, item.seal_source)
     sealing = ", ".join(face.name for face in faces(item, tool))
@@ -120,7 +120,7 @@ def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Gener
     T = target.T_entry_item @ samples
     # The pivoted cup points down or aside; its lance then lies above or beside the tip, and may be tilted.
     is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
-    gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup_tilt) * np.maximum(T[:, 0, 3], 0.0)
+    gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup.tilt) * np.maximum(T[:, 0, 3], 0.0)
     height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
     is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= target.place.access.height - LANCE_CLEAR)
     return samples[is_clear][:n]
@@ -201,8 +201,8 @@ def _turned_and_tilted(
     T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
     tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
     if kind == "top-down":
-        tilts[..., 0] = _tilt_over_the_lip(target.T_entry_item @ T_turned, _to_lance(tool), tool.cup_tilt)
-    tilts[..., 1:] = tool.cup_tilt * np.array(search.tilts)
+        tilts[..., 0] = _tilt_over_the_lip(target.T_entry_item @ T_turned, _to_lance(tool), tool.cup.tilt)
+    tilts[..., 1:] = tool.cup.tilt * np.array(search.tilts)
     costs = 0.05 + np.abs(tilts) / np.pi
     costs[..., 0] = 0.0
     costs += 0.3 * np.array([turn.off for turn in turns])[:, None] / np.pi

@@ -32,8 +32,8 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     off = noise.position + noise.angle * aside + _lag(grasp, tool)
     # As far off the other way the bellows must not be pressed in beyond their stroke. The cup draws on what
     # it then may not quite meet.
-    most = max(tool.cup_stroke - off, LEAST_OF_STROKE * tool.cup_stroke)
-    return min(off + PRESS, MOST_OF_STROKE * tool.cup_stroke, most)
+    most = max(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
+    return min(off + PRESS, MOST_OF_STROKE * tool.cup.stroke, most)
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
@@ -74,4 +74,4 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
 
 def _lag(grasp: Grasp, tool: Tool) -> float:
     """How far, in m, the far side of a tilted cup meets the face later than its middle."""
-    return tool.cup_radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))
+    return tool.cup.radius * float(np.sin(tilt_on(grasp.face, grasp.T_item_tip)))

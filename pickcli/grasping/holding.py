@@ -101,7 +101,7 @@ class Hold:
         R = T_tip_item[:3, :3]
         inertia = (1.0 + item.mass_error) * R @ item.inertia @ R.T
         body = HeldBody(item.heaviest, T_tip_item[:3, 3], inertia)
-        return cls(body, tool.cup_limits, item.seals[face])
+        return cls(body, tool.cup.limits, item.seals[face])
 
     def at_rest(self, R_world_tip: Array) -> CupLoad:
         """The worst load at rest: no slower motion loads the cup less.
@@ -173,7 +173,7 @@ def loads_at_rest(
     upwards = np.stack([R_world_item[2] @ R, np.tile((0.0, 0.0, -1.0), (len(R), 1))], axis=1)
     force = item.heaviest * GRAVITY * upwards
     wrenches = np.concatenate([force, np.cross(p_tip_com, force)], axis=2)
-    return _worst(wrenches, tool.cup_limits, item.seals[face])
+    return _worst(wrenches, tool.cup.limits, item.seals[face])
 
 
 def _worst(wrenches: Array, limits: CupLimits, vacuum_share: float) -> tuple[CupLoad, ...]:

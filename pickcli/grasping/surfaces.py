@@ -50,11 +50,11 @@ def wide_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     Returns:
         The faces; () where the item has none.
     """
-    inset = tool.cup_radius + item.seal_inset
+    inset = tool.cup.radius + item.seal_inset
     if item.shape.kind is ShapeKind.SPHERE:
         return _sphere_faces(item, tool)
     is_box = item.shape.kind is ShapeKind.BOX
-    found = _box_faces(item, inset) if is_box else _cylinder_faces(item, inset, tool.cup_stroke)
+    found = _box_faces(item, inset) if is_box else _cylinder_faces(item, inset, tool.cup.stroke)
     return tuple(face for face in found if face is not None)
 
 
@@ -131,7 +131,7 @@ def _cylinder_faces(item: Item, inset: float, stroke: float) -> Iterator[Face | 
 
 def _sphere_faces(item: Item, tool: Tool) -> tuple[Face, ...]:
     radius = item.shape.size[0]
-    if sagitta(radius, tool.cup_radius) > 0.75 * tool.cup_stroke:
+    if sagitta(radius, tool.cup.radius) > 0.75 * tool.cup.stroke:
         return ()
     bounds = np.zeros((6, 2))
     bounds[4], bounds[5] = (-np.pi / 2, np.pi / 2), (-np.pi, np.pi)

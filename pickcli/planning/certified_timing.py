@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -166,12 +167,16 @@ def divided_lift(
     tips = arm.tips(lift.waypoints, lift.mode.tool_state)
     R_world_tip, p = tips[0, :3, :3], tips[:, :3, 3]
     ways = np.linalg.norm(p - p[0], axis=1)
-    if abs(R_world_tip[2, 2]) > LEVEL or hold.torque_at_rest(R_world_tip) < TURNS or ways[-1] <= tool.take_up:
+    if (
+        abs(R_world_tip[2, 2]) > LEVEL
+        or hold.torque_at_rest(R_world_tip) < TURNS
+        or ways[-1] <= tool.cup.take_up
+    ):
         return None
-    k = int(np.argmax(ways > tool.take_up))
-    share = (tool.take_up - ways[k - 1]) / (ways[k] - ways[k - 1])
+    k = int(np.argmax(ways > tool.cup.take_up))
+    share = (tool.cup.take_up - ways[k - 1]) / (ways[k] - ways[k - 1])
     end = lift.waypoints[k - 1] + share * (lift.waypoints[k] - lift.waypoints[k - 1])
-    slow = replace(lift.limits, max_tool_speed=SLOWER_THAN_ALLOWED * tool.take_up_speed)
+    slow = replace(lift.limits, max_tool_speed=SLOWER_THAN_ALLOWED * tool.cup.take_up_speed)
     return (
         replace(lift, waypoints=np.vstack([lift.waypoints[:k], end]), limits=slow),
         replace(lift, waypoints=np.vstack([end, lift.waypoints[k:]])),
@@ -191,7 +196,8 @@ def _timed(
     limit: PathConstraint | None = None,
 ) -> TimedRun | Failures:
     """One run that keeps what is promised of lines and contact, or what it breaks however it is mended."""
-    fastest = context.cell.robot.tool.contact_speed
+    cup = context.cell.robot.tool.suction_cup
+    fastest = inf if cup is None else cup.contact_speed
     run = _timed_once(context, segments, checkers, limit)
     for _ in range(MENDS):
         if isinstance(run, Failures) or (better := mended(context.arm, fastest, run, segments)) is None:

@@ -115,7 +115,7 @@ class Scene:
         cell = self.cell
         return (
             *((body, self.T_world_pod) for body in cell.pod.bodies),
-            *((body, np.eye(4)) for body in (*cell.tote.bodies, *cell.obstacles.bodies)),
+            *((body, np.eye(4)) for body in (*cell.tote_bodies, *cell.obstacles.bodies)),
         )
 
     @property

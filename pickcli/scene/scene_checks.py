@@ -127,12 +127,12 @@ def check_held(source: Source, scene: Scene) -> None:
     if scene.held is None:
         return
     item, tool = PosedSolid(scene.held.item.shape, scene.held.T_tip_item), scene.cell.robot.tool
-    slack = SUNK + tool.cup_stroke + scene.noise.bound(scene.held.item)
+    slack = SUNK + tool.cup.stroke + scene.noise.bound(scene.held.item)
     advice = (
         "; position is that of the item's middle in the tool frame, in m: the origin at the tip of the cup, "
         "+z out of it"
     )
-    if overlap_depth(item, _ball(tool.cup_radius + slack, 0.0), 0.0) == 0.0:
+    if overlap_depth(item, _ball(tool.cup.radius + slack, 0.0), 0.0) == 0.0:
         away = float(np.linalg.norm(item.center))
         where = f"{away:.3g} m from the tip of the cup, which its surface is to be at"
         source.add(("held", "position"), f"the middle of {scene.held.id} is {where}{advice}")

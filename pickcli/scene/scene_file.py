@@ -20,6 +20,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
+from pickcli.cell.tool import SuctionCup
 from pickcli.errors import StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
@@ -111,11 +112,15 @@ def scene_hash(scene: Scene) -> str:
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
-            "cup limits": numbers(astuple(scene.cell.robot.tool.cup_limits)),
+            **_cup_limits(scene.cell.robot.tool.suction_cup),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
             "items": sorted(_item_content(placed) for placed in scene.items),
         }
     )
+
+
+def _cup_limits(cup: SuctionCup | None) -> dict[str, Any]:
+    return {} if cup is None else {"cup limits": numbers(astuple(cup.limits))}
 
 
 def _item_content(placed: PlacedItem) -> list[Any]:

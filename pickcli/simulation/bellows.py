@@ -62,7 +62,7 @@ class Bellows:
         self._engine, self._robot, self._tool = engine, robot, tool
         self.stiffness = stiffness  # N/m over the whole lip
         angles = np.arange(N_RIM) * 2 * np.pi / N_RIM
-        rim = tool.cup_radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        rim = tool.cup.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         self._points = np.concatenate([np.zeros((1, 2)), rim])  # (9, 2) in the tip's x-y plane
 
     def probe(self, T_world_tip: Array, ahead: float) -> Probe:
@@ -75,10 +75,10 @@ class Bellows:
         Returns:
             What the rays met.
         """
-        back = self._tool.cup_stroke + SOLID_DEPTH + PROBE_BACK
+        back = self._tool.cup.stroke + SOLID_DEPTH + PROBE_BACK
         R, tip = T_world_tip[:3, :3], T_world_tip[:3, 3]
         middle = tip + (ahead - back) / 2 * R[:, 2]
-        if self._engine.near(middle, (ahead + back) / 2 + self._tool.cup_radius) <= {self._robot}:
+        if self._engine.near(middle, (ahead + back) / 2 + self._tool.cup.radius) <= {self._robot}:
             return NOTHING
         starts = tip + self._points @ R[:, :2].T - back * R[:, 2]
         hits = self._engine.ray_hits(starts, starts + (back + ahead) * R[:, 2])
@@ -123,7 +123,7 @@ class Bellows:
         # Of a free body's mass, what an explicit time step bears: m / h^2 of stiffness, m / h of damping.
         mass, h = self._engine.mass(name) if is_free else np.inf, self._engine.time_step
         soft, solid = self.stiffness, min(SOLID_STIFFNESS, mass / h**2)
-        excess = np.maximum(depths - tool.cup_stroke, 0.0)
+        excess = np.maximum(depths - tool.cup.stroke, 0.0)
         forces = (soft * (depths - excess) + solid * excess) / (N_RIM + 1)
         stiffness = float(np.where(excess > 0.0, solid, soft).sum()) / (N_RIM + 1)
         centre = forces @ self._points[mine] / max(float(forces.sum()), 1e-12)

@@ -66,7 +66,7 @@ def solid_cup(tool: Tool, shapes: tuple[Body, ...]) -> Iterator[Body]:
     Yields:
         What is left of each.
     """
-    end = float(tool.T_cup_tip[2, 3]) - tool.cup_stroke - SOLID_DEPTH
+    end = float(tool.T_cup_tip[2, 3]) - tool.cup.stroke - SOLID_DEPTH
     for body in shapes:
         T = body.T_parent_shape
         half = body.shape.reach(T[:3, :3])

@@ -53,7 +53,7 @@ def add_statics(engine: Engine, scene: Scene) -> None:
     """
     for body in scene.cell.pod.bodies:
         engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
-    for body in scene.cell.tote.bodies:
+    for body in scene.cell.tote_bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
     for body in scene.cell.obstacles.bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])

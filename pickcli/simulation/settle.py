@@ -42,7 +42,7 @@ def settle(scene: Scene, items: tuple[PlacedItem, ...]) -> tuple[PlacedItem, ...
     try:
         for body in (*scene.cell.pod.bodies,):
             engine.add_static(body, scene.T_world_pod, STATIC_COLOURS["pod"])
-        for body in scene.cell.tote.bodies:
+        for body in scene.cell.tote_bodies:
             engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
         for placed in items:
             engine.add_item(placed.id, placed.item, placed.T_world_item, item_colour(placed.item))

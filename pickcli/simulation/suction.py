@@ -187,7 +187,7 @@ class Suction:
         """
         if self.held is None:
             return
-        ratio = float(self._tool.cup_limits.ratio(self.load.wrench, self.vacuum.cup / FULL_VACUUM))
+        ratio = float(self._tool.cup.limits.ratio(self.load.wrench, self.vacuum.cup / FULL_VACUUM))
         if not self.vacuum.is_valve_open:
             if ratio > 1.0 or self.vacuum.cup < RELEASE_VACUUM:
                 self._detach(t, is_wanted=True)
@@ -217,13 +217,13 @@ class Suction:
     def _sliding_speed(self, item: str, T_world_tip: Array) -> float:
         """How fast any part of the rim moves over the face at most, along it or away from it, m/s."""
         linear, turn = self._relative_velocity(item, T_world_tip[:3, 3])
-        return float(np.linalg.norm(linear)) + self._tool.cup_radius * float(np.linalg.norm(turn))
+        return float(np.linalg.norm(linear)) + self._tool.cup.radius * float(np.linalg.norm(turn))
 
     def _brake(self, item: str, T_world_tip: Array) -> None:
         """Stop an item that slides under the cup by the friction of the lip, which the vacuum presses on."""
         tip = T_world_tip[:3, 3]
         velocity, _ = self._relative_velocity(item, tip)
-        friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup_radius**2
+        friction = FRICTION * self.vacuum.cup * np.pi * self._tool.cup.radius**2
         drag = BRAKING * self._engine.mass(item) / self._engine.time_step
         force = -min(drag, friction / max(float(np.linalg.norm(velocity)), 1e-9)) * velocity
         self._engine.wake(item)
@@ -242,7 +242,7 @@ class Suction:
         if item not in self._items or not 0.0 < distance < DRAG_REACH:
             return
         axis = T_world_tip[:3, 2]
-        area = np.pi * self._tool.cup_radius**2
+        area = np.pi * self._tool.cup.radius**2
         force = DRAG_SHARE * self.vacuum.line * area * (1.0 - distance / DRAG_REACH)
         self._engine.wake(item)
         self._engine.push(item, -force * axis, T_world_tip[:3, 3] + distance * axis)

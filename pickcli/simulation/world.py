@@ -92,7 +92,7 @@ class World:
         exempt = self._apply_allowed_pairs()
         self.suction = self._build_suction()
         tool = self.robot.tool
-        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, tool.cup_stiffness * tool.cup_stroke)
+        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, tool.cup.stiffness * tool.cup.stroke)
 
     def close(self) -> None:
         """Free the engine."""
@@ -100,7 +100,7 @@ class World:
 
     def _build_suction(self) -> Suction:
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup
-        bellows = Bellows(self.engine, ROBOT, tool, tool.cup_stiffness if is_compliant else 0.0)
+        bellows = Bellows(self.engine, ROBOT, tool, tool.cup.stiffness if is_compliant else 0.0)
         vacuum = Vacuum(self._device(DeviceKind.PUMP).lead, self._device(DeviceKind.VALVE).lead)
         cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
         items = {placed.id: placed.item for placed in self.scene.items}
@@ -251,7 +251,7 @@ class World:
         wanted = frozenset({self.held} if self.held is not None else ())
         for name in sorted(wanted - self._uncollided):
             self.engine.set_collision(ROBOT, cup, name, "", on=False)
-        left, far = self._uncollided - wanted, self.robot.tool.cup_stroke + SOLID_DEPTH + APART
+        left, far = self._uncollided - wanted, self.robot.tool.cup.stroke + SOLID_DEPTH + APART
         apart = {name for name in sorted(left) if self.engine.distance(ROBOT, cup, name, far) >= far}
         for name in sorted(apart):
             self.engine.set_collision(ROBOT, cup, name, "", on=True)

@@ -70,13 +70,13 @@ def _seal(grasp: Grasp, item: Item, tool: Tool) -> Iterator[Reason]:
     face, off, normal, room = _face_at(item, tip)
     if abs(off) > ON_SURFACE:
         yield Reason("grasp off the surface", grasp.item, f"{off * 1e3:.1f} mm")
-    if axis @ -normal < np.cos(ON_NORMAL + tool.cup_tilt):
+    if axis @ -normal < np.cos(ON_NORMAL + tool.cup.tilt):
         yield Reason(
             "cup not square on the face", grasp.item, f"{np.degrees(np.arccos(axis @ -normal)):.1f} deg"
         )
     if item.seals[face] <= 0.0:
         yield Reason("cup not on a face that seals", grasp.item, f"{face}; {item.seal_source}")
-    inset = tool.cup_radius + item.seal_inset
+    inset = tool.cup.radius + item.seal_inset
     if room < inset - 1e-6:
         yield Reason(
             "cup beyond the edge", grasp.item, f"{room * 1e3:.1f} mm from the edge, needs {inset * 1e3:.1f}"
@@ -147,7 +147,7 @@ def _as_grasped(scene: Scene, grasp: Grasp, T_item_tip: Array, where: str) -> It
     """The tip (4, 4) is where the grasp says, pressed on by what noise and bellows allow."""
     off = inverse(grasp.T_item_tip) @ T_item_tip
     aside, pressed = float(np.hypot(*off[:2, 3])), float(off[2, 3])
-    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.cup_stroke
+    most = scene.noise.bound(scene.item(grasp.item)) + scene.cell.robot.tool.cup.stroke
     if not -ON_SURFACE <= pressed <= most:
         yield Reason(
             "misses the item", where, f"pressed on by {pressed * 1e3:.1f} mm, expected 0..{most * 1e3:.1f}"

@@ -45,7 +45,7 @@ def check_load(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float)
     if len(times) == 0:
         return
     assert plan.grasp is not None
-    item, limits = scene.item(plan.grasp.item), scene.cell.robot.tool.cup_limits
+    item, limits = scene.item(plan.grasp.item), scene.cell.robot.tool.cup.limits
     for what, ratios in (
         ("pull and moment", limits.lip(wrenches, vacuum_share)),
         ("shear and twist", limits.slip(wrenches, vacuum_share)),
@@ -65,7 +65,7 @@ def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) 
         return
     assert plan.grasp is not None
     lift, item, robot = plan.segments[k], scene.item(plan.grasp.item), scene.cell.robot
-    tool, limits = robot.tool, robot.tool.cup_limits
+    tool, limits = robot.tool, robot.tool.cup.limits
     times = np.arange(lift.t_start, lift.t_end, STEP)
     tips = tip_poses(robot, link_poses(robot, motion(plan.trajectory, times)[0]), lift.tool_state)
     torque = wrenches(tips[[0, 0, 0]], T_tip_item, item, STEP)[0, 3:]
@@ -74,10 +74,10 @@ def _taken_up(plan: Plan, scene: Scene, T_tip_item: Array, vacuum_share: float) 
         return
     p = tips[:, :3, 3]
     speeds = np.linalg.norm(np.diff(p, axis=0), axis=1) / STEP
-    is_taking_up = np.linalg.norm(p[1:] - p[0], axis=1) <= tool.take_up
+    is_taking_up = np.linalg.norm(p[1:] - p[0], axis=1) <= tool.cup.take_up
     fastest = float(speeds[is_taking_up].max(initial=0.0))
-    if fastest > tool.take_up_speed:
-        at = f"{fastest:.4f} m/s in its first {tool.take_up} m, the cup takes {tool.take_up_speed}"
+    if fastest > tool.cup.take_up_speed:
+        at = f"{fastest:.4f} m/s in its first {tool.cup.take_up} m, the cup takes {tool.cup.take_up_speed}"
         yield Reason("weight taken up too fast", f"segment {k} ({lift.kind})", at)
 
 

@@ -88,7 +88,7 @@ def fixtures(scene: Scene) -> tuple[Fixture, ...]:
     """
     cell = scene.cell
     found = [_fixture(b.name, scene.T_world_pod @ b.T_parent_shape, b.shape) for b in scene.pod_bodies]
-    found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote.bodies + cell.obstacles.bodies]
+    found += [_fixture(b.name, b.T_parent_shape, b.shape) for b in cell.tote_bodies + cell.obstacles.bodies]
     for placed in scene.items:
         bound = scene.noise.bound(placed.item)
         found.append(_fixture(placed.id, placed.T_world_item, placed.item.shape, bound))

@@ -59,6 +59,9 @@ def _tumbles(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
 
 def _in_tote(scene: Scene, placed: PlacedItem) -> Iterator[Reason]:
     tote = scene.cell.tote
+    if tote is None:
+        yield Reason("released outside of every place", placed.id, "the cell has no tote")
+        return
     T = inverse(tote.place.T_carrier_place) @ placed.T_world_item
     reach = placed.item.shape.reach(T[:3, :3])
     low, high = T[:3, 3] - reach, T[:3, 3] + reach

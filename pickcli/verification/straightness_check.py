@@ -99,7 +99,7 @@ def _contact(plan: Plan, robot: Robot, segment: Segment, tips: Array, where: str
     if way @ axis <= 0.0 or aside > OFF_LINE:
         yield Reason("not along the tool axis", where, f"{aside * 1e3:.2f} mm aside")
     speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
-    limit = robot.tool.contact_speed
+    limit = robot.tool.cup.contact_speed
     if speed > limit * (1.0 + SPEED_TOLERANCE):
         yield Reason("contact speed", where, f"{speed:.4f} m/s, the tool takes {limit}")
 

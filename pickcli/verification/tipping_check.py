@@ -51,7 +51,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         links = link_poses(robot, plan.trajectory.sample(segment.t_end))
         tip = tip_poses(robot, links, segment.tool_state)[0]
         pressed = float((inverse(placed.T_world_item @ plan.grasp.T_item_tip) @ tip)[2, 3])
-        press = robot.tool.cup_stiffness * max(0.0, pressed)
+        press = robot.tool.cup.stiffness * max(0.0, pressed)
         beside = beside_support(scene, placed, press * tip[:3, 2], tip[:3, 3])
         if beside > 0.0:
             detail = f"{press:.1f} N and its weight lead {beside * 1e3:.0f} mm beside what carries it"

@@ -66,7 +66,7 @@ def test_twist_that_is_not_stated_is_that_of_a_uniformly_pressed_disc(cell: Cell
     r = (np.arange(n) + 0.5) * radius / n
     summed = float(np.sum(21.0 / (np.pi * radius**2) * r * 2.0 * np.pi * r) * radius / n)
     assert twist_of(21.0, radius) == pytest.approx(summed, rel=1e-6)
-    assert cell.robot.tool.cup_limits.max_twist == pytest.approx(0.21)
+    assert cell.robot.tool.cup.limits.max_twist == pytest.approx(0.21)
 
 
 @given(wrenches)

@@ -82,10 +82,10 @@ def test_drop_poses_span_the_tote_under_the_drop_limit(cell: Cell) -> None:
     centres = []
     for named in (c for c in cell.configurations.values() if c.kind == "drop"):
         T = arm_table.chain_tip(cell.robot, named.q, cell.robot.tool.positions[named.tool_state])
-        p = T[:3, 3] - cell.tote.place.T_carrier_place[:3, 3]
+        p = T[:3, 3] - cell.places["tote"].T_carrier_place[:3, 3]
         assert p[2] == pytest.approx(0.24, abs=1e-3)
         assert T[2, 2] < -0.86
-        assert all(abs(p[:2]) < np.array(cell.tote.place.room.size[:2]) / 2 - 0.08)
+        assert all(abs(p[:2]) < np.array(cell.places["tote"].room.size[:2]) / 2 - 0.08)
         centres.append((named.tool_state, *np.round(p[:2], 2)))
     assert len(centres) == len(set(centres)) == 12
 

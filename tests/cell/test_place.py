@@ -23,7 +23,7 @@ def test_the_way_in_leads_through_the_middle_of_the_mouth(cell: Cell) -> None:
         assert_allclose(cell_bin.access.direction, (1.0, 0.0, 0.0))
         assert_allclose(cell_bin.access.T_place_mouth[:3, 3], (0.0, 0.0, cell_bin.access.height / 2))
         assert not cell_bin.access.is_from_above
-    access, room = cell.tote.place.access, cell.tote.place.room
+    access, room = cell.places["tote"].access, cell.places["tote"].room
     assert_allclose(access.direction, (0.0, 0.0, -1.0))
     assert_allclose(access.T_place_mouth[:3, 3], (0.0, 0.0, room.high[2]))
     R = access.T_place_mouth[:3, :3]
@@ -44,7 +44,7 @@ def test_a_place_stands_where_its_carrier_does(cell: Cell) -> None:
 
 
 def test_every_place_knows_which_bodies_carry_what_lies_in_it(cell: Cell) -> None:
-    pod, tote = ({body.name for body in part.bodies} for part in (cell.pod, cell.tote))
+    pod, tote = ({body.name for body in bodies} for bodies in (cell.pod.bodies, cell.tote_bodies))
     assert cell.places and pod and tote
     for place in cell.places.values():
         assert place.support

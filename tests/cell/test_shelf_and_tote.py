@@ -126,19 +126,19 @@ def test_floors_are_named_and_no_two_bodies_alike(cell: Cell) -> None:
 
 def test_names_of_all_bodies_are_their_own(cell: Cell) -> None:
     links = [link.name for link in cell.robot.links]
-    bodies = [b.name for b in (*cell.pod.bodies, *cell.tote.bodies, *cell.obstacles.bodies)]
+    bodies = [b.name for b in (*cell.pod.bodies, *cell.tote_bodies, *cell.obstacles.bodies)]
     assert len({*links, *bodies}) == len(links) + len(bodies)
 
 
 def test_the_tote_is_open_above_and_closed_elsewhere(cell: Cell) -> None:
-    floor_centre = cell.tote.place.T_carrier_place[:3, 3]
+    floor_centre = cell.places["tote"].T_carrier_place[:3, 3]
     np.testing.assert_allclose(floor_centre, (-1.0455, -0.6165, 0.580), atol=1e-9)
-    np.testing.assert_allclose(cell.tote.place.room.size, (0.539, 0.359, 0.201), atol=1e-9)
+    np.testing.assert_allclose(cell.places["tote"].room.size, (0.539, 0.359, 0.201), atol=1e-9)
     middle = floor_centre + np.array([0.0, 0.0, 0.1])
     for axis, half in ((0, 0.539 / 2), (1, 0.359 / 2)):
-        ends = [t for span in spans(cell.tote.bodies, middle, np.eye(3)[axis]) for t in span]
+        ends = [t for span in spans(cell.tote_bodies, middle, np.eye(3)[axis]) for t in span]
         assert min(abs(t) for t in ends) == pytest.approx(half)
-    up = spans(cell.tote.bodies, middle, np.array([0.0, 0.0, 1.0]))
+    up = spans(cell.tote_bodies, middle, np.array([0.0, 0.0, 1.0]))
     assert max(high for _, high in up) == pytest.approx(-0.1)
-    rim = spans(cell.tote.bodies, floor_centre + np.array([0.0, 0.0, 0.19]), np.array([1.0, 0.0, 0.0]))
+    rim = spans(cell.tote_bodies, floor_centre + np.array([0.0, 0.0, 0.19]), np.array([1.0, 0.0, 0.0]))
     assert max(high for _, high in rim) == pytest.approx(-0.737 + 1.0455)

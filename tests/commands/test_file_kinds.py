@@ -96,7 +96,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         value = right.get(str(parameter.name))
         if parameter.name == name:
             value = given
-        elif is_argument or (parameter.required and kind is not None):
+        elif is_argument or parameter.name == "scene_path":
             value = files[kind or SCENE]
         if value is not None:
             argv += [value] if is_argument else [parameter.opts[-1], value]

@@ -84,7 +84,7 @@ def test_an_edge_is_drawn_where_the_tip_goes(cell: Cell) -> None:
 
 def test_solids_are_the_cells_bodies_but_for_the_floor(cell: Cell) -> None:
     drawn = solids(cell)
-    bodies = [*cell.pod.bodies, *cell.tote.bodies, *cell.obstacles.bodies]
+    bodies = [*cell.pod.bodies, *cell.tote_bodies, *cell.obstacles.bodies]
     assert len(drawn) == len(bodies) - 1
     low = cell.obstacles.bodies[1].T_parent_shape[:3, 3] - cell.obstacles.bodies[1].shape.extents / 2
     assert any(np.allclose(solid.corners.min(axis=0), low) for solid in drawn)

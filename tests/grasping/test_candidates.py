@@ -49,7 +49,7 @@ def test_every_cup_is_whole_on_its_face_and_nearly_square(name: str, T: Array, s
     assert grasps
     for grasp in grasps:
         assert is_pose(grasp.T_item_tip)
-        assert tilt_on(grasp.face, grasp.T_item_tip) <= TOOL.cup_tilt + 1e-6
+        assert tilt_on(grasp.face, grasp.T_item_tip) <= TOOL.cup.tilt + 1e-6
         at = np.abs(regions[grasp.face].displacement(grasp.T_item_tip)[:3])
         if grasp.face not in ("mantle", "sphere"):
             assert (at <= regions[grasp.face].bounds[:3, 1] + 1e-9).all()
@@ -96,14 +96,14 @@ def test_the_whole_rim_is_on_the_part_of_the_face_that_seals(name: str, search: 
     """In an upright and a lying pose; the rim is checked point by point."""
     item = CELL.item(name, 2016)
     angles = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    rim = TOOL.cup_radius * np.stack([np.cos(angles), np.sin(angles), np.zeros(32)], axis=1)
+    rim = TOOL.cup.radius * np.stack([np.cos(angles), np.sin(angles), np.zeros(32)], axis=1)
     seen = set()
     for T in (FLAT, ON_EDGE, pose([0.2, 0.0, 0.05], rpy=[0.0, np.pi / 2, 0.0])):
         for grasp in sampled(name, T, search):
             assert item.seals[grasp.face] > 0.0
             low, high = item.area(grasp.face)
             points = grasp.T_item_tip[:3, 3] + rim @ grasp.T_item_tip[:3, :3].T
-            tilted = TOOL.cup_radius * (1.0 - np.cos(TOOL.cup_tilt)) + 1e-9
+            tilted = TOOL.cup.radius * (1.0 - np.cos(TOOL.cup.tilt)) + 1e-9
             assert ((points >= low - tilted) & (points <= high + tilted)).all()
             seen.add(grasp.face)
     assert seen

@@ -32,7 +32,7 @@ def test_the_cup_meets_the_face_and_its_bellows_keep_their_stroke(
     tool = cell.robot.tool
     off = noise.position + noise.angle * x
     pressed = overtravel(at(x), tool, noise)
-    assert pressed + off <= tool.cup_stroke + 1e-12
+    assert pressed + off <= tool.cup.stroke + 1e-12
     assert pressed >= off  # it meets the face, wherever that is
     if x == 0.0:
         assert pressed == pytest.approx(off + PRESS)
@@ -42,5 +42,5 @@ def test_what_is_hardly_known_is_pressed_on_by_a_share_of_the_stroke(cell: Cell)
     tool = cell.robot.tool
     for position in (0.006, 0.02):
         pressed = overtravel(at(0.0), tool, PoseNoise(position, DEGREE))
-        assert pressed == pytest.approx(LEAST_OF_STROKE * tool.cup_stroke)
-        assert pressed < MOST_OF_STROKE * tool.cup_stroke
+        assert pressed == pytest.approx(LEAST_OF_STROKE * tool.cup.stroke)
+        assert pressed < MOST_OF_STROKE * tool.cup.stroke

@@ -171,8 +171,8 @@ def test_a_load_is_told_in_its_units() -> None:
 def test_the_torque_of_the_weight_counts_by_what_the_cup_bears_of_it() -> None:
     bent, turned = held(BOTTLE, (0.0, 0.0, 0.05)), held(BOTTLE, (0.0, 0.01, 0.0))
     weight = 0.52 * GRAVITY
-    assert bent.torque_at_rest(FORWARD) == pytest.approx(weight * 0.05 / TOOL.cup_limits.max_moment)
-    assert turned.torque_at_rest(FORWARD) == pytest.approx(weight * 0.01 / TOOL.cup_limits.max_twist)
+    assert bent.torque_at_rest(FORWARD) == pytest.approx(weight * 0.05 / TOOL.cup.limits.max_moment)
+    assert turned.torque_at_rest(FORWARD) == pytest.approx(weight * 0.01 / TOOL.cup.limits.max_twist)
     assert bent.torque_at_rest(DOWN) == pytest.approx(0.0, abs=1e-12)
     leaking = replace(bent, vacuum_share=0.5)
     assert leaking.torque_at_rest(FORWARD) == pytest.approx(2.0 * bent.torque_at_rest(FORWARD))

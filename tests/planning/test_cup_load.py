@@ -74,7 +74,7 @@ def test_planner_and_verifier_agree_on_a_random_held_motion(cell: Cell, arm: Arm
     assert load.moment == pytest.approx(np.hypot(*by_verifier[:, 3:5].T).max(), rel=0.02)
     share = max(item.seals[face], 1e-9)
     if item.seals[face] > 0.0:
-        worst = float(cell.robot.tool.cup_limits.ratio(by_verifier, share).max())
+        worst = float(cell.robot.tool.cup.limits.ratio(by_verifier, share).max())
         assert load.ratio == pytest.approx(worst, rel=0.02)
 
 
@@ -112,10 +112,10 @@ def test_a_weight_that_turns_the_item_on_the_cup_is_taken_up_by_itself(cell: Cel
     divided = divided_lift(arm, tool, whole, bottle_in_front(cell, 0.52))
     assert divided is not None
     slow, rest = divided
-    assert slow.limits.max_tool_speed == pytest.approx(0.98 * tool.take_up_speed)
+    assert slow.limits.max_tool_speed == pytest.approx(0.98 * tool.cup.take_up_speed)
     assert rest.limits == whole.limits and slow.mode == rest.mode == whole.mode
     tips = arm.tips(np.stack([slow.start, slow.end]), STRAIGHT)
-    assert np.linalg.norm(tips[1, :3, 3] - tips[0, :3, 3]) == pytest.approx(tool.take_up, rel=0.02)
+    assert np.linalg.norm(tips[1, :3, 3] - tips[0, :3, 3]) == pytest.approx(tool.cup.take_up, rel=0.02)
     np.testing.assert_array_equal(slow.start, whole.start)
     np.testing.assert_array_equal(slow.end, rest.start)
     np.testing.assert_array_equal(rest.end, whole.end)

@@ -37,7 +37,7 @@ def held(cell: Cell) -> AttachedItem:
 
 def piled(scene: Scene, *places: tuple[float, float, float]) -> Scene:
     """The scene with boxes that lie in the tote at (x, y) from its middle, their centres at z."""
-    item, T_world_tote = scene.cell.item("crayola_24_ct"), scene.cell.tote.place.T_carrier_place
+    item, T_world_tote = scene.cell.item("crayola_24_ct"), scene.cell.places["tote"].T_carrier_place
     lying = tuple(PlacedItem(f"lying {i}", item, TOTE, T_world_tote @ pose(p)) for i, p in enumerate(places))
     return replace(scene, items=(*scene.items, *lying))
 
@@ -49,7 +49,7 @@ def box(T: Array, held: AttachedItem) -> tuple[Array, Array]:
 
 
 def found(scene: Scene, held: AttachedItem, tool_state: ToolState) -> tuple[DropPlacement, ...]:
-    places = drop_placements(scene, scene.cell.tote.place, held, tool_state)
+    places = drop_placements(scene, scene.cell.places["tote"], held, tool_state)
     assert not isinstance(places, Failures) and places
     return places
 
@@ -64,14 +64,14 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
     scene_with: SceneWith, held: AttachedItem, tool_state: ToolState
 ) -> None:
     scene = piled(scene_with(), (0.0, 0.0, 0.02), (0.1, 0.05, 0.05), (-0.15, 0.0, 0.08))
-    tote = scene.cell.tote
-    walls = np.array(tote.place.room.size[:2]) / 2 - LEAST_WALL
+    tote = scene.cell.places[TOTE]
+    walls = np.array(tote.room.size[:2]) / 2 - LEAST_WALL
     assert len(scene.in_location(TOTE)) == 3
     for spot in found(scene, held, tool_state):
         low, high = box(released_pose(spot, held), held)
-        middle = tote.place.T_carrier_place[:2, 3]
+        middle = tote.T_carrier_place[:2, 3]
         assert np.all(low[:2] >= middle - walls - 1e-9) and np.all(high[:2] <= middle + walls + 1e-9)
-        assert low[2] - tote.place.T_carrier_place[2, 3] <= MAX_DROP + 1e-9
+        assert low[2] - tote.T_carrier_place[2, 3] <= MAX_DROP + 1e-9
         for lying in scene.in_location(TOTE):
             reach = lying.item.shape.reach(lying.T_world_item[:3, :3]) + scene.noise.bound(lying.item)
             is_under = np.all((lying.T_world_item[:3, 3] + reach)[:2] > low[:2]) and np.all(
@@ -84,7 +84,7 @@ def test_the_item_is_released_in_the_tote_and_above_all_that_lies_there(
 def test_the_best_spot_is_beside_the_pile(scene_with: SceneWith, held: AttachedItem) -> None:
     empty = found(scene_with(), held, STRAIGHT)
     first = released_pose(empty[0], held)[:3, 3]
-    floor = scene_with().cell.tote.place.T_carrier_place
+    floor = scene_with().cell.places["tote"].T_carrier_place
     x, y = (first - floor[:3, 3])[:2]
     other = found(piled(scene_with(), (x, y, 0.05)), held, STRAIGHT)
     assert other[0].cost == pytest.approx(empty[0].cost)
@@ -96,6 +96,6 @@ def test_what_is_too_large_does_not_fit(cell: Cell, scene_with: SceneWith) -> No
     item = cell.item("crayola_24_ct")
     huge = replace(item, shape=replace(item.shape, size=(0.7, 0.7, 0.1)))
     scene, huge_held = scene_with(), AttachedItem(huge, pose(), 0.0)
-    failures = drop_placements(scene, cell.tote.place, huge_held, STRAIGHT)
+    failures = drop_placements(scene, cell.places["tote"], huge_held, STRAIGHT)
     assert isinstance(failures, Failures)
     assert [reason.what for reason in failures] == ["does not fit between the walls"]  # said once

@@ -25,7 +25,9 @@ def ways_out(planner: PlanningContext, *placed: tuple[str, Array], seed: int = 0
     T_bin = cell.T_world_place(cell.pod.bins[BIN])
     items = tuple(PlacedItem(name, cell.item(name), BIN, T_bin @ T) for name, T in placed)
     scene = Scene(cell, cell.T_world_pod, items, PoseNoise(0.002, float(np.radians(1.0))))
-    return PickProblem(planner, scene, cell.pod.bins[BIN], items[0], cell.tote.place, seed=seed).extraction
+    return PickProblem(
+        planner, scene, cell.pod.bins[BIN], items[0], cell.places["tote"], seed=seed
+    ).extraction
 
 
 def standing(cell: Cell, name: str, x: float, y: float) -> tuple[str, Array]:
@@ -111,7 +113,7 @@ def mailer(planner: PlanningContext) -> Extraction:
     at = [0.33, sum(cell_bin.room.y_range) / 2, cell_bin.room.floor_back + item.shape.extents[2] / 2 + 0.0005]
     placed = PlacedItem(item.name, item, cell_bin.name, T_bin @ pose(at, rpy=[0.0, 0.0, np.pi / 2]))
     scene = Scene(cell, cell.T_world_pod, (placed,), PoseNoise(0.002, float(np.radians(1.0))))
-    return PickProblem(planner, scene, cell_bin, placed, planner.cell.tote.place).extraction
+    return PickProblem(planner, scene, cell_bin, placed, planner.cell.places["tote"]).extraction
 
 
 def test_first_stretches_that_are_climbed_to_are_proven_short_and_never_sink(mailer: Extraction) -> None:

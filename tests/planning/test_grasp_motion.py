@@ -42,7 +42,7 @@ def on_floor(cell: Cell, name: str, x: float, y: float, up: float = 0.0, **turn:
 
 def problem_of(planner: PlanningContext, scene: Scene, name: str) -> PickProblem:
     return PickProblem(
-        planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), planner.cell.tote.place
+        planner, scene, planner.cell.pod.bins[BIN], scene.find(name, BIN), planner.cell.places["tote"]
     )
 
 

@@ -108,7 +108,7 @@ def test_heavy_items_go_slower_than_the_cup_allows(
     tool = planner.cell.robot.tool
     assert plan.grasp is not None
     assert plan.speed_scale <= 0.5
-    assert plan.grasp.moment <= 0.8 * tool.cup_limits.max_moment + 1e-9
+    assert plan.grasp.moment <= 0.8 * tool.cup.limits.max_moment + 1e-9
     assert verify(plan, scene).reasons == ()
 
 
@@ -131,7 +131,7 @@ def test_a_carry_takes_what_the_cup_bears_where_it_must_and_no_more_anywhere(
     assert hanging is not None
     _, wrenches = held_wrenches(plan, scene, hanging)
     vacuum = scene.find("kleenex_tissue_box").item.seals[plan.grasp.face]
-    assert cell.robot.tool.cup_limits.ratio(wrenches, vacuum).max() <= 1.01 * share
+    assert cell.robot.tool.cup.limits.ratio(wrenches, vacuum).max() <= 1.01 * share
     # Slowing down all of it by the same factor of acceleration would take half as long again.
     assert plan.trajectory.duration < 1.2 * fast.trajectory.duration
 

@@ -78,7 +78,7 @@ def test_the_planner_would_not_sweep_through_it_even_if_it_could_stay(
     planner: PlanningContext, under: Scene, cell: Cell
 ) -> None:
     """Nothing but the depth rule: no way out among those along which the case may touch the book."""
-    problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE), cell.tote.place)
+    problem = PickProblem(planner, under, cell.pod.bins[BIN], under.find(CASE), cell.places["tote"])
     assert BOOK in problem.contacts.beside
     flying = problem.extraction.leaving
     up = np.array([0.0, 0.0, 0.02, 0.0, 0.0, 0.0])
@@ -93,7 +93,7 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
     plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
     assert verify(plan, thin).certificate is not None
     for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
-        tool = replace(cell.robot.tool, cup_stroke=stroke)
+        tool = replace(cell.robot.tool, suction_cup=replace(cell.robot.tool.cup, stroke=stroke))
         stiff = replace(cell, robot=replace(cell.robot, tool=tool))
         raised = replace(thin, cell=stiff, T_world_pod=pose((0.0, 0.0, 0.006)))
         reasons = verify(replace(plan, scene_hash=scene_hash(raised)), raised).reasons

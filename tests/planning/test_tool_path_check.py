@@ -48,7 +48,7 @@ def test_lines_that_are_rounded_too_much_are_mended(
     planner: PlanningContext, cell: Cell, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     segments = corner(planner, scene, 0.05, SegmentKind.APPROACH, 0.3)
-    fastest = cell.robot.tool.contact_speed
+    fastest = cell.robot.tool.cup.contact_speed
     run = proven_run(planner, scene, segments)
     assert not isinstance(run, Failures)
     assert broken_promise(planner.arm, fastest, run, segments) is None
@@ -75,7 +75,7 @@ def test_a_contact_that_is_too_fast_is_slowed_down(
     planner: PlanningContext, cell: Cell, scene: Scene
 ) -> None:
     segments = corner(planner, scene, 1e-4, SegmentKind.CONTACT, 0.2)
-    fastest = cell.robot.tool.contact_speed
+    fastest = cell.robot.tool.cup.contact_speed
     run = proven_run(planner, scene, segments)
     assert not isinstance(run, Failures)
     assert broken_promise(planner.arm, fastest, run, segments) is None

@@ -96,7 +96,8 @@ def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:
     cell = small_cell("home", "cam_E")
     ends = np.stack([cell.configurations[name].q for name in ("home", "cam_E")])
     bare, posts = parts_of(cell), _posts_as_obstacles(cell)
-    tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote.bodies))
+    assert cell.tote is not None
+    tote = replace(cell.tote, bodies=tuple(shifted(body, 0.0, 0.01, 0.0) for body in cell.tote_bodies))
 
     def is_worth_replanning(cell: Cell, before: object, payload: PayloadClass = PayloadClass.EMPTY) -> bool:
         tool_state = MOVING if payload is PayloadClass.EMPTY else STRAIGHT

@@ -124,7 +124,7 @@ def test_an_item_may_sink_into_its_floor_by_5_mm_and_its_noise(
 def _in_tote(cell: Cell, dz: float) -> PlacedItem:
     """A box on the tote's bottom, or deeper."""
     item = cell.item("crayola_24_ct")
-    T = cell.tote.place.T_carrier_place @ pose((0.0, 0.0, float(item.shape.extents[2]) / 2 + dz))
+    T = cell.places["tote"].T_carrier_place @ pose((0.0, 0.0, float(item.shape.extents[2]) / 2 + dz))
     return PlacedItem("one", item, TOTE, T)
 
 
@@ -181,7 +181,7 @@ def test_the_deepest_of_several_solids_is_named(
     cell: Cell, tmp_path: Path, refused: Refused, down: float, aside: float, told: str
 ) -> None:
     """In a corner of the tote: through its floor by the one and through a wall by the other."""
-    wall = next(body for body in cell.tote.bodies if body.name == "tote_wall_right")
+    wall = next(body for body in cell.tote_bodies if body.name == "tote_wall_right")
     inside = float(wall.T_parent_shape[1, 3] + wall.shape.extents[1] / 2)
     placed = _in_tote(cell, -down)
     T = placed.T_world_item.copy()
@@ -217,9 +217,9 @@ def test_what_the_cup_holds_begins_within_the_bellows_and_what_is_uncertain(
 ) -> None:
     """A ball over the cup, no farther from it than that and no deeper in the tool."""
     item, tool = cell.item("rawlings_baseball"), cell.robot.tool
-    radius, slack = item.shape.size[0], 0.005 + tool.cup_stroke + noise
+    radius, slack = item.shape.size[0], 0.005 + tool.cup.stroke + noise
     for begins, told in (
-        (tool.cup_radius + slack - 1e-5, ""), (tool.cup_radius + slack + 1e-5, "from the tip of the cup"),
+        (tool.cup.radius + slack - 1e-5, ""), (tool.cup.radius + slack + 1e-5, "from the tip of the cup"),
         (1e-5 - slack, ""), (-slack - 1e-5, "behind the tip of the cup"),
     ):  # fmt: skip
         held = HeldItem("ball", item, pose((0.0, 0.0, begins + radius)))

@@ -270,9 +270,10 @@ def test_the_hash_sees_every_figure_that_a_plan_depends_on(cell: Cell) -> None:
     scene = make_scene(cell)
     first = scene.items[0]
     tool = cell.robot.tool
-    limits = [
-        replace(tool.cup_limits, **{field.name: 1.01 * getattr(tool.cup_limits, field.name)})
-        for field in fields(tool.cup_limits)
+    cups = [
+        replace(tool.cup, limits=replace(limits, **{field.name: 1.01 * getattr(limits, field.name)}))
+        for limits in (tool.cup.limits,)
+        for field in fields(limits)
     ]
     figures: dict[str, Any] = {
         "mass": 0.3,
@@ -287,8 +288,10 @@ def test_the_hash_sees_every_figure_that_a_plan_depends_on(cell: Cell) -> None:
     changed = [
         *(replace(scene, pod_error=Displacement(*bounds)) for bounds in 0.01 * np.eye(3)),
         *(
-            replace(scene, cell=replace(cell, robot=replace(cell.robot, tool=replace(tool, cup_limits=each))))
-            for each in limits
+            replace(
+                scene, cell=replace(cell, robot=replace(cell.robot, tool=replace(tool, suction_cup=each)))
+            )
+            for each in cups
         ),
         *(scene.moved(replace(first, item=item)) for item in others),
         replace(scene, noise=PoseNoise(0.002, 0.0176)),

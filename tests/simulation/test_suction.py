@@ -52,20 +52,20 @@ def test_the_load_is_the_weight_and_hangs_straight(holding: World) -> None:
 
 @pytest.mark.parametrize(("share", "holds"), [(0.95, True), (1.06, False)])
 def test_pull(holding: World, share: float, holds: bool) -> None:
-    limit = holding.robot.tool.cup_limits.max_pull
+    limit = holding.robot.tool.cup.limits.max_pull
     push(holding, DOWN * (share * limit - WEIGHT), np.zeros(3), 0.2)
     assert (holding.held == "cube") is holds
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.93, True), (1.06, False)])
 def test_shear(holding: World, share: float, holds: bool) -> None:
-    push(holding, ASIDE * share * holding.robot.tool.cup_limits.max_shear, np.zeros(3), 0.2)
+    push(holding, ASIDE * share * holding.robot.tool.cup.limits.max_shear, np.zeros(3), 0.2)
     assert (holding.held == "cube") is holds
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.93, True), (1.06, False)])
 def test_moment(holding: World, share: float, holds: bool) -> None:
-    twist(holding, share * holding.robot.tool.cup_limits.max_moment, 0.2)
+    twist(holding, share * holding.robot.tool.cup.limits.max_moment, 0.2)
     assert (holding.held == "cube") is holds
 
 
@@ -74,7 +74,7 @@ def test_half_the_vacuum_holds_half(holding: World, share: float, holds: bool) -
     vacuum = holding.suction.vacuum
     holding.act("pump", "off")
     vacuum.line = vacuum.cup = 0.5 * FULL_VACUUM
-    push(holding, DOWN * (share * holding.robot.tool.cup_limits.max_pull - WEIGHT), np.zeros(3), 0.1)
+    push(holding, DOWN * (share * holding.robot.tool.cup.limits.max_pull - WEIGHT), np.zeros(3), 0.1)
     assert (holding.held == "cube") is holds
 
 
@@ -88,7 +88,7 @@ def test_breaking_away_is_reported_and_not_wanted(holding: World) -> None:
     push(holding, DOWN * 60.0, np.zeros(3), 0.1)
     (release,) = holding.suction.releases
     assert (release.item, release.is_wanted) == ("cube", False)
-    assert release.load.pull > holding.robot.tool.cup_limits.max_pull
+    assert release.load.pull > holding.robot.tool.cup.limits.max_pull
 
 
 def test_the_valve_lets_go(holding: World) -> None:
@@ -126,7 +126,7 @@ def frontal_pick(world: World, shift: float, dwell: float = 0.25) -> None:
     """By the rail alone: 40 mm towards the item, a dwell in s on it, and back; the valve opens ``shift`` s
     later than it should."""
     evacuate(world)
-    speed, depth = world.robot.tool.contact_speed, 0.043
+    speed, depth = world.robot.tool.cup.contact_speed, 0.043
     start = world.t
     t_contact = start + depth / speed
     home = world.q.copy()
@@ -203,7 +203,7 @@ def test_the_relaxed_bellows_push_like_a_spring(build_world: BuildWorld) -> None
         world = build_world(gap=-pressed)
         world.wait(0.3)
         (touch,) = world.suction.touches
-        assert touch.force == pytest.approx(world.robot.tool.cup_stiffness * pressed, rel=0.03)
+        assert touch.force == pytest.approx(world.robot.tool.cup.stiffness * pressed, rel=0.03)
         assert touch.depth == pytest.approx(pressed, abs=1e-4)
     assert world.contacts.collisions == ()
 
@@ -251,7 +251,7 @@ def test_a_face_holds_as_well_as_it_seals(build_world: BuildWorld, share: float,
     assert world.suction.vacuum.cup == pytest.approx(share * FULL_VACUUM, rel=0.02, abs=10.0)
     if holds:
         world.engine.remove("pedestal")
-        limit = share * world.robot.tool.cup_limits.max_pull
+        limit = share * world.robot.tool.cup.limits.max_pull
         push(world, DOWN * (0.93 * limit - WEIGHT), np.zeros(3), 0.2)
         assert world.held == "cube"
         push(world, DOWN * (1.06 * limit - WEIGHT), np.zeros(3), 0.2)

@@ -46,6 +46,7 @@ def new_obstacle(cell: Cell) -> Cell:
 
 def no_tote(cell: Cell) -> Cell:
     """Nothing that tote_10h could stand in."""
+    assert cell.tote is not None
     return with_parts(cell, tote=replace(cell.tote, bodies=()))
 
 

@@ -42,7 +42,7 @@ def scene_of(order: Order, cell: Cell) -> Scene:
 def middle_of(cell: Cell, place: str) -> Array:
     """The middle of a bin, of the tote, or of the hall."""
     if place == TOTE:
-        return cell.tote.place.T_carrier_place @ pose((0.0, 0.0, 0.05))
+        return cell.places["tote"].T_carrier_place @ pose((0.0, 0.0, 0.05))
     if place == OUTSIDE:
         return pose((-2.0, 0.0, 0.05))
     return cell.pod.bins[place].T_carrier_place @ pose((0.2, 0.0, 0.05))

@@ -28,7 +28,7 @@ def make_scene(cell: Cell) -> Scene:
         for i, (name, b) in enumerate(cell.pod.bins.items())
     ]
     in_tote = PlacedItem(
-        "rawlings_baseball", ball, TOTE, cell.tote.place.T_carrier_place @ pose((0, 0, 0.034))
+        "rawlings_baseball", ball, TOTE, cell.places["tote"].T_carrier_place @ pose((0, 0, 0.034))
     )
     return Scene(cell, cell.T_world_pod, (*placed, in_tote), PoseNoise(0.002, 0.0175), seed=3)
 

@@ -111,7 +111,7 @@ def test_random_moves(seed: int) -> None:
 def test_nothing_is_nearer_between_two_states_than_the_minimum_says() -> None:
     """The cup passes a ball beside its way, and is nearest to it somewhere between two states."""
     q, ball = cell().configurations["home"].q, cell().item("rawlings_baseball")
-    aside = float(ball.shape.extents[0]) / 2 + cell().robot.tool.cup_radius + 0.010
+    aside = float(ball.shape.extents[0]) / 2 + cell().robot.tool.cup.radius + 0.010
     scene = make_scene(PlacedItem("ball", ball, "bin_A", tip(q) @ pose((0.0783, aside, -0.005))))
     builder = Builder(q)
     builder.line(SegmentKind.TRANSIT, tip(q) @ pose((0.16, 0.0, 0.0)), 1.0)

@@ -241,7 +241,7 @@ def test_a_cup_is_on_the_surface_and_square_on_it(
                          (-0.0011, ["grasp off the surface"])):  # fmt: skip
         at = tuple(np.array(p) - off * np.array(axis))
         assert whats(_seal(grasp_on(at, axis), item, TOOL)) == problem
-    most = TOOL.cup_tilt + np.radians(1.0)
+    most = TOOL.cup.tilt + np.radians(1.0)
     askew = ["cup not square on the face"]
     for tilt, problem in ((1e-4 - most, []), (most - 1e-4, []), (most + 1e-4, askew), (-most - 1e-4, askew)):
         assert whats(_seal(grasp_on(p, axis, tilt), item, TOOL)) == problem
@@ -258,7 +258,7 @@ def test_the_whole_cup_is_inside_its_face(inset: float) -> None:
         (CAN, lambda s: (0.05 - s, 0.0, 0.1), (0, 0, -1)),
     ):
         item = replace(item, seal_inset=inset)
-        least = TOOL.cup_radius + inset
+        least = TOOL.cup.radius + inset
         assert whats(_seal(grasp_on(along(least), axis), item, TOOL)) == []
         assert whats(_seal(grasp_on(along(least - 1e-4), axis), item, TOOL)) == ["cup beyond the edge"]
 
@@ -373,17 +373,20 @@ def put(item: Item, where: str, T_world_item: Array) -> PlacedItem:
 @given(st.sampled_from([0, 1]), st.sampled_from([-1.0, 1.0]))
 def test_an_item_is_let_go_within_the_walls_of_the_tote(axis: int, side: float) -> None:
     scene, item = placed()
-    half, size = np.array(cell().tote.place.room.size[:2]) / 2, np.array(BOX.shape.size)
+    half, size = np.array(cell().places["tote"].room.size[:2]) / 2, np.array(BOX.shape.size)
     for beyond, problem in ((-1e-4, []), (1e-4, ["released beyond the tote's walls"])):
         p = np.array([0.0, 0.0, 0.1])
         p[axis] = side * (half[axis] - size[axis] / 2 + beyond)
-        assert whats(_in_tote(scene, put(item, TOTE, cell().tote.place.T_carrier_place @ pose(p)))) == problem
+        assert (
+            whats(_in_tote(scene, put(item, TOTE, cell().places["tote"].T_carrier_place @ pose(p))))
+            == problem
+        )
 
 
 def test_an_item_falls_at_most_30_cm_into_the_tote() -> None:
     scene, item = placed()
     for low, problem in ((0.2999, []), (0.3001, ["released too high"])):
-        T = cell().tote.place.T_carrier_place @ pose((0.0, 0.0, low + 0.06))
+        T = cell().places["tote"].T_carrier_place @ pose((0.0, 0.0, low + 0.06))
         assert whats(_in_tote(scene, put(item, TOTE, T))) == problem
 
 

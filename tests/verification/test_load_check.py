@@ -91,7 +91,8 @@ def test_a_weak_seal_bears_less() -> None:
 def test_each_limit_of_the_cup_counts(limits: CupLimits, expected: str) -> None:
     _, scene = pick()
     robot = scene.cell.robot
-    weak = replace(robot, tool=replace(robot.tool, cup_limits=limits))
+    cup = replace(robot.tool.cup, limits=limits)
+    weak = replace(robot, tool=replace(robot.tool, suction_cup=cup))
     texts = told(replace(scene, cell=replace(scene.cell, robot=weak)))
     assert any("does not hold" in t and expected in t for t in texts)
     other = "shear and twist" if expected == "pull and moment" else "pull and moment"
@@ -106,7 +107,8 @@ def test_an_item_that_may_be_heavier_than_stated_must_hold_as_such() -> None:
 
 def with_take_up(scene: Scene, speed: float) -> Scene:
     robot = scene.cell.robot
-    gentle = replace(robot, tool=replace(robot.tool, take_up_speed=speed))
+    cup = replace(robot.tool.cup, take_up_speed=speed)
+    gentle = replace(robot, tool=replace(robot.tool, suction_cup=cup))
     return replace(scene, cell=replace(scene.cell, robot=gentle))
 
 

@@ -87,7 +87,7 @@ def test_a_way_out_touches_only_what_it_is_near_to() -> None:
 def test_the_bellows_do_not_give_sideways() -> None:
     """The box is 1 mm beside the rim and reaches 6 mm back along the cup, which its bellows take."""
     size = cell().item(CRAYOLA).shape.extents
-    beside = float(size[1]) / 2 + cell().robot.tool.cup_radius + 0.001
+    beside = float(size[1]) / 2 + cell().robot.tool.cup.radius + 0.001
     scene = box_at((0.0, beside, float(size[2]) / 2 - 0.006))
     assert "planned contact too deep" in told(leaving(scene, (0.0, 0.005, 0.0), back=0.03), scene)
     assert told(leaving(scene, (0.0, -0.005, 0.0), back=0.03), scene) == ""

@@ -94,7 +94,7 @@ def test_only_a_slow_way_out_takes_items_where_they_were_seen() -> None:
 def test_the_error_of_poses_counts_for_what_is_not_near_at_the_start() -> None:
     """A box beside the cup, and one 30 mm ahead, known to 8 mm: 25 mm nearer is inside of the error."""
     size, item = cell().item(CRAYOLA).shape.extents, cell().item(CRAYOLA)
-    beside = float(size[1]) / 2 + cell().robot.tool.cup_radius + 0.001
+    beside = float(size[1]) / 2 + cell().robot.tool.cup.radius + 0.001
     ahead = PlacedItem(f"{CRAYOLA}#2", item, "bin_A", tip(Q) @ pose([0.0, -0.01, float(size[2]) / 2 + 0.030]))
     near = PlacedItem(CRAYOLA, item, "bin_A", tip(Q) @ pose([0.0, beside, -0.02]))
     scene = make_scene(near, ahead, noise=PoseNoise(0.008, 0.0))

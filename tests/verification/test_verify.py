@@ -289,7 +289,7 @@ def test_the_cup_ends_where_the_sealing_part_of_the_face_ends(beyond: float, is_
     assert plan.grasp is not None
     item, tool, T = scene.find(CRAYOLA).item, scene.cell.robot.tool, plan.grasp.T_item_tip.copy()
     axis = int(np.argmax(np.abs(T[:3, 1])))  # across the tool, along the face
-    T[axis, 3] = item.shape.extents[axis] / 2 - tool.cup_radius - item.seal_inset + beyond
+    T[axis, 3] = item.shape.extents[axis] / 2 - tool.cup.radius - item.seal_inset + beyond
     verdict = verify(replace(plan, grasp=replace(plan.grasp, T_item_tip=T)), scene)
     assert ("cup beyond the edge" in {reason.what for reason in verdict.reasons}) is is_refused
 

@@ -134,7 +134,7 @@ class _Lines:
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
         settings, kind = self.context.settings, SegmentKind
-        contact_speed = SLOWER_THAN_ALLOWED * self.context.cell.robot.tool.contact_speed
+        contact_speed = SLOWER_THAN_ALLOWED * self.context.cell.robot.tool.cup.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
         lines = (
             _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),

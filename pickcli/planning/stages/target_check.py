@@ -44,7 +44,7 @@ def tips(problem: PickProblem, grasp: Grasp) -> bool:
         return False
     tip = target.T_world_item @ grasp.T_item_tip
     tool = problem.context.cell.robot.tool
-    press = tool.cup_stiffness * overtravel(grasp, tool, problem.scene.noise)
+    press = tool.cup.stiffness * overtravel(grasp, tool, problem.scene.noise)
     if supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3]):
         return False
     return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])

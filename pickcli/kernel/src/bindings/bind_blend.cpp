@@ -177,7 +177,7 @@ Args:
     scale: (K-1,) of all limits, between each point and the next.
 
 Returns:
-    (K-1,) between each point and the next, at least 1.)");
+    (K-1,) between each point and the next; below 1 there is room.)");
   bind_bounds(curve);
 }
 

@@ -1,0 +1,82 @@
+"""A cell of a robot alone: moves are planned and verified in it without a scene, picks are refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from support.bare_robot import write_bare_robot
+from support.command_line import apc, refused
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_bare_robot(tmp_path_factory.mktemp("bare"))
+
+
+@pytest.fixture(scope="module")
+def move(cell: Path) -> Path:
+    path = cell.parent / "move.json"
+    done = apc("plan-move", "--cell", cell, "--from", "home", "--to", "away", "-o", path)
+    assert (done.code, done.err) == (0, "")
+    return path
+
+
+def test_a_move_is_planned_and_verified_in_the_cell_alone(cell: Path, move: Path) -> None:
+    verdict = apc("verify", move, "--cell", cell, "--json")
+    assert verdict.code == 0 and json.loads(verdict.out)["accepted"]
+
+
+def test_obstacles_of_the_cell_count_without_a_scene(cell: Path, move: Path, tmp_path: Path) -> None:
+    walled = write_bare_robot(tmp_path)
+    content = yaml.safe_load((walled / "cell.yaml").read_text())
+    content["obstacles"].append({"name": "wall", "lower": [-1.6, -0.9, 1.5], "upper": [-1.1, 0.9, 3.0]})
+    (walled / "cell.yaml").write_text(yaml.safe_dump(content))
+    refused(apc("verify", move, "--cell", walled), 4, f"{move} in {walled}", "cell")
+    told = apc(
+        "plan-move", "--cell", walled, "--from", "home", "--to", "2.9,-0.6,1", "-o", tmp_path / "m.json"
+    )
+    refused(told, 5, "wall")
+
+
+def test_neither_scene_nor_cell_is_a_question(move: Path, tmp_path: Path) -> None:
+    refused(apc("verify", move), 3, "--scene", "--cell")
+    refused(apc("plan-move", "--from", "home", "--to", "away", "-o", tmp_path / "m.json"), 3, "--cell")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("make-scene", "jsk_pick_sample", "-o", "scene.json"),
+        ("build-roadmap", "-o", "roadmap.h5"),
+        ("build-trajectories", "-o", "trajectories.h5"),
+        ("suggest-configurations", "--bin", "bin_A", "-o", "bin_A.yaml"),
+        ("compare-planners", "--pairs", "home-away"),
+        ("run-trial", "jsk_pick_sample", "-o", "runs"),
+    ],
+)
+def test_what_needs_places_says_so_in_a_sentence(
+    words: tuple[str, ...], cell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused(apc(*words, "--cell", cell), 3, "states no pod and no tote and no tool", "docs/formats/cell.md")
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_has_no_cup_is_not_simulated(cell: Path, move: Path) -> None:
+    refused(apc("execute", move, "--cell", cell), 3, "states no pod and no tote and no tool")
+
+
+def test_a_robot_without_tool_says_where_its_chain_ends(tmp_path: Path) -> None:
+    cell = write_bare_robot(tmp_path)
+    content = yaml.safe_load((cell / "cell.yaml").read_text())
+    for tip, told in ((None, "robot.tip: expected the last link"), ("flnage", "did you mean 'flange'?")):
+        robot = {key: value for key, value in content["robot"].items() if key != "tip"}
+        robot |= {} if tip is None else {"tip": tip}
+        (cell / "cell.yaml").write_text(yaml.safe_dump(content | {"robot": robot}))
+        refused(apc("inspect", cell), 3, told)
+    (cell / "cell.yaml").write_text(yaml.safe_dump(content) + "pod:\n")
+    refused(apc("inspect", cell), 3, "pod: expected its figures, got nothing")
