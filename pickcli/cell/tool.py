@@ -52,7 +52,7 @@ class SuctionCup:
     Attributes:
         radius: m.
         stroke: m, how far the bellows compress.
-        stiffness: N/m along the axis while relaxed, for simulation only.
+        stiffness: N/m along the axis while relaxed; planning does not use it.
         tilt: rad, how far from square on a face the lip still seals.
         limits: What the seal bears.
         contact_speed: m/s, fastest final approach.

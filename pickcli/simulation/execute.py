@@ -16,6 +16,7 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.progress import Progress, ProgressObserver
 from pickcli.simulation.braking import Return
+from pickcli.simulation.contact_guard import ContactGuard
 from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.places import bounds
 from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
@@ -57,10 +58,10 @@ def execute(
     """Carry out a plan in a world, to its end or to a stop on its path.
 
     On the item the robot rests until the vacuum is there, at most for ``SEAL_TIME`` longer than planned. It
-    stops when it does not follow, feels a contact that no plan explains, when the vacuum does not stand where
-    the plan counts on it, or when the vacuum sensor reads that nothing is held, and the robot stands. Pump
-    and valve are switched off only where the vacuum itself has broken down: a sensor may be wrong, and what
-    it denies would be dropped.
+    stops when it does not follow, feels a contact that no plan explains, meets its item too early, when the
+    vacuum does not stand where the plan counts on it, or when the vacuum sensor reads that nothing is held,
+    and the robot stands. Pump and valve are switched off only before the lift, or where the vacuum itself has
+    broken down: a sensor may be wrong, and what it denies would be dropped.
 
     Args:
         plan: The plan.
@@ -116,6 +117,7 @@ class _Run:
         self.stop: ProtectiveStop | None = None
         self.stopped_in: Segment | None = None
         self.supervisor = Supervisor(world, Arm(world.robot))
+        self.guard = ContactGuard(world, Arm(world.robot), plan, self.supervisor.external)
         self.path_time: float | None = None
         self.n_judged: int | None = None  # set points to which the planned limits apply; all, if None
         self.t_standing: float | None = None
@@ -202,7 +204,9 @@ class _Run:
 
     def _reason_to_stop(self, command: Array, t_plan: float) -> ProtectiveStop | None:
         fired, segment = self.trace.fired, self._segment(min(self.tracker.progress, t_plan))
-        if self.world.reality.supervision and (stop := self.supervisor.motion(command, segment)):
+        if self.world.reality.supervision and (
+            stop := self.supervisor.motion(command, segment) or self.guard.update(segment)
+        ):
             return stop
         if stop := self.supervisor.vacuum(segment):
             return stop
@@ -217,9 +221,9 @@ class _Run:
             return
         from pickcli.timing.stopping_trajectory import stop
 
-        is_lost = why.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED)
+        is_released = why.cause in (StopCause.SEAL_LOST, StopCause.NOT_SEALED, StopCause.EARLY_CONTACT)
         for device in self.world.scene.cell.devices.values():
-            if is_lost and device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
+            if is_released and device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
                 self.world.act(device.name, "off")
         t_plan = self.trace.plan_times[-1]
         halted = stop(self.plan.trajectory, t_plan, self.world.robot.limits)

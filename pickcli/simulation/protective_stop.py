@@ -11,6 +11,7 @@ class StopCause(StrEnum):
 
     FOLLOWING_ERROR = "following error"  # a joint or the tool is not where it was told to be
     CONTACT = "unexpected contact"  # the motors need another torque than the motion does
+    EARLY_CONTACT = "early contact"  # the cup meets its item before the plan expects it
     NOT_SEALED = "not sealed"  # the vacuum does not rise although the cup is pressed on
     SEAL_LOST = "seal lost"  # the vacuum falls while something is carried
     SENSOR = "sensor"  # the vacuum sensor answers that nothing is held

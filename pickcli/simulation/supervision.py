@@ -42,6 +42,8 @@ class Thresholds:
         torque: Share of a motor's largest torque that the motion need not explain.
         planned_force: N at the tool on top of that, where the plan touches something.
         vacuum: Share of the level at the seal below which the seal is lost.
+        touch: N along the tool's axis from which the cup counts as touching, where that exceeds the noise.
+        bellows: Share of the cup's stroke to which a contact may press it in.
     """
 
     lag: float = 0.06
@@ -50,6 +52,8 @@ class Thresholds:
     torque: float = 0.06
     planned_force: float = 60.0
     vacuum: float = 0.5
+    touch: float = 2.0
+    bellows: float = 0.95
 
 
 class ExternalTorque:

@@ -14,6 +14,7 @@ from pickcli.errors import InputError, NoPlanError
 from pickcli.motion.plan import Grasp, GraspKind
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.scene.scene import TOTE, PlacedItem, Scene
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
@@ -196,7 +197,10 @@ class _Trial:
         self.open[job.index] = job
         if attempt.plan is None:
             return
-        if attempt.outcome not in (Outcome.IN_TOTE, Outcome.MOVED) and attempt.plan.grasp is not None:
+        # An early contact says that the item was seen wrongly, and nothing of the grasp.
+        is_early = attempt.execution is not None and attempt.execution.stop_cause is StopCause.EARLY_CONTACT
+        is_there = attempt.outcome in (Outcome.IN_TOTE, Outcome.MOVED)
+        if attempt.plan.grasp is not None and not is_there and not is_early:
             self.in_vain[attempt.item] = (*self.in_vain.get(attempt.item, ()), attempt.plan.grasp)
         if attempt.execution is None:
             return

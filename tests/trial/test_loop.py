@@ -15,6 +15,7 @@ from pickcli.planning.start_state import Start
 from pickcli.progress import Progress
 from pickcli.scene.scene import Scene
 from pickcli.simulation.places import OUTSIDE
+from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import _Trial, run_trial
@@ -41,6 +42,7 @@ ORDER = pick_order(
     ("bin_D", "fitness_gear_3lb_dumbbell"),
 )
 LOST = Execution(4.0, stopped="vacuum lost in retreat", has_item=False)
+EARLY = Execution(2.0, stopped="early contact", stop_cause=StopCause.EARLY_CONTACT, path_time=2.0)
 
 
 def play(fake: FakeCrew, order: Order = ORDER, **settings: object) -> TrialResult:
@@ -82,6 +84,15 @@ def test_lost_vacuum_is_recovered_and_retried_with_a_grasp_of_another_kind(cell:
     first = next(a for a in result.attempts if a.item == "scotch_duct_tape")
     assert first.outcome is Outcome.NOT_PICKED
     assert "vacuum lost in retreat" in first.reason and "bin_B" in first.reason
+
+
+def test_what_was_seen_wrongly_is_picked_by_the_same_grasp_once_it_is_seen_again(cell: Cell) -> None:
+    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [EARLY]})
+    result = play(fake)
+    assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
+    assert [exclude for item, _, exclude in fake.planned if item == "scotch_duct_tape"] == [(), ()]
+    first = next(a for a in result.attempts if a.item == "scotch_duct_tape")
+    assert first.outcome is Outcome.NOT_PICKED and "early contact" in first.reason
 
 
 def test_retries_go_on_while_a_grasp_is_new_and_end_before_the_time_does(cell: Cell) -> None:

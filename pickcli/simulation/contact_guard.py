@@ -1,0 +1,80 @@
+"""A guarded contact: where the cup meets its item too early, it stops before its bellows are through.
+
+Who puts a tool on a surface that is known with an error moves until a force is felt (the guarded move of Will
+and Grossman, IEEE Transactions on Computers, 1975). The robot feels it by its motors, as it does everything
+that ``supervision`` watches. Bellows give way, so that a touch is no reason to stop yet; with the way that is
+left it tells how far they will be pressed in at the contact's end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.simulation.protective_stop import ProtectiveStop, StopCause
+from pickcli.simulation.supervision import FILTER_TIME, TORQUE_NOISE, ExternalTorque, Thresholds
+from pickcli.simulation.world import World
+
+AVERAGE_TIME = 0.01  # s over which the force is averaged, after the filter of the torques
+CERTAIN = 4.5  # standard deviations of the averaged force from which on it is no noise
+LEAST_LEFT = 1e-3  # m of the contact below which a stop would spare nothing
+
+
+class ContactGuard:
+    """Watches the contacts of one execution.
+
+    Args:
+        world: What is measured.
+        arm: The robot's kinematics.
+        plan: What is carried out.
+        external: Motor torque that the motion does not explain, as it is after every step.
+    """
+
+    def __init__(self, world: World, arm: Arm, plan: Plan, external: ExternalTorque) -> None:
+        self._world, self._arm, self._plan, self._external = world, arm, plan, external
+        self._thresholds = Thresholds()
+        self._motor_forces = np.array([world.robot.motor_forces[name] for name in world.robot.joint_names])
+        # Of the averaged torque of every motor, as a share of its largest: white noise after two filters.
+        self._noise = (
+            TORQUE_NOISE / np.sqrt(3.0) * np.sqrt(world.time_step / 2 / (FILTER_TIME + AVERAGE_TIME))
+        )
+        self._force = 0.0  # N at the tool, averaged
+
+    def update(self, segment: Segment) -> ProtectiveStop | None:
+        """Whether the bellows would be pressed in too far by the end of the contact; after a step.
+
+        Args:
+            segment: The part of the plan that the robot is in.
+
+        Returns:
+            The stop to be made, or None.
+        """
+        world, cup = self._world, self._world.robot.tool.suction_cup
+        if cup is None or segment.kind is not SegmentKind.CONTACT:
+            self._force = 0.0
+            return None
+        tip = self._arm.tip(world.q, segment.tool_state)
+        force, noise = self._force_along(tip[:3, 2], segment)
+        self._force += world.time_step / AVERAGE_TIME * (force - self._force)
+        q_end = self._plan.trajectory.sample(segment.t_end)[0]
+        left = float((self._arm.tip(q_end, segment.tool_state) - tip)[:3, 3] @ tip[:3, 2])
+        if self._force < max(self._thresholds.touch, CERTAIN * noise) or left < LEAST_LEFT:
+            return None
+        pressed, most = self._force / cup.stiffness + left, self._thresholds.bellows * cup.stroke
+        if pressed <= most:
+            return None
+        return ProtectiveStop(StopCause.EARLY_CONTACT, "bellows", pressed, most, "m", world.t)
+
+    def _force_along(self, axis: Array, segment: Segment) -> tuple[float, float]:
+        """Force in N with which the tool presses along an axis (3,), and the noise of its average.
+
+        Least squares, each joint by its noise, which is the same share of the largest torque of every motor.
+        """
+        jacobian = self._arm.jacobian(self._world.q, segment.tool_state)[:3]
+        per_newton = axis @ jacobian / self._motor_forces
+        certainty = float(per_newton @ per_newton)
+        force = float(per_newton @ (self._external.value / self._motor_forces)) / certainty
+        return force, float(self._noise / np.sqrt(certainty))
