@@ -152,7 +152,7 @@ class BlendedPath:
             scale: (K - 1,) of all limits, between each point and the next.
 
         Returns:
-            (K - 1,); below 1 there is room.
+            (K - 1,) at least 1.
         """
         return self._kernel.needed_stretch(
             law.t, law.s, law.ds, law.dds, limits.velocity, limits.acceleration, limits.jerk, scale

@@ -96,7 +96,7 @@ def _timed(curve: BlendedPath, bounds: PathBounds, step: float, n_window: int, s
         profile = parametrize(grid)
         pace = smooth(profile, step, n_window)
         ratios = needed_stretch(curve, bounds, pace)
-        timed = TimedPath(pace, max(float(ratios.max()), 1.0))
+        timed = TimedPath(pace, float(ratios.max()))
         best = timed if best is None or timed.duration < best.duration else best
         if timed.stretch <= _GOOD:
             break
@@ -114,7 +114,7 @@ def needed_stretch(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw) -> Arr
         pace: The time law, K points.
 
     Returns:
-        (K - 1,).
+        (K - 1,) at least 1.
     """
     start, end = pace.s[:-1], pace.s[1:]
     ratio = curve.needed_stretch(pace, bounds.limits, bounds.lowest(bounds.scales, start, end))
@@ -155,7 +155,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
     """
     at = (np.interp(grid.s, profile.s, profile.t) / step + (n_window + 1) / 2).astype(int)
     at = np.minimum(np.maximum(at, 0), len(ratios) - 1)
-    ratio = np.maximum(_spread(ratios, n_window)[at], 1.0)
+    ratio = _spread(ratios, n_window)[at]
     speed = np.interp(grid.s, profile.s, profile.v) / ratio
     speed = np.where(ratio > _GOOD, np.minimum(grid.speed, speed), grid.speed)
     speed[[0, -1]] = grid.speed[[0, -1]]
@@ -163,7 +163,7 @@ def _lowered(grid: PathGrid, profile: VelocityProfile, ratios: Array, step: floa
     for i in np.flatnonzero(grid.is_line) if grid.planes is None else ():
         # A long line is broken at its ends only, by what happens in the blends: those are slowed instead.
         is_short = at[i + 1] - at[i] < 3 * n_window
-        between[i] = max(float(ratios[at[i] : at[i + 1] + 1].max()), 1.0) if is_short else 1.0
+        between[i] = ratios[at[i] : at[i + 1] + 1].max() if is_short else 1.0
     planes = grid.planes and replace(grid.planes, c=grid.planes.c / (ratio**2)[:, None])
     return replace(grid, speed=speed, acceleration=grid.acceleration / (between**2)[:, None], planes=planes)
 

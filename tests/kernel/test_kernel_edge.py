@@ -120,12 +120,13 @@ def test_only_joints_between_two_frames_move_them_apart() -> None:
 
 
 @settings(deadline=None)
-@given(SEEDS)
-def test_a_path_is_free_when_all_its_edges_are(seed: int) -> None:
+@given(SEEDS, st.integers(2, 30), st.sampled_from([0.005, 0.1]))
+def test_a_path_is_free_when_all_its_edges_are(seed: int, n_vertices: int, size: float) -> None:
+    """Also where its edges are so many and so short that eight are proven at once."""
     rng, arm, _, checker = case(seed)
-    Q = np.array([random_configuration(rng, arm) for _ in range(4)])
-    Q = Q[0] + 0.1 * (Q - Q[0])
-    slack = rng.uniform(0, 0.01, (3, arm.n))
+    Q = np.array([random_configuration(rng, arm) for _ in range(n_vertices)])
+    Q = Q[0] + size * (Q - Q[0])
+    slack = rng.uniform(0, 0.1 * size, (n_vertices - 1, arm.n))
     free = [checker.edge_is_free(*edge, 0.01, s) for edge, s in zip(pairwise(Q), slack, strict=True)]
     assert checker.path_is_free(Q, 0.01, slack) == (free.index(False) if False in free else -1)
     assert (checker.path_is_free(Q[:1], 0.01) == -1) == checker.is_free(Q[0], 0.01)

@@ -89,9 +89,11 @@ def deviation(curve: BlendedPath, start: Array, end: Array) -> Array:
 def needed_stretch(
     curve: BlendedPath, law: TimeLaw, limits: tuple[Array, Array, Array], scale: Array
 ) -> Array:
-    """(K - 1,) factors of time, by the peaks of the quintics. limits: (n,) each, by derivative."""
+    """(K - 1,) factors of time, at least 1, by the peaks of the quintics. limits: (n,) by derivative."""
     q, dq, ddq, _ = evaluate(curve, law.s)
     velocity, acceleration = dq * law.ds[:, None], ddq * (law.ds**2)[:, None] + dq * law.dds[:, None]
     found = peaks(Trajectory((), law.t, q, velocity, acceleration))
     ratios = [(peak / limit).max(axis=1) / scale for peak, limit in zip(found, limits, strict=True)]
-    return np.asarray(np.maximum(ratios[0], np.maximum(np.sqrt(ratios[1]), np.cbrt(ratios[2]))))
+    return np.asarray(
+        np.max([np.ones(len(scale)), ratios[0], np.sqrt(ratios[1]), np.cbrt(ratios[2])], axis=0)
+    )

@@ -81,3 +81,19 @@ TEST_CASE("no value on a quintic is above its peaks") {
     CHECK_LE(peaks.jerk, jerk * (1.0 + 1e-3));
   }
 }
+
+TEST_CASE("what is above its floor is the same peak as without one") {
+  test::Random random(43);
+  for (int i = 0; i < 500; ++i) {
+    const JointState a{random.between(-3, 3), random.between(-2, 2), random.between(-9, 9)};
+    const JointState b{random.between(-3, 3), random.between(-2, 2), random.between(-9, 9)};
+    const double h = random.between(0.004, 0.5), share = random.between(0.5, 3.0);
+    const Peaks whole = quintic_peaks(a, b, h);
+    const Peaks floor{share * whole.velocity, share * whole.acceleration, share * whole.jerk};
+    const Peaks found = quintic_peaks(a, b, h, floor);
+    const auto is_right = [&](double peak, double all) { return peak == all || (peak == 0.0 && share > 1.0); };
+    CHECK(is_right(found.velocity, whole.velocity));
+    CHECK(is_right(found.acceleration, whole.acceleration));
+    CHECK(is_right(found.jerk, whole.jerk));
+  }
+}

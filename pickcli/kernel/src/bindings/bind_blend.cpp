@@ -177,7 +177,7 @@ Args:
     scale: (K-1,) of all limits, between each point and the next.
 
 Returns:
-    (K-1,) between each point and the next; below 1 there is room.)");
+    (K-1,) between each point and the next, at least 1.)");
   bind_bounds(curve);
 }
 

@@ -134,11 +134,7 @@ int path_is_free(const Checker& checker, nb::handle Q_in, double margin, nb::han
   check_resolution(resolution);
   nb::gil_scoped_release unlocked;
   if (Q.rows() == 1) return checker.check_edge(Q.data(), Q.data(), margin, nullptr, resolution).free ? -1 : 0;
-  for (int i = 0; i + 1 < Q.rows(); ++i) {
-    const double* q = Q.data() + i * static_cast<std::size_t>(n);
-    if (!checker.check_edge(q, q + n, margin, slack.row(i, n), resolution).free) return i;
-  }
-  return -1;
+  return checker.first_blocked_edge(Q.data(), Q.rows(), margin, slack.row(0, n), resolution);
 }
 
 bool is_free(const Checker& checker, nb::handle q_in, double margin) {

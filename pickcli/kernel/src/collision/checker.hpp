@@ -50,10 +50,20 @@ class Checker {
   EdgeReport check_edge(const double* q0, const double* q1, double margin, const double* slack,
                         double resolution, bool is_doubtful = false) const;
 
+  //! The first of the edges between n_rows rows of Q (n_rows, n) that check_edge does not find free, by slack
+  //! (n_rows - 1, n, or null); -1 if there is none.
+  int first_blocked_edge(const double* Q, int n_rows, double margin, const double* slack,
+                         double resolution) const;
+
   //! The nearest pair at q (n), in double precision and signed; distance is at most max_distance.
   Contact clearance(const double* q, double max_distance) const;
 
  private:
+  //! Tries to prove eight edges between nine rows of Q at once, each whole and as if it moved as far as any of
+  //! them: a trajectory's many short ones mostly are.
+  void prove_edges(const double* Q, double margin, const double* slack, double resolution,
+                   bool* are_proven) const;
+
   Robot robot_;
   World world_;
 };

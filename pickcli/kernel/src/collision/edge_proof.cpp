@@ -31,6 +31,9 @@ double travel_of(const Robot& robot, const double* q) {
   return travel;
 }
 
+// Rounded up: the products and sums of the bound on motions are in single precision.
+constexpr double kUp = 1.0 + 1e-5;
+
 //! One edge q0 + t (q1 - q0) as batches for the batch test.
 class Edge {
  public:
@@ -45,12 +48,10 @@ class Edge {
     set_margins(batch_, robot, checker.world(), margin, travel);
     batch_.resolution = static_cast<float>(resolution);
     batch_.is_edge = true;
-    // Rounded up: the products and sums of the bound are in single precision.
-    constexpr double up = 1.0 + 1e-5;
     for (int k = 0; k < robot_.n_joints; ++k) {
       const int j = robot_.joints[k].q_index;
-      batch_.speed[k] = static_cast<float>(up * std::abs(batch_.dq[j]));
-      batch_.slack[k] = slack ? static_cast<float>(up * slack[j]) : 0.0f;
+      batch_.speed[k] = static_cast<float>(kUp * std::abs(batch_.dq[j]));
+      batch_.slack[k] = slack ? static_cast<float>(kUp * slack[j]) : 0.0f;
     }
   }
 
@@ -108,6 +109,57 @@ class Edge {
 EdgeReport Checker::check_edge(const double* q0, const double* q1, double margin, const double* slack,
                                double resolution, bool is_doubtful) const {
   return Edge(*this, q0, q1, margin, slack, resolution).check(is_doubtful);
+}
+
+int Checker::first_blocked_edge(const double* Q, int n_rows, double margin, const double* slack,
+                                double resolution) const {
+  const std::size_t n = static_cast<std::size_t>(this->n());
+  bool are_proven[kLanes] = {};
+  for (int i = 0; i + 1 < n_rows; ++i) {
+    const double* q = Q + static_cast<std::size_t>(i) * n;
+    const double* loose = slack ? slack + static_cast<std::size_t>(i) * n : nullptr;
+    const int lane = i % kLanes;
+    if (lane == 0) {
+      std::fill_n(are_proven, kLanes, false);
+      if (i + kLanes < n_rows) prove_edges(q, margin, loose, resolution, are_proven);
+    }
+    if (!are_proven[lane] && !check_edge(q, q + n, margin, loose, resolution).free) return i;
+  }
+  return -1;
+}
+
+void Checker::prove_edges(const double* Q, double margin, const double* slack, double resolution,
+                          bool* are_proven) const {
+  const std::size_t n = static_cast<std::size_t>(this->n());
+  const simd8::RobotData& robot = robot_.single_precision();
+  simd8::Batch batch;
+  alignas(64) double middles[kMaxJoints][kLanes];
+  batch.q = middles;
+  batch.is_edge = false;
+  batch.moves = true;
+  batch.resolution = static_cast<float>(resolution);
+  double way[kMaxJoints] = {}, loose[kMaxJoints] = {}, travel = travel_of(robot_, Q);
+  for (int i = 0; i < kLanes; ++i) {
+    const double *q0 = Q + static_cast<std::size_t>(i) * n, *q1 = q0 + n;
+    for (std::size_t j = 0; j < n; ++j) {
+      middles[j][i] = 0.5 * (q0[j] + q1[j]);
+      way[j] = std::max(way[j], std::abs(q1[j] - q0[j]));
+      if (slack) loose[j] = std::max(loose[j], slack[static_cast<std::size_t>(i) * n + j]);
+    }
+    travel = std::max(travel, travel_of(robot_, q1));
+    batch.world[i] = batch.self[i] = ~simd8::Frames{0};
+    batch.half_width[i] = 0.5f;
+  }
+  for (int k = 0; k < robot.n_joints; ++k) {
+    const int j = robot.joints[k].q_index;
+    batch.speed[k] = static_cast<float>(kUp * way[j]);
+    batch.slack[k] = static_cast<float>(kUp * loose[j]);
+  }
+  set_margins(batch, robot_, world_, margin, travel);
+  simd8::BatchResult result;
+  void* scratch = Workspace::mine().scratch(simd8::scratch_bytes(robot));
+  collision_test()(robot, world_.single_precision(), batch, scratch, result);
+  for (int i = 0; i < kLanes; ++i) are_proven[i] = !(result.world[i] | result.self[i]);
 }
 
 void Checker::are_free(const double* Q, int n_rows, double margin, bool* out) const {

@@ -209,14 +209,17 @@ void needed_stretch(const BlendedPolyline& curve, const Pace& pace, const JointL
     return JointState{q, dq * ds, ddq * (ds * ds) + dq * pace.dds[i]};
   };
   for (std::size_t i = 0; i + 1 < pace.K; ++i) {
-    double velocity = 0.0, acceleration = 0.0, jerk = 0.0;
+    Peaks share{scale[i], scale[i], scale[i]};  // of the limits, the most of all joints
     for (std::size_t j = 0; j < n; ++j) {
-      const Peaks peaks = quintic_peaks(state(i, j), state(i + 1, j), pace.t[i + 1] - pace.t[i]);
-      velocity = std::max(velocity, peaks.velocity / limits.velocity[j]);
-      acceleration = std::max(acceleration, peaks.acceleration / limits.acceleration[j]);
-      jerk = std::max(jerk, peaks.jerk / limits.jerk[j]);
+      const Peaks floor{share.velocity * limits.velocity[j], share.acceleration * limits.acceleration[j],
+                        share.jerk * limits.jerk[j]};
+      const Peaks peaks = quintic_peaks(state(i, j), state(i + 1, j), pace.t[i + 1] - pace.t[i], floor);
+      share.velocity = std::max(share.velocity, peaks.velocity / limits.velocity[j]);
+      share.acceleration = std::max(share.acceleration, peaks.acceleration / limits.acceleration[j]);
+      share.jerk = std::max(share.jerk, peaks.jerk / limits.jerk[j]);
     }
-    out[i] = std::max({velocity / scale[i], std::sqrt(acceleration / scale[i]), std::cbrt(jerk / scale[i])});
+    out[i] = std::max({share.velocity / scale[i], std::sqrt(share.acceleration / scale[i]),
+                       std::cbrt(share.jerk / scale[i])});
   }
 }
 

@@ -74,8 +74,8 @@ struct JointLimits {
   const double *velocity, *acceleration, *jerk;
 };
 
-//! Factor of time (K - 1,) at which the quintics between the pace's points keep the limits times scale (K -
-//! 1,).
+//! Factor of time (K - 1,), at least 1, at which the quintics between the pace's points keep the limits times
+//! scale (K - 1,).
 void needed_stretch(const BlendedPolyline& curve, const Pace& pace, const JointLimits& limits,
                     const double* scale, double* out);
 
