@@ -300,6 +300,8 @@ def test_the_cup_ends_where_the_sealing_part_of_the_face_ends(beyond: float, is_
         ((0.0, 0.0, 0.02), False),
         ((0.0019, 0.0, 0.02), False),
         ((0.0021, 0.0, 0.02), True),
+        ((0.0019, 0.0, 0.002), False),
+        ((0.0, 0.0021, 0.002), True),
         ((0.0, -0.0021, 0.02), True),
         ((0.0, 0.0, -0.02), True),
         ((0.0, 0.0, 0.0), True),
