@@ -6,11 +6,13 @@ Each part has a file of its own: `robot_consistency`, `tool_consistency` and `st
 from __future__ import annotations
 
 from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.pod import build_pod
 from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
 from pickcli.cell.robot_consistency import check_robot
 from pickcli.cell.station_consistency import check_pod, check_tote
 from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip, check_tool, tool_states
+from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf
 from pickcli.cell.urdf_origin import MAX_TURN
 from pickcli.files.yaml_reader import Source
@@ -65,6 +67,8 @@ def check_consistency(source: Source, model: CellModel, robot: Urdf) -> None:
     _check_configurations(source, model, robot)
     check_devices(source, model)
     source.check()
+    _check_names(source, model, robot)
+    source.check()
 
 
 def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
@@ -74,6 +78,22 @@ def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
     for i, pair in enumerate(model.allowed_pairs):
         refer(source, ("allowed_pairs", i, "a"), "link", pair.a, links)
         refer(source, ("allowed_pairs", i, "b"), "link or obstacle", pair.b, links + obstacles)
+
+
+def _check_names(source: Source, model: CellModel, robot: Urdf) -> None:
+    """Contacts and allowed pairs name links and what stands in the cell: no name means two things."""
+    shelf = {body.name for body in (*build_pod(model.pod).bodies, *build_tote(model.tote).bodies)}
+    for i, obstacle in enumerate(model.obstacles):
+        if obstacle.name in robot.links:
+            text = f"{obstacle.name!r} is a link of the robot too; rename the obstacle"
+            source.add(("obstacles", i, "name"), text)
+        elif obstacle.name in shelf:
+            text = f"{obstacle.name!r} is a part of the pod or the tote too; rename the obstacle"
+            source.add(("obstacles", i, "name"), text)
+    for name in sorted(shelf & robot.links.keys()):
+        source.add(
+            ("robot", "urdf"), f"link {name!r} has the name of a part of the pod or the tote; rename it"
+        )
 
 
 def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None:

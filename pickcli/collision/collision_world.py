@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.collision.robot_model import CollisionModel
+from pickcli.cell.tool import MOVING
+from pickcli.collision.robot_model import CollisionModel, KernelRobot
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, SolidKind
@@ -172,10 +173,38 @@ def _body(kind: str, T_world_parent: Array, body: Body) -> _Solid:
 
 
 def _ignored(model: CollisionModel, solid: _Solid) -> int:
-    """Frames exempted by the cell, and for the base the body that moves on it."""
+    """Frames exempted by the cell, and for the base what keeps clear of it by itself."""
     frames = zip(model.frame_names, model.bodies, strict=True)
     return sum(
         1 << k
         for k, (name, body) in enumerate(frames)
-        if model.is_allowed(name, solid.name) or (solid.kind == "base" and body <= 1)
+        if model.is_allowed(name, solid.name)
+        or (solid.kind == "base" and (body == 0 or (body == 1 and (k, solid.name) in _clear_of_base(model))))
     )
+
+
+@lru_cache(maxsize=8)
+def _clear_of_base(model: CollisionModel) -> frozenset[tuple[int, str]]:
+    """Frames of the first body that moves, each with a link of the base that it is not tested against."""
+    robot = model.state(MOVING)
+    base: dict[str, list[_Solid]] = {}
+    for solid in _base(model):
+        base.setdefault(solid.name, []).append(solid)
+    found = set()
+    for k in (k for k, body in enumerate(model.bodies) if body == 1):
+        for link, solids in base.items():
+            if model.are_joined(model.frame_names[k], link) or model.are_apart(_among(robot, k, solids), 1):
+                found.add((k, link))
+    return frozenset(found)
+
+
+def _among(robot: KernelRobot, frame: int, solids: Sequence[_Solid]) -> Checker:
+    """One frame of a robot among some solids."""
+    kernel = robot.of_frames([frame])
+    kernel.set_world(
+        np.array([solid.T_world_shape for solid in solids]),
+        np.array([solid.shape.extents / 2 for solid in solids]),
+        np.zeros(len(solids), np.uint64),
+        np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
+    )
+    return kernel

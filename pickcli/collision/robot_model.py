@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -29,6 +30,10 @@ LINK_COUNT = 64  # spheres per shape; large boxes get a larger excess instead
 HULL_EXCESS, MOST_HULL_EXCESS = 0.014, 0.02
 HULL_COUNT = 32
 
+# m beyond the cell's clearance that links on either side of a joint are proven to keep wherever that stands;
+# else they are tested in every configuration.
+APART = 0.003
+
 
 @dataclass(frozen=True, eq=False)
 class KernelRobot:
@@ -48,6 +53,19 @@ class KernelRobot:
     frames: NDArray[np.int32]
     self_pairs: NDArray[np.int32]
 
+    def of_frames(self, frames: Sequence[int]) -> Checker:
+        """A checker of a part of the robot, with nothing around it.
+
+        Args:
+            frames: Indices of two frames that are tested against each other, or of one.
+
+        Returns:
+            The checker.
+        """
+        mine = np.isin(self.frames, frames)
+        pairs = np.array([frames] if len(frames) > 1 else [], dtype=np.int32).reshape(-1, 2)
+        return Checker(self.chain, self.centers[mine], self.radii[mine], self.frames[mine], pairs)
+
     def checker(self) -> Checker:
         """A new checker of the robot, with nothing around it and nothing held.
 
@@ -66,7 +84,9 @@ class CollisionModel:
     """Everything about a cell's robot that collision checks share; made once per cell.
 
     Links that stand still with the base count as world; links joined by fixed joints are one rigid body and
-    are never tested against each other, nor are two bodies joined by one joint, nor the cell's allowed pairs.
+    are never tested against each other, nor are two links that a joint connects, also through links without a
+    shape, nor the cell's allowed pairs. Other links of two bodies that a joint connects are left out where
+    they are proven apart wherever that joint stands.
 
     Args:
         cell: The cell.
@@ -140,6 +160,33 @@ class CollisionModel:
         """
         return frozenset((a, b)) in self._allowed
 
+    def are_joined(self, a: str, b: str) -> bool:
+        """Whether a joint connects two links, directly or through links without a shape.
+
+        Args:
+            a: Name of a link.
+            b: Name of another one.
+
+        Returns:
+            True if it does.
+        """
+        return frozenset((a, b)) in self._joined
+
+    def are_apart(self, kernel: Checker, body: int) -> bool:
+        """Whether what a checker knows is apart wherever the joint stands that moves a body of the robot.
+
+        Args:
+            kernel: Of links that only this joint moves against each other, or against the world.
+            body: Number of the body.
+
+        Returns:
+            True if it is proven, with more than the clearance of the cell.
+        """
+        lower, upper = (np.zeros(self.robot.n_joints) for _ in range(2))
+        low, high = self.robot.limits.window
+        lower[body - 1], upper[body - 1] = low[body - 1], high[body - 1]
+        return bool(kernel.edge_is_free(lower, upper, self.cell.clearance + APART))
+
     def static_bodies(self) -> tuple[tuple[str, Array, Body], ...]:
         """Shapes of every link that stands still with the base, but for hulls.
 
@@ -182,6 +229,18 @@ class CollisionModel:
         return frozenset(frozenset((pair.a, pair.b)) for pair in self.cell.allowed_pairs)
 
     @cached_property
+    def _joined(self) -> frozenset[frozenset[str]]:
+        has_shape = {link.name for link in self.robot.links if link.shapes}
+        parents = {joint.child: joint.parent for joint in self.robot.joints}
+        found = set()
+        for link in parents:
+            above = parents[link]
+            while above in parents and above not in has_shape:
+                above = parents[above]
+            found.add(frozenset((link, above)))
+        return frozenset(found)
+
+    @cached_property
     def _covers(self) -> tuple[Cover, ...]:
         """Per frame; empty for those that stand still."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
@@ -191,23 +250,32 @@ class CollisionModel:
         covers = list(self._covers)
         if tool_state == MOVING:
             covers[-1] = self.swept(covers[-1])
-        return KernelRobot(
+        whole = KernelRobot(
             build_chain(self.robot, tool_state),
             np.concatenate([c.centers for c in covers]),
             np.concatenate([c.radii for c in covers]),
             np.repeat(np.arange(self.n_frames, dtype=np.int32), [len(c.radii) for c in covers]),
-            self._self_pairs(),
+            np.zeros((0, 2), dtype=np.int32),
         )
+        pairs = [pair for pair in self._pairs() if self._is_tested(whole, *pair)]
+        return replace(whole, self_pairs=np.array(pairs, dtype=np.int32).reshape(-1, 2))
 
-    def _self_pairs(self) -> NDArray[np.int32]:
+    def _pairs(self) -> Iterator[tuple[int, int]]:
+        """Frames with shapes that move against each other, but for allowed pairs."""
         solid = [k for k in range(self.n_frames) if len(self._covers[k].radii)]
-        pairs = [
-            (i, j)
-            for i, j in combinations(solid, 2)
-            if self.bodies[j] - self.bodies[i] >= 2
-            and not self.is_allowed(self.frame_names[i], self.frame_names[j])
-        ]
-        return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+        for i, j in combinations(solid, 2):
+            if self.bodies[j] > self.bodies[i] and not self.is_allowed(
+                self.frame_names[i], self.frame_names[j]
+            ):
+                yield i, j
+
+    def _is_tested(self, whole: KernelRobot, i: int, j: int) -> bool:
+        """Whether frame i is tested against frame j, of a later body, in every configuration."""
+        if self.bodies[j] - self.bodies[i] > 1:
+            return True
+        if self.are_joined(self.frame_names[i], self.frame_names[j]):
+            return False
+        return not self.are_apart(whole.of_frames((i, j)), self.bodies[j])
 
 
 def _cover(shapes: tuple[Body, ...]) -> Cover:

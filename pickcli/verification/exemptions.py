@@ -23,7 +23,7 @@ class Exemptions:
 
     Attributes:
         touching: Names that cup and held item are planned to touch here, near to where that one is at rest.
-        neighbours: Links that a joint connects.
+        neighbours: Links that a joint connects, directly or through links without a shape.
         allowed: The cell's list, each with its reason there.
     """
 
@@ -43,7 +43,8 @@ class Exemptions:
         """
         if part.is_cup or part.is_held:
             return name in self.touching
-        return frozenset((part.name, name)) in self.allowed
+        # What stands still is as near to the world as the cell and the scene put it, whatever moves.
+        return not part.reach.any() or frozenset((part.name, name)) in self.allowed
 
     def is_own_pair_untested(self, a: Part, b: Part) -> bool:
         """Whether two parts of the arm, or of arm and held item, are left out.
@@ -93,7 +94,18 @@ def _is_rigid(a: Part, b: Part) -> bool:
 
 
 def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
-    return frozenset(frozenset((joint.parent, joint.child)) for joint in robot.joints)
+    """Pairs of links with one joint between them that moves, and no shape."""
+    shaped = {link.name for link in robot.links if link.shapes}
+    by_child = {joint.child: joint for joint in robot.joints}
+    found = set()
+    for first in robot.joints:
+        n_moving, joint = int(first.name in robot.joint_names), first
+        while joint.parent not in shaped and joint.parent in by_child:
+            joint = by_child[joint.parent]
+            n_moving += joint.name in robot.joint_names
+        if n_moving <= 1:
+            found.add(frozenset((first.child, joint.parent)))
+    return frozenset(found)
 
 
 def _touching(
