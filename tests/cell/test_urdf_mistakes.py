@@ -180,7 +180,7 @@ def test_what_the_format_leaves_out_means_nothing(tmp_path: Path) -> None:
     np.testing.assert_array_equal(turn.T_parent_joint, pose(rpy=(0.1, 0.0, 0.0)))
     np.testing.assert_array_equal(endless.T_parent_joint, np.eye(4))
     np.testing.assert_array_equal(robot.links["arm"].shapes[0].T_parent_shape, pose((1.0, 2.0, 3.0)))
-    assert (endless.lower, endless.upper) == (-np.pi, np.pi)
+    assert (endless.lower, endless.upper) == (-np.inf, np.inf)
     assert (fixed.lower, fixed.upper) == (0.0, 0.0)
     assert fixed.axis.tolist() == [0.0, 0.0, 1.0]
     assert robot.name == "two" and robot.links["arm"].shapes[0].name == "arm_0"
