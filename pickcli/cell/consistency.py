@@ -82,7 +82,9 @@ def _check_pairs(source: Source, model: CellModel, robot: Urdf) -> None:
 
 def _check_names(source: Source, model: CellModel, robot: Urdf) -> None:
     """Contacts and allowed pairs name links and what stands in the cell: no name means two things."""
-    shelf = {body.name for body in (*build_pod(model.pod).bodies, *build_tote(model.tote).bodies)}
+    pod = () if model.pod is None else build_pod(model.pod).bodies
+    tote = () if model.tote is None else build_tote(model.tote).bodies
+    shelf = {body.name for body in (*pod, *tote)}
     for i, obstacle in enumerate(model.obstacles):
         if obstacle.name in robot.links:
             text = f"{obstacle.name!r} is a link of the robot too; rename the obstacle"

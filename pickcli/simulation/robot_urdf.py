@@ -41,7 +41,7 @@ def write_urdf(robot: Robot, folder: Path) -> Path:
         # The engine takes a base's centre of mass for its frame; this one stands still.
         element = _link(root, link, np.eye(4) if link is robot.links[0] else link.T_link_inertia)
         shapes = link.shapes
-        if link.name == robot.tool.cup_link:
+        if robot.tool.suction_cup is not None and link.name == robot.tool.cup_link:
             _add_shapes(element, "visual", shapes, folder)  # pictures show the relaxed cup
             shapes = tuple(solid_cup(robot.tool, shapes))
         _add_shapes(element, "collision", shapes, folder)

@@ -24,8 +24,10 @@ def ground_of(scene: Scene) -> tuple[Array, Array]:
         scene: The scene.
 
     Returns:
-        Lower and upper corner (3,), m in the world.
+        Lower and upper corner (3,), m in the world; everywhere, if nothing stands.
     """
+    if not scene.standing:
+        return np.full(3, -np.inf), np.full(3, np.inf)
     corners = [bounds(body.shape, T @ body.T_parent_shape) for body, T in scene.standing]
     return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
 

@@ -300,3 +300,19 @@ def face_at(shape: Shape, point: Array) -> str:
     else:
         axis = int(np.argmax(out))
     return ("+" if point[axis] > 0.0 else "-") + "xyz"[axis]
+
+
+class NoSuction(Suction):
+    """A flange on which nothing is mounted: it meets nothing by itself, and holds nothing."""
+
+    def __init__(self) -> None:
+        self.vacuum = Vacuum(pump_lead=0.0, valve_lead=0.0)
+        self.held, self.load, self.ratio, self.max_ratio = None, NO_LOAD, 0.0, 0.0
+        self.releases, self.touches = [], []
+
+    def before_step(self, T_world_tip: Array) -> None:
+        """Nothing changes.
+
+        Args:
+            T_world_tip: (4, 4) of the flange.
+        """

@@ -34,7 +34,7 @@ from pickcli.simulation.scene_bodies import (
     true_masses,
 )
 from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
-from pickcli.simulation.suction import CupModel, Suction
+from pickcli.simulation.suction import CupModel, NoSuction, Suction
 from pickcli.simulation.vacuum import Vacuum
 
 TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
@@ -91,8 +91,9 @@ class World:
         self._uncollided: frozenset[str] = frozenset()
         exempt = self._apply_allowed_pairs()
         self.suction = self._build_suction()
-        tool = self.robot.tool
-        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, tool.cup.stiffness * tool.cup.stroke)
+        tool, cup = self.robot.tool, self.robot.tool.suction_cup
+        max_press = 0.0 if cup is None else cup.stiffness * cup.stroke
+        self.contacts = ContactLog(ROBOT, tool.cup_link, exempt, max_press)
 
     def close(self) -> None:
         """Free the engine."""
@@ -100,6 +101,8 @@ class World:
 
     def _build_suction(self) -> Suction:
         tool, is_compliant = self.robot.tool, self.reality.compliant_cup
+        if tool.suction_cup is None:
+            return NoSuction()
         bellows = Bellows(self.engine, ROBOT, tool, tool.cup.stiffness if is_compliant else 0.0)
         vacuum = Vacuum(self._device(DeviceKind.PUMP).lead, self._device(DeviceKind.VALVE).lead)
         cup = CupModel(vacuum, bellows, Stiffness() if is_compliant else RIGID)
@@ -249,6 +252,8 @@ class World:
         """No physics between the cup and its item until they are apart: it would throw the item off."""
         cup = self.robot.tool.cup_link
         wanted = frozenset({self.held} if self.held is not None else ())
+        if not wanted and not self._uncollided:
+            return
         for name in sorted(wanted - self._uncollided):
             self.engine.set_collision(ROBOT, cup, name, "", on=False)
         left, far = self._uncollided - wanted, self.robot.tool.cup.stroke + SOLID_DEPTH + APART

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import yaml
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
@@ -141,3 +142,19 @@ def test_a_cell_without_a_valve_is_told_what_is_missing(branching: Cell) -> None
     cell = replace(branching, devices={"pump": branching.devices["pump"]})
     with pytest.raises(InputError, match="has no device of kind valve"):
         World(scene_of(cell), cell.configurations["home"].q)
+
+
+def test_a_robot_alone_plays_its_plans(tmp_path: Path) -> None:
+    """No tool, no pod, no tote, no devices, and nothing that stands."""
+    folder = write_robot(tmp_path)
+    content = yaml.safe_load((folder / "cell.yaml").read_text())
+    for key in ("tool", "pod", "tote"):
+        del content[key]
+    content["robot"] |= {"tip": "flange", "unshaped": ["flange"]}
+    content |= {"devices": {}, "obstacles": []}
+    (folder / "cell.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    cell = load_cell(folder)
+    world = World(scene_of(cell), cell.configurations["home"].q)
+    execution = execute(plan_of(cell), world)
+    assert (execution.stop, execution.collisions, execution.limit_violations) == (None, (), ())
+    np.testing.assert_allclose(world.q, cell.configurations["away"].q, atol=1e-4)
