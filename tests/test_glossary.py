@@ -16,7 +16,6 @@ TERMS, PLAIN = (ROOT / "docs" / "glossary.md").read_text().split("## Plain words
 
 # Names that are still to be renamed. Add none.
 UNNAMED = {
-    "cell": {"PodStand"},
     "collision": {"Entered"},
     "commands": {"LearningSession", "learning"},
     "grasping": {"Turn", "aims"},
@@ -24,7 +23,7 @@ UNNAMED = {
         "Bringing",
     },
     "simulation": {"Film", "Swing", "Touch"},
-    "trial": {"Fate", "PlanBringing"},
+    "trial": {"PlanBringing"},
     "verification": {"Balls", "Standing", "Windows"},
 }
 

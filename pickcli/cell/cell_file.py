@@ -14,7 +14,7 @@ from pickcli.cell.cell_schema import BoundsModel, CellModel, JointLimitModel, Po
 from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
-from pickcli.cell.device import Device, DeviceKind
+from pickcli.cell.device import Device
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits
@@ -33,6 +33,12 @@ from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
 from pickcli.geometry import Array, pose
 
+# What version 1 called otherwise, and what version 2 calls it.
+RENAMED = (
+    "tool.pivot_joint to joint", "tool.pivot_positions to states", "pivot of configurations to tool_state",
+    "the kind pivot of devices to tool_actuator",
+)  # fmt: skip
+
 
 def load_cell(name_or_path: str | Path) -> Cell:
     """Load a cell.
@@ -49,6 +55,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
     """
     path = cell_file(name_or_path)
     source = read_yaml(path, CELL)
+    _refuse_version_1(source)
     add_joint_limits(source)
     model = validate(source, CellModel)
     urdf = _urdf(source, model)
@@ -62,14 +69,12 @@ def load_cell(name_or_path: str | Path) -> Cell:
         pod=NO_POD if model.pod is None else build_pod(model.pod),
         tote=None if model.tote is None else build_tote(model.tote),
         obstacles=Obstacles(tuple(_box(o.name, o) for o in model.obstacles)),
-        devices={
-            name: Device(name, DeviceKind(d.kind), d.lead, d.actions) for name, d in model.devices.items()
-        },
+        devices={name: Device(name, d.kind, d.lead, d.actions) for name, d in model.devices.items()},
         configurations={
             c.name: NamedConfiguration(
                 c.name,
                 np.array(c.q),
-                tool.default_state if c.pivot is None else ToolState(c.pivot),
+                tool.default_state if c.tool_state is None else ToolState(c.tool_state),
                 c.kind,
             )
             for c in model.configurations
@@ -114,6 +119,13 @@ def cell_file(name_or_path: str | Path) -> Path:
                 return candidate
     hint = "it is a folder without cell.yaml" if path.is_dir() else ""
     raise UnknownNameError("cell", str(name_or_path), cell_names(), hint=hint)
+
+
+def _refuse_version_1(source: Source) -> None:
+    """Refuse a cell file of the version before, in one line that says how to bring it up to date."""
+    if isinstance(source.data, dict) and source.data.get("version") == 1:
+        source.add(("version",), f"1 is the version before; rename {', '.join(RENAMED)}, and write 2")
+        source.check()
 
 
 def _urdf(source: Source, model: CellModel) -> Urdf:
@@ -203,15 +215,13 @@ def _tool(model: CellModel, robot: Urdf) -> Tool:
     tool = model.tool
     if tool is None:
         return Tool.bare(model.tip)
-    positions = {
-        ToolState(name): angle for name, angle in (tool.pivot_positions or {FIXED.name: 0.0}).items()
-    }
+    positions = {ToolState(name): angle for name, angle in (tool.states or {FIXED.name: 0.0}).items()}
     T_cup_tip = pose((0.0, 0.0, tool.cup_length))
     return Tool(
         flange_link=tool.flange_link,
         lance_link=tool.lance_link,
         cup_link=tool.cup_link,
-        joint=tool.pivot_joint,
+        joint=tool.joint,
         positions=positions,
         T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
         T_cup_tip=T_cup_tip,
@@ -241,11 +251,7 @@ def _T_flange_cup(tool: ToolModel, robot: Urdf, position: float) -> Array:
     """Pose (4, 4) of the cup link in the flange link at a position in rad or m of the tool's joint."""
     T = np.eye(4)
     for joint in robot.way(tool.cup_link)[-2:]:
-        T = (
-            T
-            @ joint.T_parent_joint
-            @ joint_motion(joint, position if joint.name == tool.pivot_joint else 0.0)
-        )
+        T = T @ joint.T_parent_joint @ joint_motion(joint, position if joint.name == tool.joint else 0.0)
     return T
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeVar
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
 
+from pickcli.cell.device import DeviceKind
 from pickcli.files.schema import (
     Angle,
     Angles,
@@ -99,12 +100,12 @@ class ToolModel(FileModel):
     T_flange_tool: PoseModel | None = Field(None, description="where its root link is mounted on the flange")
     flange_link: Name = Field(description="the arm's last own link")
     lance_link: Name = Field(description="the link fixed to the flange")
-    cup_link: Name = Field(description="the link that pivots")
-    pivot_joint: Name | None = Field(None, description="the joint that turns the cup, if one does")
-    pivot_positions: Annotated[dict[Name, Angle], Len(1, MAX_STATES)] | None = Field(
+    cup_link: Name = Field(description="the cup, the chain's last link")
+    joint: Name | None = Field(None, description="the joint that changes the tool's state, if one does")
+    states: Annotated[dict[Name, Angle], Len(1, MAX_STATES)] | None = Field(
         None, description="positions of that joint by state in rad, or in m if it is prismatic"
     )
-    cup_length: Thickness = Field(description="m, pivot to the tip of the uncompressed cup")
+    cup_length: Thickness = Field(description="m, origin of its link to the tip of the uncompressed cup")
     cup_radius: Thickness = Field(description="m")
     cup_stroke: Thickness = Field(description="m, how far the bellows compress")
     cup_stiffness: Force = Field(1000.0, description="N/m of the relaxed bellows along the cup's axis")
@@ -192,7 +193,7 @@ class ObstacleModel(BoundsModel):
 class DeviceModel(FileModel):
     """A switched device."""
 
-    kind: Literal["pump", "valve", "sensor", "pivot"] = Field(description="pump, valve, sensor or pivot")
+    kind: DeviceKind = Field(description="pump, valve, sensor or tool_actuator")
     lead: Seconds = Field(description="s from the command to its full effect")
     actions: Annotated[tuple[Text, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
 
@@ -214,7 +215,7 @@ class ConfigurationModel(FileModel):
     kind: Literal["home", "bin", "camera", "tote", "drop", "midway", "yardstick"] = Field(
         description="home, bin, camera, tote, drop, midway or yardstick"
     )
-    pivot: Name | None = Field(None, description="a state of the tool, the first one by default")
+    tool_state: Name | None = Field(None, description="a state of the tool, the first one by default")
     q: Annotated[tuple[Number, ...], Len(0, 32)] = Field(
         description="one number per planned joint, in their order"
     )
@@ -224,7 +225,7 @@ class CellModel(FileModel):
     """A whole cell file."""
 
     format: Literal["apc cell"] = Field(description="'apc cell'")
-    version: Literal[1] = Field(description="1, the only version there is")
+    version: Literal[2] = Field(description="2, the only version that is read")
     name: Name = Field(description="the cell's name")
     robot: RobotModel = Field(description="the robot")
     joint_limits: dict[Name, JointLimitModel] = Field(description="limits by planned joint")
@@ -269,4 +270,4 @@ class CellModel(FileModel):
     @property
     def tool_joint(self) -> str | None:
         """Name of the joint that moves the tool, if one does."""
-        return None if self.tool is None else self.tool.pivot_joint
+        return None if self.tool is None else self.tool.joint

@@ -17,4 +17,4 @@ def configuration_line(named: NamedConfiguration) -> str:
         YAML.
     """
     numbers = ", ".join(f"{value + 0.0:.{DECIMALS}f}" for value in named.q.round(DECIMALS).tolist())
-    return f"  - {{name: {named.name}, kind: {named.kind}, pivot: {named.tool_state}, q: [{numbers}]}}\n"
+    return f"  - {{name: {named.name}, kind: {named.kind}, tool_state: {named.tool_state}, q: [{numbers}]}}\n"

@@ -105,8 +105,14 @@ def _check_configurations(source: Source, model: CellModel, robot: Urdf) -> None
     unique(source, [("configurations", i, "name") for i in range(len(named))], [c.name for c in named])
     states = tool_states(model)
     for i, configuration in enumerate(named):
-        if configuration.pivot is not None:
-            refer(source, ("configurations", i, "pivot"), "state of the tool", configuration.pivot, states)
+        if configuration.tool_state is not None:
+            refer(
+                source,
+                ("configurations", i, "tool_state"),
+                "state of the tool",
+                configuration.tool_state,
+                states,
+            )
         if len(configuration.q) != len(joints):
             text = f"expected {len(joints)} numbers, one per planned joint, got {len(configuration.q)}"
             source.add(("configurations", i, "q"), text)

@@ -12,7 +12,7 @@ class DeviceKind(StrEnum):
     PUMP = "pump"
     VALVE = "valve"
     SENSOR = "sensor"
-    PIVOT = "pivot"
+    TOOL_ACTUATOR = "tool_actuator"
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
         ],
         "tool": {
             "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
-            "pivot": {state.name: numbers(position) for state, position in tool.positions.items()},
+            "states": {state.name: numbers(position) for state, position in tool.positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
             **_cup(tool.suction_cup),
         },

@@ -22,8 +22,8 @@ _TOLERANCE = 1e-6
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
-class PodStand(StrEnum):
-    """Where the pod may stand for something to hold."""
+class PodPoses(StrEnum):
+    """The poses of the pod for which something holds."""
 
     NOMINAL = "nominal"  # exactly where the cell says
     DISPLACED = "displaced"  # anywhere within its bounds
@@ -34,15 +34,15 @@ class PodValidity:
     """For which pods something that is stored was proven.
 
     Attributes:
-        stand: Where the pod may stand.
+        pod_poses: The poses of the pod for which it was proven.
         why_nominal: Why it holds for the pod in its place alone, "" if it holds for any.
     """
 
-    stand: PodStand = PodStand.NOMINAL
+    pod_poses: PodPoses = PodPoses.NOMINAL
     why_nominal: str = ""
 
 
-ANY_POD = PodValidity(PodStand.DISPLACED)
+ANY_POD = PodValidity(PodPoses.DISPLACED)
 NOMINAL_POD = PodValidity()
 
 

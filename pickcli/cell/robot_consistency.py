@@ -31,34 +31,34 @@ def check_robot(source: Source, model: CellModel, robot: Urdf) -> None:
 
 def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
     """Planned joints are the moving ones of the chain in its order, but the tool's and those that stand."""
-    pivot, moving = model.tool_joint, robot.driven(robot.way(model.tip))
-    expected = [name for name in moving if name != pivot and name not in model.robot.posture]
+    tool_joint, moving = model.tool_joint, robot.driven(robot.way(model.tip))
+    expected = [name for name in moving if name != tool_joint and name not in model.robot.posture]
     if list(model.robot.joints) != expected:
         got = ", ".join(model.robot.joints)
         source.add(
             ("robot", "joints"),
-            f"expected the chain's moving joints but the pivot: {', '.join(expected)}; got {got}; one that "
+            f"expected the chain's moving joints but the tool's: {', '.join(expected)}; got {got}; one that "
             "stands still is named in robot.posture",
         )
     for name in model.robot.motor_forces:
         refer(source, ("robot", "motor_forces", name), "moving joint", name, list(moving))
-    for name in expected if pivot is None else [*expected, pivot]:
+    for name in expected if tool_joint is None else [*expected, tool_joint]:
         if name not in model.robot.motor_forces:
             source.add(("robot", "motor_forces", name), "expected a force in N or Nm, got nothing; add it")
 
 
 def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
     """Every joint that is not planned stands somewhere, within its limits."""
-    pivot, posture = model.tool_joint, model.robot.posture
+    tool_joint, posture = model.tool_joint, model.robot.posture
     free = robot.driven(robot.joints.values())
-    chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, pivot}
+    chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, tool_joint}
     for name in free.keys() - chain - posture.keys():
         source.add(
             ("robot", "posture", name), "is not planned; expected where it stands in rad or m, got nothing"
         )
     for name, position in posture.items():
         refer(source, ("robot", "posture", name), "moving joint", name, list(free))
-        if name == pivot:
+        if name == tool_joint:
             source.add(
                 ("robot", "posture", name), "is the tool's; where it stands its states say: leave it out"
             )
@@ -68,7 +68,7 @@ def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
                 f"expected {free[name].lower:g} to {free[name].upper:g}, got {position:g}; correct it",
             )
     for name, mimic in robot.mimics.items():
-        if mimic.joint in model.robot.joints or mimic.joint == pivot:
+        if mimic.joint in model.robot.joints or mimic.joint == tool_joint:
             text = f"{name!r} mimics it, which cannot be planned; let it stand (robot.posture)"
             source.add(("robot", "joints"), f"{mimic.joint!r}: {text}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pickcli.cell.cell_schema import CellModel, RobotModel, ToolModel
+from pickcli.cell.device import DeviceKind
 from pickcli.cell.references import refer
 from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import Urdf
@@ -74,35 +75,33 @@ def tool_states(model: CellModel) -> list[str]:
     Returns:
         The names, in the order of the file.
     """
-    positions = None if model.tool is None else model.tool.pivot_positions
+    positions = None if model.tool is None else model.tool.states
     return list(positions or {FIXED.name: 0.0})
 
 
 def _check_states(source: Source, tool: ToolModel, robot: Urdf) -> None:
     """The states of the tool are positions of the last joint of the chain."""
-    name, positions = tool.pivot_joint, tool.pivot_positions
+    name, positions = tool.joint, tool.states
     if name is None or positions is None:
         if name is not None:
-            source.add(("tool", "pivot_positions"), "expected a position by state, got nothing; add it")
+            source.add(("tool", "states"), "expected a position by state, got nothing; add it")
         elif positions is not None:
-            source.add(
-                ("tool", "pivot_joint"), "expected the joint that has these positions, got nothing; add it"
-            )
+            source.add(("tool", "joint"), "expected the joint that has these positions, got nothing; add it")
         return
     joints = robot.driven(robot.way(tool.cup_link))
-    refer(source, ("tool", "pivot_joint"), "moving joint", name, list(joints))
+    refer(source, ("tool", "joint"), "moving joint", name, list(joints))
     if MOVING.name in positions:
         text = f"{MOVING} means that the tool is between two states; give this one another name"
-        source.add(("tool", "pivot_positions", MOVING.name), text)
+        source.add(("tool", "states", MOVING.name), text)
     joint = joints.get(name)
     if joint is None:
         return
     last = robot.way(tool.cup_link)[-1]
     if joint is not last:
         text = f"expected the last joint of the chain, {last.name!r}, got {name!r}; correct it"
-        source.add(("tool", "pivot_joint"), text)
+        source.add(("tool", "joint"), text)
     if not all(joint.lower - 1e-9 <= p <= joint.upper + 1e-9 for p in positions.values()):
-        source.add(("tool", "pivot_positions"), f"outside of the joint's {joint.lower:g} to {joint.upper:g}")
+        source.add(("tool", "states"), f"outside of the joint's {joint.lower:g} to {joint.upper:g}")
 
 
 def check_devices(source: Source, model: CellModel) -> None:
@@ -114,7 +113,7 @@ def check_devices(source: Source, model: CellModel) -> None:
     """
     states = tool_states(model)
     for name, device in model.devices.items():
-        if device.kind != "pivot":
+        if device.kind != DeviceKind.TOOL_ACTUATOR:
             continue
         for i, action in enumerate(device.actions):
             refer(source, ("devices", name, "actions", i), "state of the tool", action, states)

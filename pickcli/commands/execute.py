@@ -142,7 +142,7 @@ def _refuse_unknown_states(plan: Plan, path: Path, scene: Scene) -> None:
     for k, segment in enumerate(plan.segments):
         if segment.tool_state not in tool.shapes:
             raise InputError(
-                f"{path}: segments.{k}.pivot: the tool has no state {str(segment.tool_state)!r}, only "
+                f"{path}: segments.{k}.tool_state: the tool has no state {str(segment.tool_state)!r}, only "
                 f"{', '.join(map(str, tool.shapes))}; plan it anew"
             )
 

@@ -25,7 +25,7 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @click.command("suggest-configurations", cls=Command)
 @cell_option
 @click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
-@click.option("--pivot", "tool_state", metavar="STATE", default=None, show_default="the first of the cell",
+@click.option("--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
               help="State in which the tool goes in, e.g. straight.")  # fmt: skip
 @click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Suggestions to show.")
 @click.option("--poses", type=NumberType(1, 10000), default=100, show_default=True,
@@ -72,7 +72,12 @@ def command(
     if output is not None:
         write_text(output, entry, overwrite)
     if as_json:
-        asked = {"cell_fingerprint": cell.fingerprint, "bin": bin_name, "pivot": state.name, "poses": poses}
+        asked = {
+            "cell_fingerprint": cell.fingerprint,
+            "bin": bin_name,
+            "tool_state": state.name,
+            "poses": poses,
+        }
         written = {"yaml": entry, "path": None if output is None else str(output)}
         emit_json({**asked, "seed": seed, **_summary(now, found), **written})
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.drawing.picture import Colour, Coverage, CoverageBar, DrawnLine, Picture
 from pickcli.drawing.scenery import arm_solids, node, skeleton, solids, tool_path
 from pickcli.kinematics.arm import Arm
@@ -37,7 +37,7 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
     """
     arm = Arm(cell.robot)
     lines = [
-        DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.stand), " to ".join(_names(roadmap, m)))
+        DrawnLine(tool_path(roadmap.edge_path(m), arm), _ink(mark.pod_poses), " to ".join(_names(roadmap, m)))
         for m, mark in enumerate(roadmap.marks)
     ]
     outcomes = {pair: _n_routes(roadmap, pair) for pair in important_pairs(cell)}
@@ -72,11 +72,13 @@ def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence
     """
     arm = Arm(cell.robot)
     lines = [
-        DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.mark.stand),
+        DrawnLine(tool_path(motion.path.waypoints, arm), _ink(motion.mark.pod_poses),
              f"{motion.key.start} to {motion.key.goal}, {motion.key.payload}: {motion.duration:.2f} s")
         for motion in database
     ]  # fmt: skip
-    stored = [((m.key.start, m.key.goal), 0 if m.mark.stand is PodStand.DISPLACED else 1) for m in database]
+    stored = [
+        ((m.key.start, m.key.goal), 0 if m.mark.pod_poses is PodPoses.DISPLACED else 1) for m in database
+    ]
     lost = [((key.start, key.goal), 2) for key, _ in missing]
     kinds = (_ANY_POD, _NOMINAL, ("missing", Colour.BAD))
     total = len(stored) + len(lost)
@@ -119,8 +121,8 @@ def _names(roadmap: Roadmap, edge: int) -> list[str]:
     return [roadmap.names[i] or f"#{i}" for i in roadmap.edges[edge].tolist()]
 
 
-def _ink(stand: PodStand) -> Colour:
-    return Colour.GOOD if stand is PodStand.DISPLACED else Colour.FAIR
+def _ink(pod_poses: PodPoses) -> Colour:
+    return Colour.GOOD if pod_poses is PodPoses.DISPLACED else Colour.FAIR
 
 
 def _ratio(database: TrajectoryDatabase) -> float:

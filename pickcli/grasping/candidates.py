@@ -24,7 +24,7 @@ from pickcli.motion.plan import Grasp, GraspKind
 
 # A straight lance fits into a bin only when it is tilted little (30 degrees: 162 of 360 poses, 60: 54).
 MAX_FRONTAL_TILT = np.radians(30.0)
-MAX_PIVOTED_TILT = np.radians(25.0)
+MAX_ACROSS_TILT = np.radians(25.0)
 LANCE_CLEAR = 0.02  # m from the axis of the lance to a lip: its radius, the clearance, the cover's excess
 TRIES_PER_PLACE = 8
 SIDE = 0.15  # what a side grasp costs: it needs room beside the item
@@ -73,8 +73,8 @@ def sample_grasps(
 ) -> CandidateSet:
     """Candidates for an item whose pose is known.
 
-    Into a place from the front, frontal grasps use the straight cup, top-down and side grasps the pivoted
-    one; from above all are top-down, with the straight cup. Each face yields its centre, random places and
+    Into a place from the front, frontal grasps hold the lance in line with the cup, top-down and side grasps
+    across it; from above all are top-down, in line. Each face yields its centre, random places and
     those of the search's grid. The order follows ``Grasp.score``: load over limit, which is least near the
     centre of mass and on faces that seal well, plus penalties for tilt, turn and pressing from the side.
 
@@ -118,18 +118,18 @@ def _reachable(face: Face, target: GraspTarget, tool: Tool, rng: np.random.Gener
     """Up to n random places (N, 4, 4) on a face for which a level lance clears the lips of the mouth."""
     samples = face.region.sample(rng, TRIES_PER_PLACE * n)
     T = target.T_entry_item @ samples
-    # The pivoted cup points down or aside; its lance then lies above or beside the tip, and may be tilted.
-    is_pivoted = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
+    # A cup across the lance points down or aside; the lance lies above or beside the tip, and may be tilted.
+    is_across = T[:, 0, 2] < np.cos(MAX_FRONTAL_TILT)
     gained = T[:, 2, :3] @ _to_lance(tool) + np.sin(tool.cup.tilt) * np.maximum(T[:, 0, 3], 0.0)
-    height = T[:, 2, 3] + np.where(is_pivoted, gained, 0.0)
+    height = T[:, 2, 3] + np.where(is_across, gained, 0.0)
     is_clear = (height >= LANCE_CLEAR) & (T[:, 2, 3] <= target.place.access.height - LANCE_CLEAR)
     return samples[is_clear][:n]
 
 
 def _to_lance(tool: Tool) -> Array:
-    """(3,) m in the tool frame, from the tip to the axis of the lance when the cup is pivoted."""
-    pivoted = tool.state_with_lance(ACROSS)
-    return np.zeros(3) if pivoted is None else tool.tip_to_lance(pivoted)
+    """(3,) m in the tool frame, from the tip to the axis of the lance when it lies across the cup's axis."""
+    state = tool.state_with_lance(ACROSS)
+    return np.zeros(3) if state is None else tool.tip_to_lance(state)
 
 
 def _placements(
@@ -185,9 +185,9 @@ def _kinds(along: Array) -> tuple[Array, dict[str, NDArray[np.bool_]]]:
     is_frontal = along[:, 0] >= np.cos(MAX_FRONTAL_TILT)
     down, aside = -along[:, 2], np.abs(along[:, 1])
     off = np.arccos(np.minimum(1.0, np.where(is_frontal, along[:, 0], np.maximum(down, aside))))
-    is_pivoted = ~is_frontal & (off <= MAX_PIVOTED_TILT)
+    is_across = ~is_frontal & (off <= MAX_ACROSS_TILT)
     is_down = down >= aside
-    return off, {"frontal": is_frontal, "top-down": is_pivoted & is_down, "side": is_pivoted & ~is_down}
+    return off, {"frontal": is_frontal, "top-down": is_across & is_down, "side": is_across & ~is_down}
 
 
 def _turned_and_tilted(
@@ -214,7 +214,7 @@ def _tilt_over_the_lip(T_entry_tip: Array, to_lance: Array, most: float) -> Arra
     """The least tilt in rad at which a lance that lies level over a thin item clears the bin's lip.
 
     Args:
-        T_entry_tip: (..., 4, 4) the pivoted tool in the frame of the way in.
+        T_entry_tip: (..., 4, 4) the tool, its lance across, in the frame of the way in.
         to_lance: (3,) m in the tool frame, from the tip to the axis of the lance.
         most: rad, the largest tilt.
 

@@ -61,7 +61,7 @@ class Search:
         if kind == "frontal":
             # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
             return [Turn(np.array([0.0, 0.0, -1.0]), 0.0), Turn(np.array([0.0, 0.0, 1.0]), 0.0)]
-        # with the cup pivoted the lance leaves it along +x of the tool frame
+        # the lance lies across the cup's axis and leaves the cup along +x of the tool frame
         if kind == "top-down":
             return [Turn(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
         return [Turn(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]

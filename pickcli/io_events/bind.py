@@ -42,12 +42,12 @@ def bind_pick(
     return (
         *_grasp(segments, devices, seal_time),
         *_release(segments, devices, release_time),
-        *bind_pivot(segments, devices),
+        *bind_tool_states(segments, devices),
     )
 
 
-def bind_pivot(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tuple[Event, ...]:
-    """Turns of the cup: each begins with the segment in which the cup may be anywhere between its states.
+def bind_tool_states(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tuple[Event, ...]:
+    """Changes of the tool's state: each begins with the segment in which it may be anywhere in between.
 
     The earliest moment allowed leaves the most time to be done before the next segment counts on it.
 
@@ -61,12 +61,12 @@ def bind_pivot(segments: Sequence[Segment], devices: Mapping[str, Device]) -> tu
     events = []
     for index, (before, after) in enumerate(pairwise([None, *segments, None])):
         # index counts segments: ``after`` is segments[index].
-        is_turn = after is not None and after.tool_state == MOVING
-        if not is_turn or (before is not None and before.tool_state == MOVING):
+        is_change = after is not None and after.tool_state == MOVING
+        if not is_change or (before is not None and before.tool_state == MOVING):
             continue
         resting = next((s.tool_state for s in segments[index:] if s.tool_state != MOVING), None)
         if resting is not None:
-            device = device_of(devices, DeviceKind.PIVOT)
+            device = device_of(devices, DeviceKind.TOOL_ACTUATOR)
             anchor = Anchor(AnchorKind.SEGMENT_START, index, device.lead)
             events.append(_event(device, resting.name, anchor))
     return tuple(events)

@@ -31,7 +31,7 @@ from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 
 FORMAT = "apc plan"
-VERSION = 2
+VERSION = 3
 MAX_POINTS = 100_000
 MAX_JOINTS = 32
 TIME_TOLERANCE = 1e-9  # s, between the end of a segment and the start of the next
@@ -66,15 +66,15 @@ class _Trajectory(_Model):
 
 
 @cache
-def _file_keys(kind: type) -> dict[str, tuple[str, Any]]:
-    """The key in a file, and the type, of every field of a dataclass."""
+def _field_types(kind: type) -> dict[str, Any]:
+    """The type of every field of a dataclass, by its name, which is its key in a file too."""
     hints = get_type_hints(kind)
-    return {field.name: (_RENAMED.get(field.name, field.name), hints[field.name]) for field in fields(kind)}
+    return {field.name: hints[field.name] for field in fields(kind)}
 
 
 def _derived(kind: type, also: Mapping[str, Any] = MappingProxyType({}), **special: Any) -> Any:
     """The schema of a dataclass in a file: each field by its type, or by ``special``; and keys besides."""
-    keys = {key: special.get(name, _FILE_TYPES.get(of, of)) for name, (key, of) in _file_keys(kind).items()}
+    keys = {name: special.get(name, _FILE_TYPES.get(of, of)) for name, of in _field_types(kind).items()}
     return create_model(f"_{kind.__name__}", __base__=_Model, **also, **keys)
 
 
@@ -94,8 +94,7 @@ def plain(value: Any, kind: Any = None) -> Any:
         return str(value)
     if is_dataclass(value):
         own: type = type(value)
-        keys = _file_keys(own)
-        return {key: plain(getattr(value, name), of) for name, (key, of) in keys.items()}
+        return {name: plain(getattr(value, name), of) for name, of in _field_types(own).items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, tuple):
@@ -114,8 +113,7 @@ def _built(kind: Any, value: Any) -> Any:
         return ToolState(value)
     if is_dataclass(kind):
         assert isinstance(kind, type)
-        keys = _file_keys(kind)
-        return kind(**{name: _built(of, getattr(value, key)) for name, (key, of) in keys.items()})
+        return kind(**{name: _built(of, getattr(value, name)) for name, of in _field_types(kind).items()})
     if kind == Array:
         return np.array(value)
     return tuple(_built(get_args(kind)[0], v) for v in value) if isinstance(value, list) else value
@@ -128,7 +126,6 @@ def _trajectory(model: _Trajectory) -> Trajectory:
     return Trajectory(tuple(model.joint_names), *columns)
 
 
-_RENAMED = {"tool_state": "pivot"}  # fields that are called otherwise in a file
 _FILE_TYPES: dict[Any, Any] = {
     str: Name,
     str | None: Name | None,
@@ -153,7 +150,7 @@ _Certificate = _derived(
 
 _Plan = _derived(
     Plan,
-    also={"format": Literal["apc plan"], "version": Literal[2]},
+    also={"format": Literal["apc plan"], "version": Literal[3]},
     query=Annotated[str, Field(max_length=1000)],
     cell_fingerprint=Hash,
     scene_hash=Hash,

@@ -28,7 +28,7 @@ def plan_move(
     label: str = "move",
     recorder: ExperienceRecorder | None = None,
 ) -> Plan:
-    """Plan a move of the empty tool from rest to rest, the cup's pivot kept as it is.
+    """Plan a move of the empty tool from rest to rest, in the tool state that it is in.
 
     Args:
         context: The cell, its models and its precomputed files.

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import PodStand, PodValidity
+from pickcli.cell.pod_tolerance import PodPoses, PodValidity
 from pickcli.cell.tool import ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
@@ -112,7 +112,7 @@ def record_of(made: CoarseMotion | Reason) -> JobResult:
     if timed is None:
         raise ValueError("a motion without its timed points cannot be kept")
     values = {
-        "pivot": str(made.tool_state),
+        "tool_state": str(made.tool_state),
         "duration": made.duration,
         "lower_bound": made.lower_bound,
         "clearance": made.clearance,
@@ -145,6 +145,6 @@ def made_of(key: MotionKey, record: JobResult, joint_names: tuple[str, ...]) -> 
     timed = Trajectory(joint_names, a["times"], a["positions"], a["velocities"], a["accelerations"])
     path = JointPath(joint_names, a["waypoints"])
     return CoarseMotion(
-        key, ToolState(v["pivot"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
-        PodValidity(PodStand(v["stand"]), v["why_nominal"]),
+        key, ToolState(v["tool_state"]), path, v["duration"], timed, v["lower_bound"], v["clearance"],
+        PodValidity(PodPoses(v["pod_poses"]), v["why_nominal"]),
     )  # fmt: skip

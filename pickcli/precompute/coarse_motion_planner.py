@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import PodStand, PodValidity
+from pickcli.cell.pod_tolerance import PodPoses, PodValidity
 from pickcli.cell.robot import Limits
 from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
@@ -72,13 +72,13 @@ class CoarseMotionPlanner:
         Returns:
             The motion with its trajectory, or why there is none.
         """
-        wide = self._in_stand(key, PodStand.DISPLACED)
+        wide = self._for_pod_poses(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
-            return _marked(self._in_stand(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+            return _marked(self._for_pod_poses(key, PodPoses.NOMINAL), f"for a displaced pod: {wide}")
         if wide.duration <= _GOOD * wide.lower_bound:
             return wide
         at_most = wide.duration / _AS_QUICK
-        nominal = self._in_stand(key, PodStand.NOMINAL, at_most)
+        nominal = self._for_pod_poses(key, PodPoses.NOMINAL, at_most)
         if isinstance(nominal, CoarseMotion) and nominal.duration < at_most:
             return _marked(nominal, f"for a displaced pod it takes {wide.duration:.3f} s")
         return wide
@@ -93,14 +93,14 @@ class CoarseMotionPlanner:
             m by which it comes, at its worst, nearer than the margin to what any displaced pod may leave in
             its way; 0 if it keeps the margin.
         """
-        tests = self._planning[PodStand.DISPLACED, MOVING, key.payload]
+        tests = self._planning[PodPoses.DISPLACED, MOVING, key.payload]
         q0, q1 = (self.cell.configurations[name].q for name in (key.start, key.goal))
         line = q0 + np.linspace(0.0, 1.0, _SAMPLES)[:, None] * (q1 - q0)
         lacking = tests.margin - tests.kernel.clearances(line, tests.margin)
         return max(float(lacking.max()), 0.0)
 
-    def _in_stand(
-        self, key: MotionKey, stand: PodStand, quicker_than: float = float("inf")
+    def _for_pod_poses(
+        self, key: MotionKey, pod_poses: PodPoses, quicker_than: float = float("inf")
     ) -> CoarseMotion | Reason:
         """The best motion of a pair in the widest tool state that costs no time; else why there is none.
 
@@ -111,11 +111,11 @@ class CoarseMotionPlanner:
         """
         tool_states = {self.cell.configurations[name].tool_state for name in (key.start, key.goal)}
         if len(tool_states) == 2:
-            return self._motion_with(key, (stand, MOVING, key.payload), quicker_than)
-        wide = self._motion_with(key, (stand, MOVING, key.payload), quicker_than, _WORTH)
+            return self._motion_with(key, (pod_poses, MOVING, key.payload), quicker_than)
+        wide = self._motion_with(key, (pod_poses, MOVING, key.payload), quicker_than, _WORTH)
         if isinstance(wide, CoarseMotion):
             return wide
-        return self._motion_with(key, (stand, tool_states.pop(), key.payload), quicker_than)
+        return self._motion_with(key, (pod_poses, tool_states.pop(), key.payload), quicker_than)
 
     def _motion_with(
         self, key: MotionKey, case: CheckerKey, quicker_than: float, at_most: float = float("inf")
@@ -157,10 +157,10 @@ class CoarseMotionPlanner:
             return None
         bound = lower_bound(self._limits, waypoints[0], waypoints[-1])
         clearance = proven_clearance(timed, self._space, tests)
-        stand, tool_state, _ = case
+        pod_poses, tool_state, _ = case
         path = JointPath(names, waypoints)
         return CoarseMotion(
-            key, tool_state, path, timed.duration, timed, bound, clearance, PodValidity(stand)
+            key, tool_state, path, timed.duration, timed, bound, clearance, PodValidity(pod_poses)
         )
 
     @cached_property
@@ -194,4 +194,4 @@ def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
     """What is had for the pod in its place alone, with the reason why there is none for any pod."""
     if isinstance(nominal, Reason):
         return nominal
-    return replace(nominal, mark=PodValidity(PodStand.NOMINAL, why))
+    return replace(nominal, mark=PodValidity(PodPoses.NOMINAL, why))

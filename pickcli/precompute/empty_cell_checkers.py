@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.item import Item
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.attached_item import AttachedItem
@@ -27,20 +27,20 @@ CUBE_EDGE = 0.2  # m
 # with its corners blended, each time that it is used.
 RESERVE = 0.001  # m
 
-CheckerKey: TypeAlias = tuple[PodStand, ToolState, PayloadClass]  # what a checker is for
+CheckerKey: TypeAlias = tuple[PodPoses, ToolState, PayloadClass]  # what a checker is for
 
 
-def empty_scene(cell: Cell, stand: PodStand = PodStand.NOMINAL) -> Scene:
+def empty_scene(cell: Cell, pod_poses: PodPoses = PodPoses.NOMINAL) -> Scene:
     """Make a scene of a cell with nothing in its pod.
 
     Args:
         cell: The cell.
-        stand: Whether the pod stands in its place or, for a proof, everywhere that it may.
+        pod_poses: Whether the pod stands in its place or, for a proof, everywhere that it may.
 
     Returns:
         The scene.
     """
-    if stand is PodStand.DISPLACED:
+    if pod_poses is PodPoses.DISPLACED:
         cell = replace(cell, pod=cell.pod.swept())
     return Scene(cell, cell.T_world_pod, (), PoseNoise())
 
@@ -50,7 +50,7 @@ def checker(
     tool_state: ToolState,
     payload: PayloadClass,
     reserve: float = 0.0,
-    stand: PodStand = PodStand.NOMINAL,
+    pod_poses: PodPoses = PodPoses.NOMINAL,
 ) -> SceneChecker:
     """Make a checker of the empty scene for one tool state and payload class.
 
@@ -58,15 +58,15 @@ def checker(
 
     Args:
         model: The solids of the cell's robot.
-        tool_state: State of the pivoting cup.
+        tool_state: State of the tool.
         payload: Class of what is held.
         reserve: m to keep beyond the cell's clearance.
-        stand: Where the pod stands.
+        pod_poses: Where the pod stands.
 
     Returns:
         The checker.
     """
-    scene, margin = empty_scene(model.cell, stand), model.cell.clearance + reserve
+    scene, margin = empty_scene(model.cell, pod_poses), model.cell.clearance + reserve
     return SceneChecker(model, scene, tool_state, held=representative_item(payload), margin=margin)
 
 
@@ -81,15 +81,15 @@ def checkers(
         cell: The model's own with other solids around the robot; None for the model's own as it is.
 
     Returns:
-        Checkers by stand of the pod, tool state and payload class.
+        Checkers by poses of the pod, tool state and payload class.
     """
-    scenes = {stand: empty_scene(cell or model.cell, stand) for stand in PodStand}
+    scenes = {pod_poses: empty_scene(cell or model.cell, pod_poses) for pod_poses in PodPoses}
     margin = model.cell.clearance + reserve
     return {
-        (stand, tool_state, load): SceneChecker(
-            model, scenes[stand], tool_state, representative_item(load), margin=margin
+        (pod_poses, tool_state, load): SceneChecker(
+            model, scenes[pod_poses], tool_state, representative_item(load), margin=margin
         )
-        for stand, tool_state, load in product(PodStand, model.robot.tool.shapes, PayloadClass)
+        for pod_poses, tool_state, load in product(PodPoses, model.robot.tool.shapes, PayloadClass)
     }
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange, change_since
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import Reason
 from pickcli.jobs.job import Key
@@ -145,7 +145,7 @@ class _Sieve:
         tool_state = self._tool_state(key)
         if tool_state is None or not self._has_ends(motion, tool_state):
             return None
-        if motion.mark.stand is PodStand.NOMINAL and self.proof.is_worth_replanning(
+        if motion.mark.pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
             motion.path.waypoints, tool_state, motion.key.payload
         ):
             return None
@@ -156,15 +156,15 @@ class _Sieve:
 
     def _edge_holds(self, key: Key, record: JobResult) -> bool:
         """Whether an edge holds. Its key comes from the configurations at its ends, so it has these."""
-        stand, waypoints = mark_of(record).stand, record.arrays["waypoints"]
-        if stand is PodStand.NOMINAL and self.proof.is_worth_replanning(
+        pod_poses, waypoints = mark_of(record).pod_poses, record.arrays["waypoints"]
+        if pod_poses is PodPoses.NOMINAL and self.proof.is_worth_replanning(
             waypoints, MOVING, PayloadClass.EMPTY
         ):
             return False
-        if self.proof.is_edge_untouched(waypoints, stand):
+        if self.proof.is_edge_untouched(waypoints, pod_poses):
             return True
         self.touched.append(key)
-        return self.proof.is_edge_proven(waypoints, stand)
+        return self.proof.is_edge_proven(waypoints, pod_poses)
 
     def _tool_state(self, key: Key) -> ToolState | None:
         """The narrowest tool state that a motion between two names may have; None if a name is gone."""

@@ -23,7 +23,7 @@ from functools import cached_property
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import CellChange
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -69,33 +69,33 @@ class Revalidation:
         tests = self._all[_case(motion)]
         if motion.trajectory is None or not self._is_free(motion, tests, self.cell.clearance):
             return None
-        stand, tool_state, payload = _case(motion)
-        tests = checker(self._model, tool_state, payload, stand=stand)
+        pod_poses, tool_state, payload = _case(motion)
+        tests = checker(self._model, tool_state, payload, pod_poses=pod_poses)
         return replace(motion, clearance=proven_clearance(motion.trajectory, self._space, tests))
 
-    def is_edge_untouched(self, waypoints: Array, stand: PodStand) -> bool:
+    def is_edge_untouched(self, waypoints: Array, pod_poses: PodPoses) -> bool:
         """Tell whether an edge of the roadmap keeps clear of all that is new.
 
         Args:
             waypoints: (N, n) of the edge.
-            stand: Where the pod stands.
+            pod_poses: Where the pod stands.
 
         Returns:
             True if it need not be proven again.
         """
-        return not self.change.came or self._new[_edge(stand)].is_valid_path(waypoints)
+        return not self.change.came or self._new[_edge(pod_poses)].is_valid_path(waypoints)
 
-    def is_edge_proven(self, waypoints: Array, stand: PodStand) -> bool:
+    def is_edge_proven(self, waypoints: Array, pod_poses: PodPoses) -> bool:
         """Prove an edge of the roadmap in the cell as it is now.
 
         Args:
             waypoints: (N, n) of the edge.
-            stand: Where the pod stands.
+            pod_poses: Where the pod stands.
 
         Returns:
             Whether it is proven.
         """
-        return self._all[_edge(stand)].is_valid_path(waypoints)
+        return self._all[_edge(pod_poses)].is_valid_path(waypoints)
 
     def is_worth_replanning(self, waypoints: Array, tool_state: ToolState, payload: PayloadClass) -> bool:
         """Tell whether a polyline that holds for the pod in its place alone may give way to one for any pod.
@@ -110,11 +110,11 @@ class Revalidation:
         """
         if not (self.change.leaves_room or self._is_way_cleared(waypoints, payload)):
             return False
-        return bool(self._all[PodStand.DISPLACED, tool_state, payload].are_valid(waypoints[[0, -1]]).all())
+        return bool(self._all[PodPoses.DISPLACED, tool_state, payload].are_valid(waypoints[[0, -1]]).all())
 
     def _is_way_cleared(self, waypoints: Array, payload: PayloadClass) -> bool:
         """Whether a polyline met what went away in the sweep of the pod, and nothing that came."""
-        case = PodStand.DISPLACED, MOVING, payload
+        case = PodPoses.DISPLACED, MOVING, payload
         if not self.change.went or self._old[case].is_valid_path(waypoints):
             return False
         return not self.change.came or self._new[case].is_valid_path(waypoints)
@@ -150,8 +150,8 @@ class Revalidation:
 
 
 def _case(motion: CoarseMotion) -> CheckerKey:
-    return motion.mark.stand, motion.tool_state, motion.key.payload
+    return motion.mark.pod_poses, motion.tool_state, motion.key.payload
 
 
-def _edge(stand: PodStand) -> CheckerKey:
-    return stand, MOVING, PayloadClass.EMPTY
+def _edge(pod_poses: PodPoses) -> CheckerKey:
+    return pod_poses, MOVING, PayloadClass.EMPTY

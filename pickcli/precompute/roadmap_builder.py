@@ -37,7 +37,7 @@ Pair = tuple[int, int]
 def build_roadmap(job: RoadmapEdgeJob, build: Build | None = None) -> tuple[Roadmap, RoadmapReport]:
     """Build the roadmap of a cell's named configurations, every edge proven with the cell's clearance.
 
-    Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. Each edge depends
+    Edges are proven for the tool in motion (MOVING), so that they hold in each tool state. Each edge depends
     on its ends and the settings alone.
 
     Args:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import ANY_POD, PodStand, PodValidity
+from pickcli.cell.pod_tolerance import ANY_POD, PodPoses, PodValidity
 from pickcli.cell.tool import MOVING
 from pickcli.collision.motion_validator import MotionValidator
 from pickcli.collision.robot_model import CollisionModel
@@ -38,7 +38,7 @@ _AS_SHORT = 1.1
 class RoadmapEdgeJob:
     """Edges between named configurations of one cell; the key of a task is the two names, sorted.
 
-    Edges are proven for the pivoting cup (MOVING), so that they hold in each tool state. An edge's seed
+    Edges are proven for the tool in motion (MOVING), so that they hold in each tool state. An edge's seed
     follows from the names of its ends.
 
     Attributes:
@@ -75,18 +75,18 @@ class RoadmapEdgeJob:
             A record with the edge's ``waypoints`` (N, n), ends included, and its mark, or with the reason why
             there is none.
         """
-        wide = self._path(key, PodStand.DISPLACED)
+        wide = self._path(key, PodPoses.DISPLACED)
         if isinstance(wide, Reason):
-            return _record(self._path(key, PodStand.NOMINAL), f"for a displaced pod: {wide}")
+            return _record(self._path(key, PodPoses.NOMINAL), f"for a displaced pod: {wide}")
         if wide.length > _AS_SHORT * float(np.linalg.norm(wide.end - wide.start)):
-            nominal = self._path(key, PodStand.NOMINAL)
+            nominal = self._path(key, PodPoses.NOMINAL)
             if isinstance(nominal, JointPath) and wide.length > _AS_SHORT * nominal.length:
                 return _record(nominal, f"for a displaced pod its length is {wide.length:.2f}")
         return _record(wide)
 
-    def _path(self, key: Key, stand: PodStand) -> JointPath | Reason:
+    def _path(self, key: Key, pod_poses: PodPoses) -> JointPath | Reason:
         """The shortest path found, or why there is none."""
-        tests, settings = self.checkers[stand], self.settings
+        tests, settings = self.checkers[pod_poses], self.settings
         seed = derived_seed(settings.seed, "edge", *key)
         q_start, q_goal = (self.cell.configurations[name].q for name in key)
         for name, q in zip(key, (q_start, q_goal), strict=True):
@@ -123,19 +123,22 @@ class RoadmapEdgeJob:
     @property
     def checker(self) -> MotionValidator:
         """Proves configurations and edges for the pod in its place."""
-        return self.checkers[PodStand.NOMINAL]
+        return self.checkers[PodPoses.NOMINAL]
 
     @cached_property
-    def checkers(self) -> dict[PodStand, MotionValidator]:
+    def checkers(self) -> dict[PodPoses, MotionValidator]:
         """Prove configurations and edges."""
         model = CollisionModel(self.cell)
-        return {stand: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, stand) for stand in PodStand}
+        return {
+            pod_poses: checker(model, MOVING, PayloadClass.EMPTY, RESERVE, pod_poses)
+            for pod_poses in PodPoses
+        }
 
 
 def _record(path: JointPath | Reason, why_nominal: str = "") -> JobResult:
     if isinstance(path, Reason):
         return JobResult(reason=path)
-    mark = PodValidity(PodStand.NOMINAL, why_nominal) if why_nominal else ANY_POD
+    mark = PodValidity(PodPoses.NOMINAL, why_nominal) if why_nominal else ANY_POD
     return JobResult(asdict(mark), {"waypoints": path.waypoints})
 
 
@@ -148,4 +151,4 @@ def mark_of(record: JobResult) -> PodValidity:
     Returns:
         The validity.
     """
-    return PodValidity(PodStand(record.values["stand"]), record.values["why_nominal"])
+    return PodValidity(PodPoses(record.values["pod_poses"]), record.values["why_nominal"])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.errors import Reason
 from pickcli.roadmap.edge_disjoint import EdgeDisjoint, crossing
 from pickcli.roadmap.graph import Roadmap
@@ -106,7 +106,7 @@ def for_any_pod(roadmap: Roadmap) -> Roadmap:
     Returns:
         The same nodes with the other edges.
     """
-    kept = [m for m, mark in enumerate(roadmap.marks) if mark.stand is PodStand.DISPLACED]
+    kept = [m for m, mark in enumerate(roadmap.marks) if mark.pod_poses is PodPoses.DISPLACED]
     part = replace(
         roadmap, edges=roadmap.edges[:0], lengths=roadmap.lengths[:0], waypoints=roadmap.waypoints[:0],
         offsets=roadmap.offsets[:1], marks=(),

@@ -166,7 +166,7 @@ class ConfigurationRanking:
 
     @cached_property
     def _waiting(self) -> SceneChecker:
-        """Where the arm waits the cup may pivot: roadmap and database pass through."""
+        """Where the arm waits the tool may change its state: roadmap and database pass through."""
         reserve = self.settings.clearance - self.cell.clearance
         return checker(self._model, MOVING, PayloadClass.EMPTY, reserve)
 

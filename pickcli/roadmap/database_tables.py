@@ -30,11 +30,11 @@ NAMES = ("start", "goal", "payload")
 
 DATABASE = FileFormat(
     "trajectory database",
-    3,
+    4,
     {
         "motions": Table(
             {
-                **dict.fromkeys((*NAMES, "pivot", *MARK), TEXT),
+                **dict.fromkeys((*NAMES, "tool_state", *MARK), TEXT),
                 **dict.fromkeys(("duration", "lower_bound", "clearance"), NUMBER),
             },
             pieces=("waypoints", "points"),
@@ -67,7 +67,7 @@ def database_content(
     tables: dict[str, Columns] = {
         "motions": {
             **{name: [getattr(key, name) for key in database.keys] for name in NAMES},
-            "pivot": database.tool_states,
+            "tool_state": database.tool_states,
             **mark_columns(database.marks),
             "duration": database.durations,
             "lower_bound": database.lower_bounds,
@@ -103,7 +103,7 @@ def database_of(file: StoredFile, points: bool) -> TrajectoryDatabase:
     return TrajectoryDatabase(
         file.joint_names,
         keys,
-        tuple(ToolState(text) for text in file.texts("motions", "pivot")),
+        tuple(ToolState(text) for text in file.texts("motions", "tool_state")),
         table["duration"],
         waypoints,
         offsets,
@@ -145,7 +145,7 @@ def motion_of(joint_names: tuple[str, ...], row: Any, waypoints: Array, points: 
     Raises:
         ValueError: A name is unknown, or the points do not have that many columns.
     """
-    start, goal, payload, tool_state = (bytes(row[name]).decode() for name in (*NAMES, "pivot"))
+    start, goal, payload, tool_state = (bytes(row[name]).decode() for name in (*NAMES, "tool_state"))
     return CoarseMotion(
         MotionKey(start, goal, PayloadClass(payload)),
         ToolState(tool_state),

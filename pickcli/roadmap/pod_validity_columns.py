@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pickcli.cell.pod_tolerance import PodStand, PodValidity
+from pickcli.cell.pod_tolerance import PodPoses, PodValidity
 from pickcli.storage.table_format import Columns
 from pickcli.storage.table_reader import StoredFile
 
-MARK = ("stand", "why_nominal")  # fields of a table, both TEXT
+MARK = ("pod_poses", "why_nominal")  # fields of a table, both TEXT
 
 
 def mark_columns(marks: Sequence[PodValidity]) -> Columns:
@@ -35,10 +35,10 @@ def marks_of(file: StoredFile, table: str) -> tuple[PodValidity, ...]:
         For which pods each row holds.
 
     Raises:
-        ValueError: A stand of the pod is unknown.
+        ValueError: A row names no poses of the pod that are known.
     """
-    stands, reasons = (file.texts(table, name) for name in MARK)
-    return tuple(PodValidity(PodStand(stand), why) for stand, why in zip(stands, reasons, strict=True))
+    found, reasons = (file.texts(table, name) for name in MARK)
+    return tuple(PodValidity(PodPoses(pod_poses), why) for pod_poses, why in zip(found, reasons, strict=True))
 
 
 def row_mark(row: Any) -> PodValidity:
@@ -51,7 +51,7 @@ def row_mark(row: Any) -> PodValidity:
         For which pods the row holds.
 
     Raises:
-        ValueError: The stand of the pod is unknown.
+        ValueError: The row names no poses of the pod that are known.
     """
-    stand, why_nominal = (bytes(row[name]).decode() for name in MARK)
-    return PodValidity(PodStand(stand), why_nominal)
+    pod_poses, why_nominal = (bytes(row[name]).decode() for name in MARK)
+    return PodValidity(PodPoses(pod_poses), why_nominal)

@@ -98,7 +98,7 @@ def intact_roadmap(found: IntegrityReport) -> Roadmap:
         found.joint_names,
         np.concatenate([none, *configurations]),
         tuple(bytes(node.row["name"]).decode() for node in nodes),
-        tuple(ToolState(bytes(node.row["pivot"]).decode()) for node in nodes),
+        tuple(ToolState(bytes(node.row["tool_state"]).decode()) for node in nodes),
         np.array([(edge.row["a"], edge.row["b"]) for edge in edges], dtype=np.int64).reshape(-1, 2),
         np.array([edge.row["length"] for edge in edges]),
         np.concatenate([none, *ways]),

@@ -20,9 +20,9 @@ Names = tuple[str, ...]
 
 ROADMAP = FileFormat(
     "roadmap",
-    4,
+    5,
     {
-        "nodes": Table({"name": TEXT, "pivot": TEXT}, pieces=("configurations",)),
+        "nodes": Table({"name": TEXT, "tool_state": TEXT}, pieces=("configurations",)),
         "edges": Table(
             {"a": INDEX, "b": INDEX, "length": NUMBER, **dict.fromkeys(("proven_for", *MARK), TEXT)},
             pieces=("waypoints",),
@@ -64,7 +64,7 @@ def roadmap_content(
         What is to be written.
     """
     tables: dict[str, Columns] = {
-        "nodes": {"name": roadmap.names, "pivot": roadmap.tool_states},
+        "nodes": {"name": roadmap.names, "tool_state": roadmap.tool_states},
         "edges": {
             "a": roadmap.edges[:, 0],
             "b": roadmap.edges[:, 1],
@@ -102,7 +102,7 @@ def roadmap_of(file: StoredFile) -> Roadmap:
         raise ValueError("a node has not exactly one configuration")
     return Roadmap(
         file.joint_names, configurations, file.texts("nodes", "name"),
-        tuple(ToolState(text) for text in file.texts("nodes", "pivot")),
+        tuple(ToolState(text) for text in file.texts("nodes", "tool_state")),
         np.column_stack([edges["a"], edges["b"]]), edges["length"], waypoints, offsets,
         one_state(file.texts("edges", "proven_for")), marks_of(file, "edges"),
     )  # fmt: skip

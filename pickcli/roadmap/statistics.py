@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.roadmap.database_tables import Missing
@@ -41,8 +41,8 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
     return {
         "motions": len(database),
         "by_payload": _counts(str(key.payload) for key in database.keys),
-        "by_pivot": _counts(str(tool_state) for tool_state in database.tool_states),
-        "by_pod": _counts(str(mark.stand) for mark in database.marks),
+        "by_tool_state": _counts(str(tool_state) for tool_state in database.tool_states),
+        "by_pod": _counts(str(mark.pod_poses) for mark in database.marks),
         "coverage": round(len(database) / max(len(database) + len(missing), 1), 4),
         "duration_s": round(float(database.durations.sum()), 3),
         "lower_bound_s": round(float(database.lower_bounds.sum()), 3),
@@ -53,7 +53,7 @@ def database_statistics(database: TrajectoryDatabase, missing: Sequence[Missing]
         "for_the_pod_in_its_place_alone": [
             f"{key.start} to {key.goal}, {key.payload}: {mark.why_nominal}"
             for key, mark in zip(database.keys, database.marks, strict=True)
-            if mark.stand is PodStand.NOMINAL
+            if mark.pod_poses is PodPoses.NOMINAL
         ],
         "missing": [f"{key.start} to {key.goal}, {key.payload}: {reason}" for key, reason in missing],
     }
@@ -76,14 +76,14 @@ def roadmap_statistics(roadmap: Roadmap, gaps: RoadmapGaps) -> dict[str, Any]:
         "nodes": roadmap.n_nodes,
         "edges": roadmap.n_edges,
         "parts": len(set(roadmap.components().tolist())),
-        "by_pod": _counts(str(mark.stand) for mark in roadmap.marks),
+        "by_pod": _counts(str(mark.pod_poses) for mark in roadmap.marks),
         "length": round(float(roadmap.lengths.sum()), 3),
         "nodes_by_edges": {f"{n} edges": k for n, k in sorted(Counter(degrees).items())},
         "worst": [f"{' to '.join(ends[m])}: length {roadmap.lengths[m]:.2f}" for m in worst.tolist()],
         "for_the_pod_in_its_place_alone": [
             f"{' to '.join(names)}: {mark.why_nominal}"
             for names, mark in zip(ends, roadmap.marks, strict=True)
-            if mark.stand is PodStand.NOMINAL
+            if mark.pod_poses is PodPoses.NOMINAL
         ],
         "refused": [_named(names, reason) for names, reason in gaps.refused],
         "missing": [_named(names, reason) for names, reason in gaps.missing],

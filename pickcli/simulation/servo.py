@@ -1,4 +1,4 @@
-"""How the robot's joints follow their commands, and the swing of the pivot.
+"""How the robot's joints follow their commands, and the swing of the tool's joint.
 
 A joint's position loop asks for the velocity (command - position) / lag; its motor reaches that within a time
 step as far as the torque suffices. So a joint follows as a first-order lag, and below its limits nothing sags

@@ -74,7 +74,7 @@ class ExternalTorque:
         self._dynamics, self._time_step = dynamics, time_step
         self._noise = TORQUE_NOISE * forces
         self._rng = derived_rng(seed, "motor torques")
-        self._before: list[Array] = []  # the last two measured configurations, the pivot included
+        self._before: list[Array] = []  # the last two measured configurations, the tool's joint included
         self.value = np.zeros(len(forces))
 
     def update(self, q: Array, torques: Array) -> Array:

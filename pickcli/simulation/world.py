@@ -39,8 +39,8 @@ from pickcli.simulation.vacuum import Vacuum
 
 TIME_STEP = 1e-3  # s: at 2 m/s the tool moves 2 mm, so that events fire that exactly; 75 us of computing
 ROBOT = "robot"
-PIVOT_FORCE = 20.0  # Nm where the cell names no force for the pivot joint
-PIVOT_TOLERANCE = 0.02  # rad around its two positions within which the pivot counts as arrived
+TOOL_FORCE = 20.0  # N or Nm where the cell names no force for the tool's joint
+TOOL_TOLERANCE = 0.02  # rad or m around the position of a state within which the tool counts as arrived
 REST_STEPS = 100  # between two looks for items that rest
 REST_MOVE = 2e-4  # m
 REST_SPEED = 5e-3  # m/s
@@ -125,7 +125,7 @@ class World:
         if tool.joint is not None:
             self._swing = self._tool_actuator(tool.position(tool_state))
             tool_joints, start = [tool.joint], np.array([*q, self._swing.position])
-        self._tool_forces = [forces.get(name, PIVOT_FORCE) for name in tool_joints]
+        self._tool_forces = [forces.get(name, TOOL_FORCE) for name in tool_joints]
         self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
         self._command = np.array(q, dtype=float)
@@ -146,7 +146,7 @@ class World:
     def _tool_actuator(self, position: float) -> Swing:
         """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
         least, most = self.robot.tool.range
-        return Swing(position, position, (most - least) / self._device(DeviceKind.PIVOT).lead)
+        return Swing(position, position, (most - least) / self._device(DeviceKind.TOOL_ACTUATOR).lead)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
@@ -322,7 +322,7 @@ class World:
         tool = self.robot.tool
         if tool.joint is None:
             return tool.default_state
-        resting = (s for s in tool.states if abs(tool.position(s) - self._measured[-1]) < PIVOT_TOLERANCE)
+        resting = (s for s in tool.states if abs(tool.position(s) - self._measured[-1]) < TOOL_TOLERANCE)
         return next(resting, MOVING)
 
     @property

@@ -22,7 +22,7 @@ TOPPLED = np.radians(45.0)  # by which what pointed up points elsewhere
 CARRIED = 0.10  # m
 
 
-class Fate(StrEnum):
+class DisturbanceKind(StrEnum):
     """What became of an item, the worst that applies."""
 
     FELL = "fell"
@@ -37,7 +37,7 @@ class Disturbance:
 
     Attributes:
         item: Its id.
-        fate: What became of it.
+        kind: What became of it.
         moved: How far its centre went, m.
         turned: How far it turned, rad.
         fell: How much lower its lowest point is, m; 0 if it is not lower.
@@ -46,7 +46,7 @@ class Disturbance:
     """
 
     item: str
-    fate: Fate
+    kind: DisturbanceKind
     moved: float
     turned: float
     fell: float
@@ -89,11 +89,11 @@ def _disturbed(a: PlacedItem, b: PlacedItem, drop_limit: float) -> Disturbance |
     if a.location == b.location == TOTE:
         return None  # what is let go over others pushes them
     fell = max(0.0, float(bounds(a.item.shape, T_a)[0][2] - bounds(b.item.shape, T_b)[0][2]))
-    fate = Fate.PUSHED
+    kind = DisturbanceKind.PUSHED
     if fell > drop_limit:
-        fate = Fate.FELL
+        kind = DisturbanceKind.FELL
     elif moved > CARRIED or a.location != b.location:
-        fate = Fate.CARRIED
+        kind = DisturbanceKind.CARRIED
     elif R[2, 2] < np.cos(TOPPLED):
-        fate = Fate.TOPPLED
-    return Disturbance(a.id, fate, moved, turned, fell, a.location, b.location)
+        kind = DisturbanceKind.TOPPLED
+    return Disturbance(a.id, kind, moved, turned, fell, a.location, b.location)

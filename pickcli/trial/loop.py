@@ -18,7 +18,7 @@ from pickcli.simulation.protective_stop import StopCause
 from pickcli.trial.attempt_runner import AttemptRunner, TrialSettings
 from pickcli.trial.blocking_items import destinations, from_the_mouth, in_the_way, worth_moving
 from pickcli.trial.damage import damages
-from pickcli.trial.disturbance import Fate
+from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.final_state import final_state
 from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.score import Drop, Score, item_bonuses, score
@@ -322,7 +322,7 @@ class _Trial:
         executions = [e for attempt in attempts for e in attempt.executions]
         disturbed_last = arena.disturbed()
         disturbed = [*(d for e in executions for d in e.disturbed), *disturbed_last]
-        fallen = (Drop(d.item, d.fell) for d in disturbed if d.fate is Fate.FELL)
+        fallen = (Drop(d.item, d.fell) for d in disturbed if d.kind is DisturbanceKind.FELL)
         drops = (*(d for e in executions for d in e.drops), *fallen)
         is_judged = self.settings.reality.damage_limits
         hit = damages(self.before, arena.collisions) if is_judged else ()

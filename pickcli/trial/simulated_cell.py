@@ -25,7 +25,7 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
-from pickcli.trial.disturbance import Disturbance, Fate, disturbances
+from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.score import Drop, ScoringRules
 from pickcli.trial.trial_interfaces import LET_GO_TIME, Execution, TrialInterfaces
 from pickcli.verification.verify import verify
@@ -66,7 +66,7 @@ class SimulatedArena:
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the pivoting cup."""
+        """State of the tool."""
         return self._world.tool_state
 
     @property
@@ -154,7 +154,7 @@ class SimulatedArena:
             duration=world.t - began,
             collisions=world.contacts.since(began),
             drops=drops,
-            disturbed=tuple(d for d in found if d.item != target or d.fate is Fate.FELL),
+            disturbed=tuple(d for d in found if d.item != target or d.kind is DisturbanceKind.FELL),
         )
 
     def disturbed(self) -> tuple[Disturbance, ...]:

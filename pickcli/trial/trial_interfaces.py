@@ -75,7 +75,7 @@ class Arena(Protocol):
 
     @property
     def tool_state(self) -> ToolState:
-        """State of the pivoting cup."""
+        """State of the tool."""
 
     @property
     def held(self) -> str | None:

@@ -26,7 +26,7 @@ from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.trial_interfaces import Execution
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
-FORMAT, VERSION = "apc-trial", 1
+FORMAT, VERSION = "apc-trial", 2
 CLAIM = (
     "Planning and verification saw the true poses with an error within pose_noise, but for a share of the "
     "poses, pose_outlier_share, that was off by up to pose_outlier_scale times as much. For the poses that "
@@ -178,7 +178,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
         else {
             "kind": grasp.kind,
             "face": grasp.face,
-            "pivot": str(grasp.tool_state),
+            "tool_state": str(grasp.tool_state),
             "load_ratio": _rounded(grasp.load_ratio),
         },
         "segments": [[str(s.kind), _rounded(s.t_start), _rounded(s.t_end)] for s in plan.segments],
@@ -206,7 +206,7 @@ def _execution(execution: Execution) -> dict[str, Any]:
 def _disturbance(d: Disturbance) -> dict[str, Any]:
     return {
         "item": d.item,
-        "fate": str(d.fate),
+        "kind": str(d.kind),
         "moved": _rounded(d.moved),
         "turned": _rounded(d.turned),
         "fell": _rounded(d.fell),

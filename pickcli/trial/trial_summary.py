@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pickcli.cell.pod_tolerance import pod_stand
 from pickcli.simulation.reality import Reality
-from pickcli.trial.disturbance import Disturbance, Fate
+from pickcli.trial.disturbance import Disturbance, DisturbanceKind
 from pickcli.trial.trial_result import TargetResult, TrialResult
 
 
@@ -80,7 +80,7 @@ def summary(result: TrialResult) -> tuple[str, ...]:
     lines += [
         f"{line.points:+d} {line.subject}: {line.reason}" for line in result.score.lines if line.points < 0
     ]
-    lines += [_told(d) for d in result.disturbed if d.fate is not Fate.PUSHED]
+    lines += [_told(d) for d in result.disturbed if d.kind is not DisturbanceKind.PUSHED]
     lines += [line for line in (result.aborted, result.cut_short) if line]
     return tuple(lines)
 
@@ -98,4 +98,4 @@ def _told(d: Disturbance) -> str:
     where = d.out_of if d.into == d.out_of else f"{d.out_of}, now {d.into}"
     fell = f", {d.fell:.2f} m down" if d.fell > 0.01 else ""
     how_far = f"{1e3 * d.moved:.0f} mm and {math.degrees(d.turned):.0f} degrees"
-    return f"{d.item} in {where}: {d.fate}, {how_far}{fell}"
+    return f"{d.item} in {where}: {d.kind}, {how_far}{fell}"

@@ -61,7 +61,10 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
             )
         elif not -TIME_TOLERANCE <= event.t_trigger <= plan.trajectory.duration + TIME_TOLERANCE:
             yield Reason("trigger outside the motion", where, f"at {event.t_trigger:.3f} s")
-        elif device.kind is DeviceKind.PIVOT and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE:
+        elif (
+            device.kind is DeviceKind.TOOL_ACTUATOR
+            and event.t_anchor > plan.trajectory.duration + TIME_TOLERANCE
+        ):
             detail = (
                 f"it moves until {event.t_anchor:.3f} s, the motion ends at {plan.trajectory.duration:.3f} s"
             )
@@ -218,14 +221,16 @@ def _tool_state(plan: Plan, scene: Scene) -> Iterator[Reason]:
     moves = sorted(
         (e.t_trigger, e.t_anchor, state)
         for state in scene.cell.robot.tool.states
-        for e in find(DeviceKind.PIVOT, state.name)
+        for e in find(DeviceKind.TOOL_ACTUATOR, state.name)
         if e.t_trigger is not None and e.t_anchor is not None
     )
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
         if segment.tool_state == MOVING:
             if segment.held is not None:
-                yield Reason("pivots while holding", where, "the load on the cup would not be known")
+                yield Reason(
+                    "tool changes its state while holding", where, "the load on the cup would not be known"
+                )
             continue
         yield from _still(segment, moves, where)
     yield from _changes(plan, moves)
@@ -235,7 +240,7 @@ def _still(segment: Segment, moves: Sequence[tuple[float, float, ToolState]], wh
     """No command moves the cup while a segment counts on its state."""
     for trigger, anchor, state in moves:
         if trigger < segment.t_end - TIME_TOLERANCE and anchor > segment.t_start + TIME_TOLERANCE:
-            yield Reason("wrong pivot", where, f"moves to {state} from {trigger:.3f} to {anchor:.3f} s")
+            yield Reason("wrong tool state", where, f"moves to {state} from {trigger:.3f} to {anchor:.3f} s")
 
 
 def _changes(plan: Plan, moves: Sequence[tuple[float, float, ToolState]]) -> Iterator[Reason]:
@@ -248,5 +253,5 @@ def _changes(plan: Plan, moves: Sequence[tuple[float, float, ToolState]]) -> Ite
         if known != segment.tool_state:
             said = f"the commands leave it {known}" if known else "no command says to where it moves before"
             yield Reason(
-                "wrong pivot", f"segment {k} ({segment.kind})", f"stated {segment.tool_state}, {said}"
+                "wrong tool state", f"segment {k} ({segment.kind})", f"stated {segment.tool_state}, {said}"
             )

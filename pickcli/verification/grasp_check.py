@@ -40,13 +40,15 @@ def check_hold(plan: Plan, scene: Scene, T_tip_item: Array | None) -> tuple[Reas
     reasons = [*_face(grasp, item), *_seal(grasp, item, scene.cell.robot.tool)]
     if grasp.tool_state == MOVING:
         reasons.append(
-            Reason("wrong pivot", "grasp", "the cup holds while it stands still, not while it moves")
+            Reason("wrong tool state", "grasp", "the cup holds while it stands still, not while it moves")
         )
     for k, segment in enumerate(plan.segments):
         if segment.kind is SegmentKind.CONTACT:
             if segment.tool_state != grasp.tool_state:
                 reasons.append(
-                    Reason("wrong pivot", f"segment {k} (contact)", f"the grasp is for {grasp.tool_state}")
+                    Reason(
+                        "wrong tool state", f"segment {k} (contact)", f"the grasp is for {grasp.tool_state}"
+                    )
                 )
             reasons += _meets(plan, scene, grasp, segment.t_end, f"segment {k} (contact)")
             reasons += _kind(scene, grasp)

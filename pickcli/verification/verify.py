@@ -45,7 +45,7 @@ CHECKS = (
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "tool speed: nowhere over the cell's limit, where it states one",
     "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
-    "events: anchors, leads, order, pivot states",
+    "events: anchors, leads, order, tool states",
     "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
 )

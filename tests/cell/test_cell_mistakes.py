@@ -17,7 +17,7 @@ LIMITS_L = (
     "joint_l: {has_velocity_limits: true, max_velocity: 2.2, "
     "has_acceleration_limits: true, max_acceleration: 5.0, has_jerk_limits: true, max_jerk: 100.0}"
 )
-HOME = "kind: home, pivot: straight, q: [0.1580, "
+HOME = "kind: home, tool_state: straight, q: [0.1580, "
 
 MISTAKES = {
     "unknown key": (
@@ -108,7 +108,7 @@ MISTAKES = {
     "joints out of order": (
         "joints: [rail, joint_s, joint_l,",
         "joints: [rail, joint_l, joint_s,",
-        "robot.joints: expected the chain's moving joints but the pivot",
+        "robot.joints: expected the chain's moving joints but the tool's",
     ),
     "no force": ("rail: 1000, ", "", "robot.motor_forces.rail: expected a force"),
     "unknown link": (
@@ -159,11 +159,11 @@ MISTAKES = {
     "unknown device kind": (
         "pump: {kind: pump",
         "pump: {kind: fan",
-        "devices.pump.kind: expected pump, valve, sensor or pivot",
+        "devices.pump.kind: expected pump, valve, sensor or tool_actuator",
     ),
     "too short configuration": (
         HOME,
-        "kind: home, pivot: straight, q: [",
+        "kind: home, tool_state: straight, q: [",
         "configurations[0].q: expected 8 numbers, one per planned joint, got 7",
     ),
     "configuration outside": (
@@ -171,7 +171,7 @@ MISTAKES = {
         HOME.replace("0.1580", "1.5800"),
         "configurations[0].q[0]: expected rail in 0.05 to 1.15 m, got 1.58; lengths are in m, not mm",
     ),
-    "another version": ("version: 1", "version: 2", "version: expected 1, the only version there is"),
+    "another version": ("version: 2", "version: 3", "version: expected 2, the only version that is read"),
     "another format": ("format: apc cell", "format: apc cells", "format: expected 'apc cell'"),
 }
 

@@ -51,7 +51,7 @@ def test_home_holds_the_lance_level_at_the_stated_place(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("letter", BINS)
-def test_bin_poses_point_into_their_bin_and_the_pivoted_cup_down(cell: Cell, letter: str) -> None:
+def test_bin_poses_point_into_their_bin_and_the_turned_cup_down(cell: Cell, letter: str) -> None:
     named = cell.configurations[f"bin_{letter}"]
     assert (named.kind, named.tool_state) == ("bin", ToolState("straight"))
     T = arm_table.chain_tip(cell.robot, named.q, STRAIGHT)
@@ -113,7 +113,7 @@ def test_link_shapes_reach_at_least_as_far_as_the_meshes(cell: Cell, name: str) 
     assert np.all(upper >= np.array(mesh_upper) - 1e-9)
 
 
-def test_the_chain_is_one_moving_joint_per_planned_name_and_the_pivot(cell: Cell) -> None:
+def test_the_chain_is_one_moving_joint_per_planned_name_and_the_tools(cell: Cell) -> None:
     robot = cell.robot
     assert [j.child for j in robot.joints] == [link.name for link in robot.links[1:]]
     moving = [j.name for j in robot.joints if j.type != "fixed"]

@@ -30,7 +30,10 @@ YAML_DOES_NOT = {
     "layout": ("speed_scale: 1.0", "speed_scale:    1.0e0"),
     "lead": ("lead: 2.0", "lead: 2.5"),
     "force": ("rail: 1000", "rail: 6000"),
-    "named pose": ("kind: home, pivot: straight, q: [0.1580", "kind: home, pivot: straight, q: [0.1680"),
+    "named pose": (
+        "kind: home, tool_state: straight, q: [0.1580",
+        "kind: home, tool_state: straight, q: [0.1680",
+    ),
     "reason": ("the carriage rides on", "the carriage sits on"),
     "contact speed": ("contact_speed: 0.075", "contact_speed: 0.05"),
 }

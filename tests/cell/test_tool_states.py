@@ -43,8 +43,8 @@ def test_a_third_state_stands_where_the_file_says(cell: Cell, cell_copy: CellCop
 def test_states_are_found_by_where_the_cup_points_and_not_by_their_names(cell_copy: CellCopy) -> None:
     cell_copy.yaml.replace("{straight: 0.0, down:", "{ahead: 0.0, below:")
     cell_copy.yaml.replace('actions: ["straight", "down"]', 'actions: ["ahead", "below"]')
-    text = cell_copy.yaml.path.read_text().replace("pivot: straight", "pivot: ahead")
-    cell_copy.yaml.path.write_text(text.replace("pivot: down", "pivot: below"))
+    text = cell_copy.yaml.path.read_text().replace("tool_state: straight", "tool_state: ahead")
+    cell_copy.yaml.path.write_text(text.replace("tool_state: down", "tool_state: below"))
     tool = cell_copy.load().robot.tool
     assert tool.state_with_lance(IN_LINE) == ToolState("ahead")
     assert tool.state_with_lance(ACROSS) == ToolState("below")
@@ -68,26 +68,26 @@ def test_from_the_tip_a_straight_way_meets_the_axis_of_the_lance(cell: Cell, sta
 
 
 def test_a_configuration_without_a_state_is_for_the_first(cell_copy: CellCopy) -> None:
-    cell_copy.yaml.replace("name: home, kind: home, pivot: straight,", "name: home, kind: home,")
+    cell_copy.yaml.replace("name: home, kind: home, tool_state: straight,", "name: home, kind: home,")
     assert cell_copy.load().configurations["home"].tool_state == STRAIGHT
 
 
 MISTAKES = {
-    "no positions": (f"  pivot_positions: {{straight: 0.0, down: {np.pi / 2}}}\n", "",
-                     "tool.pivot_positions: expected a position by state, got nothing; add it"),
-    "no joint": ("  pivot_joint: cup_pivot\n", "",
-                 "tool.pivot_joint: expected the joint that has these positions, got nothing; add it"),
+    "no positions": (f"  states: {{straight: 0.0, down: {np.pi / 2}}}\n", "",
+                     "tool.states: expected a position by state, got nothing; add it"),
+    "no joint": ("  joint: cup_pivot\n", "",
+                 "tool.joint: expected the joint that has these positions, got nothing; add it"),
     "the name that is taken": ("{straight: 0.0,", "{straight: 0.0, moving: 1.0,",
-                               "tool.pivot_positions.moving: moving means that the tool is between two"),
-    "an unknown state": ("{name: home, kind: home, pivot: straight", "{name: home, kind: home, pivot: strait",
-                         "configurations[0].pivot: no state of the tool is named 'strait'; did you mean"),
-    "not the last joint": ("pivot_joint: cup_pivot", "pivot_joint: joint_t",
-                           "tool.pivot_joint: expected the last joint of the chain, 'cup_pivot', got"),
+                               "tool.states.moving: moving means that the tool is between two"),
+    "an unknown state": ("kind: home, tool_state: straight", "kind: home, tool_state: strait",
+                         "configurations[0].tool_state: no state of the tool is named 'strait'; did you"),
+    "not the last joint": ("  joint: cup_pivot", "  joint: joint_t",
+                           "tool.joint: expected the last joint of the chain, 'cup_pivot', got"),
     "an action that is no state": ('["straight", "down"]}', '["straight", "down", "up"]}',
                                    "devices.cup_pivot.actions[2]: no state of the tool is named 'up'"),
     "a state without an action": ('["straight", "down"]}', '["straight"]}',
                                   "devices.cup_pivot.actions: no action leads to down; add one"),
-    "no state at all": (f"{{straight: 0.0, down: {np.pi / 2}}}", "{}", "tool.pivot_positions: expected"),
+    "no state at all": (f"{{straight: 0.0, down: {np.pi / 2}}}", "{}", "tool.states: expected"),
 }  # fmt: skip
 
 

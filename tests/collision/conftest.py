@@ -52,7 +52,7 @@ def make_scene(cell: Cell) -> MakeScene:
 
 @pytest.fixture(scope="session")
 def make_checker(model: CollisionModel, make_scene: MakeScene) -> MakeChecker:
-    """make_checker(scene=..., pivot=..., **options) with an empty scene and a straight cup by default."""
+    """make_checker(scene=..., tool_state=..., **options): empty and with a straight cup by default."""
 
     def make(scene: Scene | None = None, tool_state: ToolState = STRAIGHT, **options: object) -> SceneChecker:
         return SceneChecker(model, scene or make_scene(), tool_state, **options)  # type: ignore[arg-type]

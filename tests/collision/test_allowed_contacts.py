@@ -147,7 +147,7 @@ def test_unknown_names_are_refused(make_checker: MakeChecker) -> None:
         make_checker(contacts=AllowedContacts.of(item={"row_ABC_lib": np.zeros(3)}))
 
 
-def test_every_pivot_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
+def test_every_tool_state_knows_its_cup(cell: Cell, make_checker: MakeChecker, home: Array) -> None:
     floor = AllowedContacts.of(cup={"row_ABC_floor_flat": np.zeros(3)})
     for tool_state in ALL_STATES:
         assert make_checker(tool_state=tool_state, contacts=floor).is_valid(home) == make_checker(

@@ -69,7 +69,7 @@ def test_a_push_into_the_bin_is_free_and_one_through_its_back_is_not(
 def test_it_does_not_spin_on_a_straight_line_however_it_is_rolled(
     cell: Cell, model: CollisionModel, make_scene: MakeScene, roll: float
 ) -> None:
-    """A pivoted cup that swung round on its way would meet the bin's boards."""
+    """A turned cup that swung round on its way would meet the bin's boards."""
     tool = FreeToolChecker(model, make_scene(), DOWN, np.eye(3))
     level = np.diag([-1.0, 1.0, -1.0])  # lance towards the mouth, cup down
     turn = pose(rpy=[roll, 0.0, 0.0])[:3, :3]

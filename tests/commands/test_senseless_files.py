@@ -63,15 +63,18 @@ def _with(content: FileContent, piece: str, change: Callable[[Array], Array]) ->
 
 SENSELESS: dict[str, tuple[Callable[[], FileContent], str]] = {
     "payload": (lambda: _motions(keys=(BOULDER,)), "'boulder' is not a valid PayloadClass"),
-    "pivot": (lambda: _motions(tool_states=SIDEWAYS[:1]), "the tool of the cell has no state 'sideways'"),
-    "stand": (lambda: _motions(marks=ELSEWHERE), "'elsewhere' is not a valid PodStand"),
+    "tool state": (
+        lambda: _motions(tool_states=SIDEWAYS[:1]),
+        "the tool of the cell has no state 'sideways'",
+    ),
+    "pod poses": (lambda: _motions(marks=ELSEWHERE), "'elsewhere' is not a valid PodPoses"),
     "missing": (lambda: _motions([(BOULDER, Reason("no path"))]), "'boulder' is not a valid PayloadClass"),
     "columns": (lambda: _with(_motions(), "points", lambda p: p[:, :-1]), "timed points of 24 columns"),
     "duration": (lambda: _motions(durations=np.array([-1.0])), "a duration is not positive"),
     "no polyline": (lambda: _with(_motions(), "waypoints", lambda w: w[:0]), "do not divide the rows"),
     "made": (lambda: _motions(made=[["by", {}]]), "made is no JSON object"),
-    "node pivot": (lambda: _edges(tool_states=SIDEWAYS), "the tool of the cell has no state 'sideways'"),
-    "edge stand": (lambda: _edges(marks=ELSEWHERE), "'elsewhere' is not a valid PodStand"),
+    "node tool state": (lambda: _edges(tool_states=SIDEWAYS), "the tool of the cell has no state 'sideways'"),
+    "edge pod poses": (lambda: _edges(marks=ELSEWHERE), "'elsewhere' is not a valid PodPoses"),
     "index": (lambda: _edges(edges=np.array([[0, 7]])), "an edge leads to a node that is not there"),
     "not finite": (lambda: _with(_edges(), "waypoints", lambda w: np.nan * w), "not one finite number"),
     "empty edge": (lambda: _with(_edges(), "waypoints", lambda w: w[:0]), "do not divide the rows"),

@@ -18,7 +18,7 @@ def test_the_entry_is_told_and_written(tmp_path: Path) -> None:
     path = tmp_path / "bin_C.yaml"
     text = apc(*QUICK, "-o", path)
     assert text.code == 0
-    assert path.read_text().startswith("  - {name: bin_C, kind: bin, pivot: straight, q: [")
+    assert path.read_text().startswith("  - {name: bin_C, kind: bin, tool_state: straight, q: [")
     assert text.out.endswith(path.read_text())
     assert [line.split()[0] for line in text.out.splitlines()[1:-2]] == ["now", "1", "2"]
     again = apc(*QUICK, "-o", path)

@@ -112,7 +112,7 @@ def test_inspect_says_where_the_arm_of_a_cell_cannot_stand(tmp_path: Path) -> No
     folder = tmp_path / "cell"
     shutil.copytree(load_cell("apc2016_delft").path, folder)
     text = (folder / "cell.yaml").read_text()
-    home = "name: home, kind: home, pivot: straight, q: [0.1580, 0.0000, "
+    home = "name: home, kind: home, tool_state: straight, q: [0.1580, 0.0000, "
     assert f"{home}-0.3000" in text
     (folder / "cell.yaml").write_text(text.replace(f"{home}-0.3000", f"{home}1.5000"))
     assert "not_free: home: tool straight: collision: " in apc("inspect", folder).out

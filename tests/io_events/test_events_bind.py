@@ -8,7 +8,7 @@ import pytest
 from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.errors import InputError
-from pickcli.io_events.bind import bind_pick, bind_pivot
+from pickcli.io_events.bind import bind_pick, bind_tool_states
 from pickcli.io_events.resolve import delay_segments, resolve
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.segment import Segment, SegmentKind
@@ -21,7 +21,7 @@ DEVICES = {
         Device("pump", DeviceKind.PUMP, 2.0, ("on", "off")),
         Device("valve", DeviceKind.VALVE, 0.05, ("on", "off")),
         Device("gauge", DeviceKind.SENSOR, 0.0, ("read",)),
-        Device("cup", DeviceKind.PIVOT, 0.3, ("straight", "down")),
+        Device("cup", DeviceKind.TOOL_ACTUATOR, 0.3, ("straight", "down")),
     )
 }
 
@@ -78,12 +78,12 @@ def test_cup_turns_as_soon_as_it_may() -> None:
 
 
 def test_no_turn_without_a_moving_segment() -> None:
-    assert bind_pivot(pick(STRAIGHT, STRAIGHT), DEVICES) == ()
+    assert bind_tool_states(pick(STRAIGHT, STRAIGHT), DEVICES) == ()
 
 
 def test_several_moving_segments_in_a_row_are_one_turn() -> None:
     segments = (Segment(SegmentKind.DEPART, 0.0, 1.0, DOWN, None), *pick(STRAIGHT)[:1], *pick(STRAIGHT))
-    events = bind_pivot(segments, DEVICES)
+    events = bind_tool_states(segments, DEVICES)
     assert [(e.action, e.anchor.segment) for e in events] == [("straight", 1)]
 
 

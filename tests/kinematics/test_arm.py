@@ -117,7 +117,7 @@ def test_manipulability_vanishes_where_the_arm_is_stretched(arm: Arm, rng: np.ra
     assert arm.manipulability(bent, STRAIGHT) == pytest.approx(np.prod(singular_values), rel=1e-9)
 
 
-def test_tips_are_poses_in_every_pivot_state(arm: Arm, rng: np.random.Generator) -> None:
+def test_tips_are_poses_in_every_tool_state(arm: Arm, rng: np.random.Generator) -> None:
     q = arm.random_seeds(rng, 1)[0]
     assert all(is_pose(arm.tip(q, tool_state)) for tool_state in STATES)
     np.testing.assert_array_equal(arm.tip(q, MOVING), arm.tip(q, STRAIGHT))

@@ -106,7 +106,7 @@ def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
         (plan.certificate, data["certificate"]),
     ]
     for value, keys in pairs:
-        names = {"pivot" if field.name == "tool_state" else field.name for field in fields(value)}
+        names = {field.name for field in fields(value)}
         assert names <= set(keys) and len(keys) - len(names) <= 2  # format and version, or the seal
 
 
@@ -177,7 +177,7 @@ def point(i: int, key: str, value: Any) -> Any:
         (lambda d: d.pop("events"), "events: expected"),
         (lambda d: d.pop("certificate"), "got nothing; set it to null, then run apc verify"),
         (lambda d: d.__setitem__("grasp", {}), "grasp: lacks item, kind, face"),
-        (lambda d: d["segments"].__setitem__(0, {}), "segments[0]: lacks kind, t_start, t_end, pivot"),
+        (lambda d: d["segments"].__setitem__(0, {}), "segments[0]: lacks kind, t_start, t_end, tool_state"),
         (lambda d: d.__setitem__("note", "hello"), "note"),
         (lambda d: d.__setitem__("speed_scale", 0.0), "speed_scale"),
         (lambda d: d.__setitem__("speed_scale", "1.0"), "speed_scale"),
@@ -190,7 +190,7 @@ def point(i: int, key: str, value: Any) -> Any:
         (lambda d: d["trajectory"].__setitem__("joint_names", ["s", "s"]), "trajectory.joint_names"),
         (lambda d: d["trajectory"].__setitem__("points", d["trajectory"]["points"][:1]), "trajectory.points"),
         (lambda d: d["segments"][0].__setitem__("kind", "wander"), "segments[0].kind"),
-        (lambda d: d["segments"][1].__setitem__("pivot", ""), "segments[1].pivot"),
+        (lambda d: d["segments"][1].__setitem__("tool_state", ""), "segments[1].tool_state"),
         (lambda d: d["segments"][1].__setitem__("t_start", 0.0), "segments[1].t_start"),
         (lambda d: d["segments"].pop(), "segments[0].t_end"),
         (lambda d: d["events"][0]["anchor"].__setitem__("segment", 2), "events[0].anchor.segment"),
@@ -390,8 +390,8 @@ def test_a_file_has_at_most_24_megabytes(plan: Plan, tmp_path: Path) -> None:
         ("[" * 200_000, "nested too deeply"),
         ('{"seed": -Infinity}', "1:10: -Infinity is not JSON; write a finite number"),
         ('{"a": 1, "b": 2, "a": 3}', ": a: the key stands twice"),
-        ('{"version": 2}', 'format: expected "apc plan"'),
-        ('{"format": "apc plan", "version": 2}', "lacks query, cell_fingerprint"),
+        ('{"version": 3}', 'format: expected "apc plan"'),
+        ('{"format": "apc plan", "version": 3}', "lacks query, cell_fingerprint"),
     ],
 )
 def test_what_is_no_plan_is_told_as_such(text: str, problem: str) -> None:
@@ -419,7 +419,7 @@ def test_a_plan_is_one_line_per_point_segment_and_event(plan: Plan, tmp_path: Pa
     rows = [json.loads(line.strip().rstrip(",")) for line in lines if line.strip().startswith("{")
             and line.strip().rstrip(",").endswith("}")]  # fmt: skip
     assert sum("time_from_start" in row for row in rows) == len(plan.trajectory.times)
-    assert sum("pivot" in row for row in rows) == len(plan.segments)
+    assert sum("tool_state" in row for row in rows) == len(plan.segments)
     assert sum("device" in row for row in rows) == len(plan.events)
     keys = [line.split(":")[0].strip() for line in lines if line.startswith("  ") and line[2] == '"']
     assert keys == [f'"{key}"' for key in plan_to_dict(plan)]

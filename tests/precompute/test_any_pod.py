@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.pod_tolerance import ANY_POD, PodStand, PodValidity, displaced
+from pickcli.cell.pod_tolerance import ANY_POD, PodPoses, PodValidity, displaced
 from pickcli.cell.tool import MOVING
 from pickcli.collision.checker import SceneChecker
 from pickcli.collision.robot_model import CollisionModel
@@ -115,15 +115,15 @@ def test_an_end_too_near_to_a_swept_pod_leaves_a_motion_for_the_pod_in_its_place
     key = MotionKey("home", "cam_E", CENTRED)
     motion = CoarseMotionPlanner(cell, TrajectorySettings()).make(key)
     assert isinstance(motion, CoarseMotion)
-    assert motion.mark.stand is PodStand.NOMINAL
+    assert motion.mark.pod_poses is PodPoses.NOMINAL
     assert motion.mark.why_nominal.startswith("for a displaced pod: cam_E: collision: held cube against pod")
     assert _clearance(motion, empty_scene(cell)) >= motion.clearance
 
 
 EDGES = {
-    ("bin_E", "home"): PodStand.DISPLACED,
-    ("bin_J", "tote"): PodStand.DISPLACED,
-    ("cam_A", "cam_L"): PodStand.NOMINAL,  # the line; around the sweep it is a third longer
+    ("bin_E", "home"): PodPoses.DISPLACED,
+    ("bin_J", "tote"): PodPoses.DISPLACED,
+    ("cam_A", "cam_L"): PodPoses.NOMINAL,  # the line; around the sweep it is a third longer
 }
 
 
@@ -136,7 +136,7 @@ def edges() -> dict[tuple[str, str], JobResult]:
 
 def test_edges_carry_their_marks(edges: dict[tuple[str, str], JobResult]) -> None:
     marks = {pair: mark_of(record) for pair, record in edges.items()}
-    assert {pair: mark.stand for pair, mark in marks.items()} == EDGES
+    assert {pair: mark.pod_poses for pair, mark in marks.items()} == EDGES
     assert marks["cam_A", "cam_L"].why_nominal.startswith("for a displaced pod its length is ")
 
 
@@ -146,7 +146,7 @@ def test_no_displaced_pod_meets_an_edge_for_any(
     edges: dict[tuple[str, str], JobResult], share: Share
 ) -> None:
     tests = SceneChecker(MODEL, _displaced(share), MOVING)
-    held = [record for pair, record in edges.items() if EDGES[pair] is PodStand.DISPLACED]
+    held = [record for pair, record in edges.items() if EDGES[pair] is PodPoses.DISPLACED]
     assert held
     assert all(tests.is_valid_path(record.arrays["waypoints"]) for record in held)
 
@@ -155,20 +155,20 @@ def test_no_displaced_pod_meets_an_edge_for_any(
 class _Given(CoarseMotionPlanner):
     """A maker that finds what it is given, in this duration (s), or nothing."""
 
-    found: Mapping[PodStand, float | None] = field(default_factory=dict)
+    found: Mapping[PodPoses, float | None] = field(default_factory=dict)
 
-    def _in_stand(
-        self, key: MotionKey, stand: PodStand, quicker_than: float = np.inf
+    def _for_pod_poses(
+        self, key: MotionKey, pod_poses: PodPoses, quicker_than: float = np.inf
     ) -> CoarseMotion | Reason:
-        duration = self.found[stand]
+        duration = self.found[pod_poses]
         if duration is None or duration >= quicker_than:
-            return Reason(f"none, {stand}")
+            return Reason(f"none, {pod_poses}")
         path = JointPath(("a",), np.array([[0.0], [1.0]]))
-        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodValidity(stand))
+        return CoarseMotion(key, MOVING, path, duration, lower_bound=0.9, mark=PodValidity(pod_poses))
 
 
 def _kept(wide: float | None, nominal: float | None) -> CoarseMotion | Reason:
-    found = {PodStand.DISPLACED: wide, PodStand.NOMINAL: nominal}
+    found = {PodPoses.DISPLACED: wide, PodPoses.NOMINAL: nominal}
     return _Given(CELL, TrajectorySettings(), found).make(KEYS[0])
 
 
@@ -181,11 +181,11 @@ def test_a_motion_for_any_pod_that_costs_no_time_is_kept(wide: float, nominal: f
 def test_one_that_costs_time_gives_way_to_one_for_the_pod_in_its_place() -> None:
     kept = _kept(1.006, 1.0)
     assert isinstance(kept, CoarseMotion) and kept.duration == 1.0
-    assert kept.mark == PodValidity(PodStand.NOMINAL, "for a displaced pod it takes 1.006 s")
+    assert kept.mark == PodValidity(PodPoses.NOMINAL, "for a displaced pod it takes 1.006 s")
 
 
 def test_where_there_is_none_for_any_pod_the_reason_is_kept() -> None:
     kept = _kept(None, 1.0)
     assert isinstance(kept, CoarseMotion)
-    assert kept.mark == PodValidity(PodStand.NOMINAL, "for a displaced pod: none, displaced")
+    assert kept.mark == PodValidity(PodPoses.NOMINAL, "for a displaced pod: none, displaced")
     assert _kept(None, None) == Reason("none, nominal")

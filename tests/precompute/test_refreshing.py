@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from pickcli.cell import cell_file
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import change_since, parts_of
-from pickcli.cell.pod_tolerance import ANY_POD, UNMOVED, PodStand
+from pickcli.cell.pod_tolerance import ANY_POD, UNMOVED, PodPoses
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.commands.refresh import command
 from pickcli.errors import StaleError
@@ -88,7 +88,7 @@ def test_every_motion_of_it_keeps_the_clearance_that_it_tells(
     database = read_database(tmp_path / "motions", changed, points=True)
     assert len(database) > 0
     for motion in database:
-        tests = checker(model, motion.tool_state, motion.key.payload, stand=motion.mark.stand)
+        tests = checker(model, motion.tool_state, motion.key.payload, pod_poses=motion.mark.pod_poses)
         assert motion.trajectory is not None
         Q = motion.trajectory.sample(np.arange(0.0, motion.duration, 0.005))
         assert tests.kernel.clearances(Q).min() >= motion.clearance >= changed.clearance
@@ -106,7 +106,7 @@ def test_a_refreshed_roadmap_says_what_a_new_one_says(
     assert len({tuple(name for name, _ in gap.refused) for gap in gaps}) == 1
     model = CollisionModel(changed)
     for edge, mark in enumerate(ours.marks):
-        tests = checker(model, ours.proven_for, PayloadClass.EMPTY, stand=mark.stand)
+        tests = checker(model, ours.proven_for, PayloadClass.EMPTY, pod_poses=mark.pod_poses)
         assert tests.is_valid_path(ours.edge_path(edge))
 
 
@@ -266,4 +266,4 @@ def test_marks_travel_through_the_file(cell: Cell, old: dict[str, bytes], tmp_pa
     (tmp_path / "motions").write_bytes(old["motions"])
     marks = read_database(tmp_path / "motions", cell).marks
     assert ANY_POD in marks
-    assert all(bool(mark.why_nominal) == (mark.stand is PodStand.NOMINAL) for mark in marks)
+    assert all(bool(mark.why_nominal) == (mark.pod_poses is PodPoses.NOMINAL) for mark in marks)

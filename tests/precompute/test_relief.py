@@ -11,7 +11,7 @@ import pytest
 
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_diff import change_since, parts_of
-from pickcli.cell.pod_tolerance import PodStand
+from pickcli.cell.pod_tolerance import PodPoses
 from pickcli.cell.shapes import box
 from pickcli.cell.station import Obstacles
 from pickcli.cell.tool import MOVING
@@ -42,13 +42,13 @@ def _posts_of_the_pod(cell: Cell) -> Cell:
     return with_parts(cell, pod=replace(cell.pod, bodies=(*cell.pod.bodies, *POSTS)))
 
 
-def _stands(folder: Path, cell: Cell) -> dict[str, dict[object, PodStand]]:
+def _pod_poses(folder: Path, cell: Cell) -> dict[str, dict[object, PodPoses]]:
     """For which pods each edge and each motion of a folder's files holds."""
     motions, roadmap = read_database(folder / "motions", cell), read_roadmap(folder / "edges", cell)
     pairs = [tuple(roadmap.names[node] for node in edge) for edge in roadmap.edges]
     return {
-        "edges": {pair: mark.stand for pair, mark in zip(pairs, roadmap.marks, strict=True)},
-        "motions": {motion.key: motion.mark.stand for motion in motions},
+        "edges": {pair: mark.pod_poses for pair, mark in zip(pairs, roadmap.marks, strict=True)},
+        "motions": {motion.key: motion.mark.pod_poses for motion in motions},
     }
 
 
@@ -58,27 +58,29 @@ def test_what_went_away_makes_room_for_any_pod(posts: Callable[[Cell], Cell], tm
     bare = small_cell(*AMONG_POSTS)
     old, new = built(posts(bare), tmp_path), tmp_path / "new"
     assert set(old) == {"motions", "edges"}
-    before = _stands(tmp_path, posts(bare))
+    before = _pod_poses(tmp_path, posts(bare))
     for kind, content in old.items():
         done = refreshed(tmp_path / kind, content, bare)
         assert done.n_kept > 0 and done.n_proven == 0
     new.mkdir()
     built(bare, new)
-    ours, fresh = _stands(tmp_path, bare), _stands(new, bare)
+    ours, fresh = _pod_poses(tmp_path, bare), _pod_poses(new, bare)
     for kind, stands in before.items():
-        nominal = [key for key, stand in stands.items() if stand is PodStand.NOMINAL]
+        nominal = [key for key, pod_poses in stands.items() if pod_poses is PodPoses.NOMINAL]
         assert {key: ours[kind][key] for key in nominal} == {key: fresh[kind][key] for key in nominal}
-        assert any(ours[kind][key] is PodStand.DISPLACED for key in nominal)
-        assert all(stand is PodStand.DISPLACED for key, stand in ours[kind].items() if key not in nominal)
+        assert any(ours[kind][key] is PodPoses.DISPLACED for key in nominal)
+        assert all(
+            pod_poses is PodPoses.DISPLACED for key, pod_poses in ours[kind].items() if key not in nominal
+        )
 
 
 # As a part of the pod, its sweep is in the way from bin_K to cam_B, and free of both.
 FLAP = box("flap", (-0.59, 0.12, 1.06), (-0.45, 0.20, 1.24))
 
 
-@pytest.mark.parametrize(("by", "stand"), [(1.0, PodStand.DISPLACED), (-0.01, PodStand.NOMINAL)])
+@pytest.mark.parametrize(("by", "pod_poses"), [(1.0, PodPoses.DISPLACED), (-0.01, PodPoses.NOMINAL)])
 def test_a_part_of_the_pod_that_moved_makes_room_if_it_leaves_the_way(
-    by: float, stand: PodStand, tmp_path: Path
+    by: float, pod_poses: PodPoses, tmp_path: Path
 ) -> None:
     bare, path = small_cell("bin_K", "cam_B"), tmp_path / "edges"
     then, now = (
@@ -86,10 +88,10 @@ def test_a_part_of_the_pod_that_moved_makes_room_if_it_leaves_the_way(
         for z in (0.0, by)
     )
     make_roadmap(then, path, FEW_EDGES)
-    assert [mark.stand for mark in read_roadmap(path, then).marks] == [PodStand.NOMINAL]
+    assert [mark.pod_poses for mark in read_roadmap(path, then).marks] == [PodPoses.NOMINAL]
     done = refresh(path, surveyed(path), now)
-    assert (done.changed, done.n_planned) == (("pod flap",), int(stand is PodStand.DISPLACED))
-    assert [mark.stand for mark in read_roadmap(path, now).marks] == [stand]
+    assert (done.changed, done.n_planned) == (("pod flap",), int(pod_poses is PodPoses.DISPLACED))
+    assert [mark.pod_poses for mark in read_roadmap(path, now).marks] == [pod_poses]
 
 
 def test_room_for_any_pod_is_looked_for_where_it_may_be() -> None:

@@ -26,7 +26,7 @@ from support.tool_states import ALL_STATES
 QUICK = RoadmapSettings(PlannerName.RRT_CONNECT, n_neighbours=2, max_iterations=2000, n_shortcuts=50)
 
 
-def test_every_edge_is_proven_with_the_cells_clearance_in_every_pivot_state() -> None:
+def test_every_edge_is_proven_with_the_cells_clearance_in_every_tool_state() -> None:
     cell = small_cell()
     roadmap, _ = build_roadmap(RoadmapEdgeJob(cell, QUICK))
     model = CollisionModel(cell)

@@ -56,8 +56,8 @@ def test_they_keep_their_distance_from_limits_and_from_everything(tool_state: To
         shares = np.minimum(q - limits.lower, limits.upper - q) / (limits.upper - limits.lower)
         assert shares.min() == pytest.approx(each.margin) and each.margin >= FEW.margin
         assert each.clearance >= FEW.clearance
-        for any_pivot in ALL_STATES:  # the roadmap takes only what is free in all of them
-            assert checker(model, any_pivot, PayloadClass.EMPTY, FEW.clearance - cell.clearance).is_valid(q)
+        for any_state in ALL_STATES:  # the roadmap takes only what is free in all of them
+            assert checker(model, any_state, PayloadClass.EMPTY, FEW.clearance - cell.clearance).is_valid(q)
 
 
 @pytest.mark.parametrize("tool_state", [STRAIGHT, DOWN])

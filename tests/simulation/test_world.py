@@ -125,7 +125,7 @@ def test_a_drive_has_a_ceiling_of_speed(cell: Cell) -> None:
     assert np.all(fastest <= 1.06 * cell.robot.limits.velocity)
 
 
-def test_the_pivot_turns_within_its_lead(build_world: BuildWorld) -> None:
+def test_the_cup_turns_within_its_lead(build_world: BuildWorld) -> None:
     world = build_world(gap=0.2)
     lead = world.scene.cell.devices["cup_pivot"].lead
     world.act("cup_pivot", "straight")

@@ -24,7 +24,7 @@ ORIGIN_AND_AXIS = (
 
 
 def tip(q: Sequence[float] | Array, tool_state: float) -> Array:
-    """Pose (4, 4) of the cup's tip for a configuration (8,) and the pivot's angle in rad."""
+    """Pose (4, 4) of the cup's tip for a configuration (8,) and the cup's angle in rad."""
     T = pose((-1.758 + q[0], 0.0, 0.85))
     for (origin, axis), angle in zip(ORIGIN_AND_AXIS, q[1:], strict=True):
         T = T @ pose(origin, R=rotation_axis_angle(axis, float(angle)))

@@ -86,7 +86,7 @@ def write_robot(folder: Path) -> Path:
 def content() -> dict[str, object]:
     """The cell file: the default cell's shelf and tote, and the branching robot before them."""
     default: dict[str, Any] = yaml.safe_load((data_path() / "cells/apc2016_delft/cell.yaml").read_text())
-    tool = {key: value for key, value in default["tool"].items() if "pivot" not in key}
+    tool = {key: value for key, value in default["tool"].items() if key not in ("joint", "states")}
     return default | {
         "name": "branching",
         "robot": {

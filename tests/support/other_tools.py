@@ -21,12 +21,12 @@ def with_tool(copy: CellCopy, kind: str) -> CellCopy:
 def _rigid(copy: CellCopy) -> CellCopy:
     """The cup fixed straight to the lance: no joint, no device, no configuration for a cup that is down."""
     copy.urdf.replace('<joint name="cup_pivot" type="revolute">', '<joint name="cup_pivot" type="fixed">')
-    copy.yaml.replace("  pivot_joint: cup_pivot\n", "")
-    copy.yaml.replace(f"  pivot_positions: {{straight: 0.0, down: {np.pi / 2}}}\n", "")
+    copy.yaml.replace("  joint: cup_pivot\n", "")
+    copy.yaml.replace(f"  states: {{straight: 0.0, down: {np.pi / 2}}}\n", "")
     copy.yaml.replace(", cup_pivot: 20}", "}")
-    copy.yaml.replace('  cup_pivot: {kind: pivot, lead: 0.3, actions: ["straight", "down"]}\n', "")
-    text = re.sub(r"  - \{name: \w+, kind: \w+, pivot: down, [^\n]*\n", "", copy.yaml.path.read_text())
-    copy.yaml.path.write_text(text.replace("pivot: straight, ", ""))
+    copy.yaml.replace('  cup_pivot: {kind: tool_actuator, lead: 0.3, actions: ["straight", "down"]}\n', "")
+    text = re.sub(r"  - \{name: \w+, kind: \w+, tool_state: down, [^\n]*\n", "", copy.yaml.path.read_text())
+    copy.yaml.path.write_text(text.replace("tool_state: straight, ", ""))
     return copy
 
 

@@ -240,8 +240,8 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "anchored by the wrong way": (
         with_event(1, anchor=Anchor(AnchorKind.ARC_LENGTH, 2, 0.02)), "wrong anchor time", "valve on",
     ),
-    "wrong pivot at the lines": (
-        with_segment(SegmentKind.RETREAT, tool_state=DOWN), "wrong pivot", "retreat",
+    "wrong tool state at the lines": (
+        with_segment(SegmentKind.RETREAT, tool_state=DOWN), "wrong tool state", "retreat",
     ),
     "no such state of the tool": (
         with_segment(SegmentKind.LIFT, tool_state=ToolState("sideways")), "unknown tool state", "lift",
@@ -249,13 +249,16 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "grasp for no state of the tool": (
         with_grasp(tool_state=ToolState("sideways")), "unknown tool state", "grasp",
     ),
-    "wrong pivot at contact": (with_segment(SegmentKind.CONTACT, tool_state=DOWN), "wrong pivot", "contact"),
-    "pivots while holding": (
-        with_segment(SegmentKind.TRANSFER, tool_state=MOVING), "pivots while holding", "transfer",
+    "wrong tool state at contact": (
+        with_segment(SegmentKind.CONTACT, tool_state=DOWN), "wrong tool state", "contact",
     ),
-    "contact and grasp while the cup pivots": (
+    "tool changes its state while holding": (
+        with_segment(SegmentKind.TRANSFER, tool_state=MOVING), "tool changes its state while holding",
+        "transfer",
+    ),
+    "contact and grasp while the cup turns": (
         lambda p: with_grasp(tool_state=MOVING)(with_segment(SegmentKind.CONTACT, tool_state=MOVING)(p)),
-        "wrong pivot", "the cup holds while it stands still",
+        "wrong tool state", "the cup holds while it stands still",
     ),
     "held item forgotten": (with_segment(SegmentKind.TRANSFER, held=None), "held item forgotten", "transfer"),
     "another item held": (
@@ -286,7 +289,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "cup before the item": (moved_grasp((0, 0, 0.02)), "grasp off the surface", CRAYOLA),
     "cup tilted on the face": (moved_grasp((0, 0, 0), (0.2, 0, 0)), "cup not square", CRAYOLA),
     "cup over the edge": (moved_grasp((0, 0.03, 0)), "cup beyond the edge", CRAYOLA),
-    "grasp for the other pivot": (with_grasp(tool_state=DOWN), "wrong pivot", "contact"),
+    "grasp for the other tool state": (with_grasp(tool_state=DOWN), "wrong tool state", "contact"),
     "the grasp on another face than stated": (with_grasp(face="+z"), "wrong face", "-z"),
     "the grasp on a face that boxes do not have": (with_grasp(face="mantle"), "wrong face", "-z"),
     "a frontal grasp called a side grasp": (with_grasp(kind="side"), "wrong kind", "frontal"),

@@ -18,7 +18,7 @@ from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.reality import DEFAULT
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.damage import FRAGILE_LIMITS, ITEM_LIMITS, SHELF, SHELF_LIMITS, damages
-from pickcli.trial.disturbance import MOVED, Fate, disturbances
+from pickcli.trial.disturbance import MOVED, DisturbanceKind, disturbances
 from pickcli.trial.loop import run_trial
 from pickcli.trial.score import Damage
 from pickcli.trial.trial_interfaces import Execution
@@ -47,22 +47,22 @@ def about_itself(rpy: tuple[float, float, float]) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("T", "location", "fate"),
+    ("T", "location", "kind"),
     [
-        (pose((0.02, 0.0, 0.0)), "bin_A", Fate.PUSHED),
-        (pose((0.0, 0.15, 0.0)), "bin_A", Fate.CARRIED),
-        (pose((0.0, 0.02, 0.0)), "bin_B", Fate.CARRIED),
-        (about_itself((1.5, 0.0, 0.0)), "bin_A", Fate.TOPPLED),
-        (about_itself((0.0, 0.0, 1.5)), "bin_A", Fate.PUSHED),
-        (pose((-0.6, 0.0, -1.2)), OUTSIDE, Fate.FELL),
+        (pose((0.02, 0.0, 0.0)), "bin_A", DisturbanceKind.PUSHED),
+        (pose((0.0, 0.15, 0.0)), "bin_A", DisturbanceKind.CARRIED),
+        (pose((0.0, 0.02, 0.0)), "bin_B", DisturbanceKind.CARRIED),
+        (about_itself((1.5, 0.0, 0.0)), "bin_A", DisturbanceKind.TOPPLED),
+        (about_itself((0.0, 0.0, 1.5)), "bin_A", DisturbanceKind.PUSHED),
+        (pose((-0.6, 0.0, -1.2)), OUTSIDE, DisturbanceKind.FELL),
     ],
 )
-def test_each_fate_has_its_name_and_how_far(T: Array, location: str, fate: Fate) -> None:
+def test_each_kind_has_its_name_and_how_far(T: Array, location: str, kind: DisturbanceKind) -> None:
     (found,) = disturbances(SCENE, after(T, location), (), 0.3)
-    assert (found.item, found.fate, found.out_of, found.into) == (BAR, fate, "bin_A", location)
+    assert (found.item, found.kind, found.out_of, found.into) == (BAR, kind, "bin_A", location)
     shift = after(T).find(BAR).T_world_item[:3, 3] - SCENE.find(BAR).T_world_item[:3, 3]
     assert found.moved == pytest.approx(np.linalg.norm(shift))
-    if fate is Fate.FELL:
+    if kind is DisturbanceKind.FELL:
         assert found.fell == pytest.approx(1.2)
 
 
@@ -122,7 +122,7 @@ def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
     record = trial_record(result, "order.json", 1.0)
     assert record["disturbed"] == 1 and record["damages"] == [[BAR, "minor"]]
     (named,) = record["attempts"][0]["execution"]["disturbed"]
-    assert named["item"] == BAR and named["fate"] == "fell" and named["fell"] == pytest.approx(1.2)
+    assert named["item"] == BAR and named["kind"] == "fell" and named["fell"] == pytest.approx(1.2)
     assert any(BAR in line and "fell" in line for line in summary(result))
 
 
@@ -132,7 +132,7 @@ def test_what_falls_during_the_last_look_costs_the_same_and_is_told_apart() -> N
     assert [(line.subject, line.points) for line in result.score.lines if line.points < 0] == [(BAR, -5)]
     record = trial_record(result, "order.json", 1.0)
     assert record["disturbed"] == 1
-    assert [(d["item"], d["fate"]) for d in record["disturbed_last"]] == [(BAR, "fell")]
+    assert [(d["item"], d["kind"]) for d in record["disturbed_last"]] == [(BAR, "fell")]
     assert record["attempts"] and not any(e["execution"]["disturbed"] for e in record["attempts"])
     assert any(BAR in line and "fell" in line for line in summary(result))
 

@@ -19,7 +19,7 @@ from pickcli.planning.start_state import Start
 from pickcli.simulation.places import OUTSIDE
 from pickcli.simulation.protective_stop import StopCause
 from pickcli.simulation.suction import NO_LOAD, Release
-from pickcli.trial.disturbance import Fate
+from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.simulated_cell import SimulatedArena
 from pickcli.trial.trial_interfaces import LET_GO_TIME
 from support.fake_crew import FakeCrew, scene_of
@@ -140,7 +140,7 @@ def test_what_falls_while_the_robot_stands_is_told_and_by_the_next_record_too() 
     assert arena.disturbed() == ()
     arena.wait(1.0)
     (fallen,) = arena.disturbed()
-    assert (fallen.item, fallen.fate, fallen.into) == (item, Fate.FELL, OUTSIDE)
+    assert (fallen.item, fallen.kind, fallen.into) == (item, DisturbanceKind.FELL, OUTSIDE)
     assert fallen.fell == pytest.approx(1.0, abs=0.1)
     assert [d.item for d in arena.release().disturbed] == [item]
     assert arena.disturbed() == ()

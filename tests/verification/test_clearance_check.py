@@ -154,8 +154,8 @@ def test_the_arm_may_not_touch_itself() -> None:
     assert any(all(n in links for n in r.detail.split(" at ")[0].split(" and ")) for r in found.reasons)
 
 
-def test_moving_pivot_covers_both_states() -> None:
-    """The angles that are checked while the cup pivots reach from state to state without a gap."""
+def test_the_moving_cup_covers_both_states() -> None:
+    """The angles that are checked while the cup turns reach from state to state without a gap."""
     builder = Builder(cell().configurations["bin_H"].q)
     builder.wait(SegmentKind.TRANSIT, 0.4, tool_state=MOVING)
     scene = make_scene()

@@ -89,7 +89,7 @@ def test_the_cup_turns_while_a_segment_says_so_and_at_no_other_time(
     early: float, late: float, is_refused: bool
 ) -> None:
     """To a microsecond."""
-    assert ("wrong pivot" in whats(check_io(*turning(early, late)))) is is_refused
+    assert ("wrong tool state" in whats(check_io(*turning(early, late)))) is is_refused
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-10, 0.9e-6])

@@ -24,7 +24,7 @@ def test_the_stretched_arm_is_a_sum_of_lengths() -> None:
     q = np.zeros(8)
     q[0] = 0.4
     assert tip(q)[:3, 3] == pytest.approx((-1.758 + 0.4, 0.0, 2.35 + 0.54), abs=1e-9)
-    # pivoted: the cup's last 30 mm point along the flange's +x
+    # turned down: the cup's last 30 mm point along the flange's +x
     assert tip(q, DOWN)[:3, 3] == pytest.approx((-1.358 + 0.03, 0.0, 2.35 + 0.51), abs=1e-9)
     assert tip(q, DOWN)[:3, 2] == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
 

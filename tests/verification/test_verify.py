@@ -125,7 +125,7 @@ def test_the_drop_limit_and_the_walls_count() -> None:
     assert any("released too high" in t for t in texts)
 
 
-def test_the_pivot_moves_in_transit_by_command_only() -> None:
+def test_the_tool_changes_its_state_in_transit_by_command_only() -> None:
     scene = make_scene()
     b = home_to("bin_H", 2.0)
     plan = move_plan(scene, b)
@@ -134,7 +134,7 @@ def test_the_pivot_moves_in_transit_by_command_only() -> None:
     assert verify(turning, scene).certificate is not None
     event = Event("cup_pivot", "down", Anchor(AnchorKind.TIME, 0, 1.0), 0.3, 1.0, 0.7)
     texts = [str(r) for r in verify(replace(plan, events=(event,)), scene).reasons]
-    assert any("wrong pivot" in t for t in texts)
+    assert any("wrong tool state" in t for t in texts)
     half = [
         Segment(SegmentKind.TRANSIT, 0.0, 1.2, MOVING, None),
         Segment(SegmentKind.TRANSIT, 1.2, plan.trajectory.duration, DOWN, None),
@@ -145,8 +145,8 @@ def test_the_pivot_moves_in_transit_by_command_only() -> None:
     assert verify(replace(plan, segments=tuple(half)), scene).certificate is None
 
 
-def test_the_moving_pivot_sweeps() -> None:
-    """An item where neither the straight nor the pivoted cup is, but the cup in between."""
+def test_the_moving_cup_sweeps() -> None:
+    """An item where neither the straight nor the turned cup is, but the cup in between."""
     b = Builder(cell().configurations["bin_H"].q)
     b.wait(SegmentKind.TRANSIT, 0.5)
     q = b.q
