@@ -14,19 +14,6 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pickcli"
 TERMS, PLAIN = (ROOT / "docs" / "glossary.md").read_text().split("## Plain words")
 
-# Names that are still to be renamed. Add none.
-UNNAMED = {
-    "collision": {"Entered"},
-    "commands": {"LearningSession", "learning"},
-    "grasping": {"Turn", "aims"},
-    "planning": {
-        "Bringing",
-    },
-    "simulation": {"Film", "Swing", "Touch"},
-    "trial": {"PlanBringing"},
-    "verification": {"Balls", "Standing", "Windows"},
-}
-
 # Public names that occur in two rooms, and why.
 MIRRORED = {
     "execute": "the command and the function that it calls",
@@ -35,9 +22,6 @@ MIRRORED = {
     "pod_shift": "the command's options and what they ask for",
     "verify": "the command and the function that it calls",
 }
-
-# Class names that occur in two rooms and are still to be told apart. Add none.
-AMBIGUOUS = {"Execution", "World"}
 
 
 def inflected(word: str) -> set[str]:
@@ -94,14 +78,8 @@ def test_there_is_something_to_test() -> None:
 
 @pytest.mark.parametrize("room", sorted({room for room, _ in NAMES}))
 def test_names_of_a_room_are_built_from_the_glossary(room: str) -> None:
-    exempt = UNNAMED.get(room, set())
-    lacking = {name: missing(name) for of, name in NAMES if of == room and name not in exempt}
+    lacking = {name: missing(name) for of, name in NAMES if of == room}
     assert {name: words for name, words in lacking.items() if words} == {}
-
-
-def test_no_name_is_exempt_that_needs_it_not() -> None:
-    exempt = [(room, name) for room, name in NAMES if name in UNNAMED.get(room, set())]
-    assert [(room, name) for room, name in exempt if not missing(name)] == []
 
 
 def test_no_name_stands_in_two_rooms() -> None:
@@ -109,7 +87,7 @@ def test_no_name_stands_in_two_rooms() -> None:
     for room, name in NAMES:
         rooms[name].add(room)
     twice = {name for name, where in rooms.items() if len(where) > 1}
-    assert twice - set(MIRRORED) - AMBIGUOUS == set()
+    assert twice == set(MIRRORED)
 
 
 def test_every_term_has_a_meaning() -> None:

@@ -20,7 +20,7 @@ from pickcli.verification.clearance_check import check_clearance
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.moving_parts import farthest, fixtures, parts
 from pickcli.verification.state_sampling import sample_states
-from pickcli.verification.static_solids import Standing
+from pickcli.verification.static_solids import PlanFixtures
 
 SAME = 1e-6  # rad or m by which an end may be off
 
@@ -52,7 +52,7 @@ def judge(scene: Scene, query: Query, waypoints: Array) -> Judgement:
     moving = parts(scene, segment, None if query.held is None else query.held.T_tip_item)
     ends = np.array([0.0, trajectory.duration])
     states = sample_states(scene.cell.robot, trajectory, ends, farthest(moving))
-    world = Standing(plan, fixtures(scene), None)
+    world = PlanFixtures(plan, fixtures(scene), None)
     exempt = exemptions(plan, scene, states, [moving], world)
     found = check_clearance(plan, states, [moving], world, exempt)
     touching = [str(reason) for reason in found.reasons if reason.what == "collision"]

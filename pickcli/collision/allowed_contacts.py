@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.collision.collision_world import World
+from pickcli.collision.collision_world import CollisionWorld
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
 
@@ -93,7 +93,7 @@ class AllowedContacts:
         """These contacts where nothing is held."""
         return replace(self, item=())
 
-    def ignored(self, world: World, cup: int, item: int) -> NDArray[np.uint64]:
+    def ignored(self, world: CollisionWorld, cup: int, item: int) -> NDArray[np.uint64]:
         """Which frames keep no clearance from which solids.
 
         Args:
@@ -112,7 +112,7 @@ class AllowedContacts:
             bits[world.indices(name for name, _ in touchers)] |= np.uint64(1 << frame)
         return bits
 
-    def enter(self, kernel: Checker, world: World, cup: int, item: int) -> NDArray[np.intp]:
+    def enter(self, kernel: Checker, world: CollisionWorld, cup: int, item: int) -> NDArray[np.intp]:
         """Give a checker, as its world, what may be touched only so deep, moved out of the way.
 
         Args:

@@ -7,8 +7,8 @@ import numpy as np
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
-from pickcli.collision.collision_world import KERNEL_KINDS, World, build_world
-from pickcli.collision.motion_validator import Entered, KernelValidator
+from pickcli.collision.collision_world import KERNEL_KINDS, CollisionWorld, build_world
+from pickcli.collision.motion_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker
@@ -59,7 +59,7 @@ class SceneChecker(KernelValidator):
         """Frame of the cup; the next is the held item's."""
         return self._model.n_frames - 1
 
-    def _clear_of(self, world: World, contacts: AllowedContacts) -> Entered:
+    def _clear_of(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """The whole robot, and all solids but those it may touch."""
         cup, item = self._cup, self._cup + 1
         ignored = world.ignored | contacts.ignored(world, cup, item)
@@ -71,9 +71,9 @@ class SceneChecker(KernelValidator):
         world.enter(kernel, kept, ignored)
         if self.held is not None:
             self._attach(kernel, self.held)
-        return Entered(kernel, kept)
+        return KernelWorld(kernel, kept)
 
-    def _touching(self, world: World, contacts: AllowedContacts) -> Entered:
+    def _touching(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
         state, cup = self._model.state(self._tool_state), self._cup
         mine = state.frames == cup
@@ -84,7 +84,7 @@ class SceneChecker(KernelValidator):
             shape, no_frames = self.held.item.shape, np.zeros(0, np.int32)
             kind = KERNEL_KINDS[shape.kind]
             kernel.set_held_solid(self._T_cup_item(self.held), shape.extents / 2, no_frames, kind, 0.0)
-        return Entered(kernel, kept)
+        return KernelWorld(kernel, kept)
 
     def _attach(self, kernel: Checker, held: AttachedItem) -> None:
         tested = self._model.held_tested_frames

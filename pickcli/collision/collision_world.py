@@ -25,7 +25,7 @@ KERNEL_KINDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class CollisionWorld:
     """B solids, each with everything within its rounding.
 
     Attributes:
@@ -112,7 +112,7 @@ class _Solid:
 
 
 @lru_cache(maxsize=32)
-def build_world(model: CollisionModel, scene: Scene) -> World:
+def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
     """All solids of a scene. Cached by identity.
 
     Args:
@@ -132,7 +132,7 @@ def build_world(model: CollisionModel, scene: Scene) -> World:
             f"{ours.name!r} ({ours.fingerprint[:12]}); make the scene again for this cell"
         )
     solids = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
-    return World(
+    return CollisionWorld(
         tuple(solid.name for solid in solids),
         tuple(solid.kind for solid in solids),
         np.array([solid.T_world_shape for solid in solids]),

@@ -18,7 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.collision_world import KERNEL_KINDS, build_world
-from pickcli.collision.motion_validator import Entered, KernelValidator
+from pickcli.collision.motion_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kernel import Chain, Checker, JointKind
@@ -86,12 +86,12 @@ class FreeItemChecker(KernelValidator):
             kernel.set_held_solid(T_last_item, item.shape.extents / 2, none, kind, inflated)
             return kernel
 
-        clear = Entered(flying(free.inflate), np.flatnonzero(world.is_kept(contacts.absent)))
+        clear = KernelWorld(flying(free.inflate), np.flatnonzero(world.is_kept(contacts.absent)))
         world.enter(clear.kernel, clear.kept, contacts.ignored(world, this, this))
-        touch: Entered | None = None
+        touch: KernelWorld | None = None
         if contacts.is_limited:
             kernel = flying(0.0)
-            touch = Entered(kernel, contacts.enter(kernel, world, this, this))
+            touch = KernelWorld(kernel, contacts.enter(kernel, world, this, this))
         parts = (*[""] * this, item.name)
         super().__init__(world, parts, model.cell.clearance + FOLLOWING, clear, touch)
 
@@ -160,7 +160,7 @@ class FreeToolChecker(KernelValidator):
         world = build_world(model, scene)
         kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
         contacts = contacts.of_present
-        clear = Entered(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
+        clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
         world.enter(kernel, clear.kept, contacts.ignored(world, CUP, CUP + 1))
         parts = (*[""] * LANCE, model.robot.tool.lance_link, model.robot.tool.cup_link)
         super().__init__(world, parts, model.cell.clearance, clear, None)

@@ -13,7 +13,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from pickcli.collision.collision_world import World
+from pickcli.collision.collision_world import CollisionWorld
 from pickcli.errors import Reason
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, ContactKind
@@ -145,7 +145,7 @@ class Contact:
 
 
 @dataclass(frozen=True, eq=False)
-class Entered:
+class KernelWorld:
     """A kernel checker, and which solids of a world were entered into it.
 
     Attributes:
@@ -175,7 +175,12 @@ class KernelValidator:
     """
 
     def __init__(
-        self, world: World, parts: tuple[str, ...], margin: float, clear: Entered, touch: Entered | None
+        self,
+        world: CollisionWorld,
+        parts: tuple[str, ...],
+        margin: float,
+        clear: KernelWorld,
+        touch: KernelWorld | None,
     ) -> None:
         """Wrap the kernel's checkers."""
         self.world, self.parts, self.margin = world, parts, margin
@@ -336,7 +341,7 @@ class KernelValidator:
         beyond = f"{-1e3 * contact.distance:.1f} mm beyond what poses and bellows explain"
         return Reason("planned contact too deep", "", f"{contact}, {beyond}", contact.item)
 
-    def _decoded(self, entered: Entered, q: Array, max_distance: float) -> Contact:
+    def _decoded(self, entered: KernelWorld, q: Array, max_distance: float) -> Contact:
         """The kernel's closest pair in names."""
         distance, frame, kind, index = entered.kernel.clearance(q, max_distance)
         if kind is ContactKind.NONE:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pickcli.motion.plan import Plan
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.scene import Scene
-    from pickcli.simulation.camera import Film
+    from pickcli.simulation.camera import GifRecorder
     from pickcli.simulation.execution import Execution
     from pickcli.simulation.world import World
 
@@ -179,15 +179,15 @@ def _bridge(
     return certified(bridge, believed, "try another --seed")
 
 
-def _film(video: Path | None) -> Film | None:
+def _film(video: Path | None) -> GifRecorder | None:
     if video is None:
         return None
-    from pickcli.simulation.camera import Film
+    from pickcli.simulation.camera import GifRecorder
 
-    return Film.named(video)
+    return GifRecorder.named(video)
 
 
-def _run(plans: list[Plan], world: World, film: Film | None) -> list[Execution]:
+def _run(plans: list[Plan], world: World, film: GifRecorder | None) -> list[Execution]:
     """Execute the plans in order until one fails. The world keeps the state after the last execution."""
     from pickcli.simulation.execute import execute
     from pickcli.simulation.start_check import StartError

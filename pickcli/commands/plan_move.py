@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
@@ -59,7 +59,7 @@ def command(
     with stage("reading of roadmap and trajectories"):
         planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
-    with learning(planner, roadmap, trajectories, learn) as session:
+    with experience_session(planner, roadmap, trajectories, learn) as session:
         with stage("planning"):
             plan = plan_move(
                 session.planner, scene, begin, q_goal, seed, f"move from {start} to {goal}", session.recorder

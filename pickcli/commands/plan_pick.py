@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pickcli.commands.command import Command
-from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.options import json_option, output_option, refuse_output, seed_option
 from pickcli.commands.planner import (
@@ -81,7 +81,7 @@ def command(
         planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     how = Neighbours(neighbours)
-    with learning(planner, roadmap, trajectories, learn) as session:
+    with experience_session(planner, roadmap, trajectories, learn) as session:
         query = PickQuery(bin_name, item, into=into, neighbours=how)
         plan = plan_pick(session.planner, scene, query, begin, seed, session.recorder)
         deliver(plan, scene, output, not no_verify, as_json, overwrite)

@@ -12,7 +12,7 @@ import click
 
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
-from pickcli.commands.learning import learn_option, learning
+from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.commands.options import (
@@ -154,7 +154,7 @@ def command(
     click.get_current_context().call_on_close(arena.close)
     pictures = {"before": arena.picture()}
     began = time.perf_counter()
-    with learning(planner, roadmap, trajectories, learn) as session:
+    with experience_session(planner, roadmap, trajectories, learn) as session:
         settings = TrialSettings(seed, pose_noise, reality)
         interfaces = interfaces_of(session.planner, arena, session.recorder)
         with stage("trial"), progress("picking") as report:

@@ -16,7 +16,7 @@ from pickcli.cell.place import Place
 from pickcli.cell.tool import ACROSS, IN_LINE, Tool
 from pickcli.errors import Reason
 from pickcli.geometry import Array
-from pickcli.grasping.aims import aims
+from pickcli.grasping.face_poses import face_poses
 from pickcli.grasping.holding import loads_at_rest
 from pickcli.grasping.search import USUAL, Search
 from pickcli.grasping.surfaces import Face, faces, tilted, turned, wide_faces
@@ -95,8 +95,8 @@ def sample_grasps(
     rejected: list[Reason] = []
     for face in faces(item, tool):
         drawn = _reachable(face, target, tool, rng, search.n_random)
-        aimed = aims(face, item, target.T_entry_item, search)
-        places = np.concatenate([face.region.centre()[None], drawn, aimed])
+        chosen = face_poses(face, item, target.T_entry_item, search)
+        places = np.concatenate([face.region.centre()[None], drawn, chosen])
         grasps, against = _placements(target, face.name, places, tool, search, most)
         found += grasps
         rejected += against
@@ -194,10 +194,10 @@ def _turned_and_tilted(
     target: GraspTarget, kind: str, T_item_tip: Array, tool: Tool, search: Search
 ) -> tuple[Array, Array]:
     """Every turn and tilt of the tool at places (P, 4, 4): poses (P, M, 4, 4), and what each costs (P, M)."""
-    turns = search.turns(kind)
+    rolls = search.rolls(kind)
     R_entry_item = target.T_entry_item[:3, :3]
     # The directions that x is to point in, along the tool's x and y axes.
-    wanted = np.array([turn.x_target for turn in turns]) @ (R_entry_item @ T_item_tip[:, :3, :2])
+    wanted = np.array([roll.x_target for roll in rolls]) @ (R_entry_item @ T_item_tip[:, :3, :2])
     T_turned = turned(T_item_tip[:, None], np.arctan2(wanted[..., 1], wanted[..., 0]))
     tilts = np.zeros((*T_turned.shape[:2], 1 + len(search.tilts)))
     if kind == "top-down":
@@ -205,7 +205,7 @@ def _turned_and_tilted(
     tilts[..., 1:] = tool.cup.tilt * np.array(search.tilts)
     costs = 0.05 + np.abs(tilts) / np.pi
     costs[..., 0] = 0.0
-    costs += 0.3 * np.array([turn.off for turn in turns])[:, None] / np.pi
+    costs += 0.3 * np.array([roll.off for roll in rolls])[:, None] / np.pi
     n = len(T_item_tip)
     return tilted(T_turned[:, :, None], tilts).reshape(n, -1, 4, 4), costs.reshape(n, -1)
 

@@ -16,8 +16,8 @@ WAYS_IN = np.array(
 )  # outward, bin frame
 
 
-class Turn(NamedTuple):
-    """A turn of the tool about the cup's axis.
+class ToolRoll(NamedTuple):
+    """A roll of the tool: how it is turned about the axis along which the cup approaches.
 
     Attributes:
         x_target: (3,) direction in the bin frame in which the tool's x axis points.
@@ -49,22 +49,22 @@ class Search:
     pitches: tuple[float, ...]
     tilts: tuple[float, ...]
 
-    def turns(self, kind: str) -> list[Turn]:
+    def rolls(self, kind: str) -> list[ToolRoll]:
         """Turns about the cup's axis that are tried for one kind of grasp.
 
         Args:
             kind: "frontal", "top-down" or "side".
 
         Returns:
-            The turns, the usual one first.
+            The rolls, the usual one first.
         """
         if kind == "frontal":
             # flange x down, as in the named poses in front of the bins; or up, for the wrist's other branch
-            return [Turn(np.array([0.0, 0.0, -1.0]), 0.0), Turn(np.array([0.0, 0.0, 1.0]), 0.0)]
+            return [ToolRoll(np.array([0.0, 0.0, -1.0]), 0.0), ToolRoll(np.array([0.0, 0.0, 1.0]), 0.0)]
         # the lance lies across the cup's axis and leaves the cup along +x of the tool frame
         if kind == "top-down":
-            return [Turn(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
-        return [Turn(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
+            return [ToolRoll(-np.array([np.cos(a), np.sin(a), 0.0]), abs(a)) for a in self.yaws]
+        return [ToolRoll(np.array([-np.cos(a), 0.0, np.sin(a)]), abs(a)) for a in self.pitches]
 
     @cached_property
     def outward(self) -> Array:

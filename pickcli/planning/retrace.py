@@ -40,7 +40,7 @@ _BACKWARDS = {
 }
 
 
-class Bringing(StrEnum):
+class ItemRecovery(StrEnum):
     """Where an item that may be in the cup is brought after a stop."""
 
     ON = "on"  # to where the stopped motion would have let it go
@@ -113,7 +113,9 @@ def back_to_start(stopped: StoppedMotion, scene: Scene, limits: Limits, seed: in
     return _retraced(stopped, scene, limits, seed, until=0.0, carries=False, where=where)
 
 
-def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits: Limits, seed: int) -> Plan:
+def bring_item(
+    stopped: StoppedMotion, bringing: ItemRecovery, scene: Scene, limits: Limits, seed: int
+) -> Plan:
     """Plan with the item to where it can be let go: it is still in the cup, at rest, at the end.
 
     Args:
@@ -134,7 +136,7 @@ def bring_item(stopped: StoppedMotion, bringing: Bringing, scene: Scene, limits:
     taken, let_go = stopped.taken_at, stopped.let_go_at
     if taken is None or let_go is None or not taken < stopped.path_time:
         raise NoPlanError(where, [Reason("nothing to bring", where, "it is not carried where it stopped")])
-    until = let_go if bringing is Bringing.ON else taken
+    until = let_go if bringing is ItemRecovery.ON else taken
     found = _retraced(stopped, scene, limits, seed, until=until, carries=True, where=where)
     if not isinstance(found, Reason):
         found = _loaded(found, scene)

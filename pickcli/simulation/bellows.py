@@ -15,7 +15,7 @@ import numpy as np
 
 from pickcli.cell.tool import Tool
 from pickcli.geometry import Array
-from pickcli.simulation.engine import Engine, Touch
+from pickcli.simulation.engine import ContactPoint, Engine
 
 N_RIM = 8
 PROBE_BACK = 0.02  # m behind the compressed cup where the probing rays start, so never inside an item
@@ -99,7 +99,7 @@ class Bellows:
         across = T_world_tip[:3, 3] + self._points @ R[:, :2].T
         return np.asarray(across + np.outer(probe.distances, R[:, 2]))
 
-    def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[Touch]:
+    def push(self, T_world_tip: Array, probe: Probe, items: frozenset[str]) -> list[ContactPoint]:
         """Push on whatever presses the bellows in, and back on the robot.
 
         Args:
@@ -116,7 +116,9 @@ class Bellows:
         met = {name for name, depth in zip(probe.names, pressed, strict=True) if depth > 0.0}
         return [self._push_on(name, T_world_tip, probe, pressed, name in items) for name in sorted(met)]
 
-    def _push_on(self, name: str, T_world_tip: Array, probe: Probe, pressed: Array, is_free: bool) -> Touch:
+    def _push_on(
+        self, name: str, T_world_tip: Array, probe: Probe, pressed: Array, is_free: bool
+    ) -> ContactPoint:
         mine = np.array([other == name for other in probe.names]) & (pressed > 0.0)
         depths = pressed[mine]
         R, tool = T_world_tip[:3, :3], self._tool
@@ -140,6 +142,6 @@ class Bellows:
             self._engine.wake(name)
             self._engine.push(name, on_body, point)
         self._engine.push(self._robot, -on_body, point, tool.cup_link)
-        return Touch(
+        return ContactPoint(
             self._robot, tool.cup_link, name, "", float(depths.max()), tuple(point.tolist()), force
         )  # fmt: skip

@@ -103,7 +103,7 @@ def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960
         engine.close()
 
 
-class Film:
+class GifRecorder:
     """Frames at a fixed rate of simulated time, written as an animated GIF.
 
     Args:
@@ -118,14 +118,14 @@ class Film:
         self._next = 0.0
 
     @classmethod
-    def named(cls, path: Path) -> Film:
-        """A film for a file.
+    def named(cls, path: Path) -> GifRecorder:
+        """The recorder of a file.
 
         Args:
             path: The file.
 
         Returns:
-            The film.
+            The recorder.
 
         Raises:
             InputError: If the film could not be written; raised before anything moves.

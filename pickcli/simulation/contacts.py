@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from pickcli.simulation.engine import Touch
+from pickcli.simulation.engine import ContactPoint
 
 FORGET_TIME = 0.1  # s without contact after which the same pair counts anew
 HELD_PRESS = (
-    30.0  # N at one point by which a held item may press on what it is planned to touch: 3 kg on a corner
+    30.0  # N at one point by which a held item may press on what it is planned to point: 3 kg on a corner
 )
 
 
@@ -68,26 +68,28 @@ class ContactLog:
         """
         return tuple(c for c in self.collisions if c.t_end > t)
 
-    def update(self, touches: Iterable[Touch], touching: frozenset[str], held: str | None, t: float) -> None:
+    def update(
+        self, points: Iterable[ContactPoint], touching: frozenset[str], held: str | None, t: float
+    ) -> None:
         """Judge the contact points of one step of the robot and of the held item.
 
         Args:
-            touches: Contact points.
-            touching: Names that the cup and the held item may touch now.
+            points: Contact points.
+            touching: Names that the cup and the held item may point now.
             held: Name of the held item, or None.
             t: s, simulated.
         """
         for pair in [pair for pair, c in self._open.items() if t - c.t_end > FORGET_TIME]:
             self._closed.append(self._open.pop(pair))
-        for touch in touches:
-            a, b = self._pair(touch)
-            if not self._is_planned(a, b, touch.force, touching, held):
-                self._record(a, b, touch, t)
+        for point in points:
+            a, b = self._pair(point)
+            if not self._is_planned(a, b, point.force, touching, held):
+                self._record(a, b, point, t)
 
-    def _pair(self, touch: Touch) -> tuple[str, str]:
-        if touch.a == self._robot:
-            return touch.link_a, touch.link_b or touch.b
-        return touch.a, touch.link_b or touch.b
+    def _pair(self, point: ContactPoint) -> tuple[str, str]:
+        if point.a == self._robot:
+            return point.link_a, point.link_b or point.b
+        return point.a, point.link_b or point.b
 
     def _is_planned(self, a: str, b: str, force: float, touching: frozenset[str], held: str | None) -> bool:
         if (a, b) in self._exempt or held == b:
@@ -97,16 +99,16 @@ class ContactLog:
         most = {held: HELD_PRESS, self._cup: self._max_press}
         return force <= most.get(a, -1.0)
 
-    def _record(self, a: str, b: str, touch: Touch, t: float) -> None:
+    def _record(self, a: str, b: str, point: ContactPoint, t: float) -> None:
         known = self._open.get((a, b))
         if known is None:
-            self._open[a, b] = Collision(a, b, t, t, touch.depth, touch.position, touch.force)
+            self._open[a, b] = Collision(a, b, t, t, point.depth, point.position, point.force)
             return
-        deepest = touch if touch.depth > known.depth else None
+        deepest = point if point.depth > known.depth else None
         self._open[a, b] = replace(
             known,
             t_end=t,
             depth=deepest.depth if deepest else known.depth,
             position=deepest.position if deepest else known.position,
-            force=max(known.force, touch.force),
+            force=max(known.force, point.force),
         )

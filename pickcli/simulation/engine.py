@@ -14,7 +14,7 @@ from pickcli.simulation.engine_bodies import pybullet as p
 
 
 @dataclass(frozen=True)
-class Touch:
+class ContactPoint:
     """One contact point between two bodies as the engine found it.
 
     Attributes:
@@ -72,7 +72,7 @@ class Engine(EngineBodies):
         linear, angular = p.getBaseVelocity(self._ids[name], physicsClientId=self._client)
         return float(np.linalg.norm(linear)), float(np.linalg.norm(angular))
 
-    def touches(self, name: str) -> list[Touch]:
+    def contact_points(self, name: str) -> list[ContactPoint]:
         """Every contact point of a body in the last step at which shapes touch or overlap.
 
         Args:
@@ -82,11 +82,11 @@ class Engine(EngineBodies):
             The contact points.
         """
         found = p.getContactPoints(bodyA=self._ids[name], physicsClientId=self._client)
-        return [self._touch(c) for c in found if c[8] <= 0.0]
+        return [self._contact_point(c) for c in found if c[8] <= 0.0]
 
-    def _touch(self, contact: tuple) -> Touch:  # type: ignore[type-arg]
+    def _contact_point(self, contact: tuple) -> ContactPoint:  # type: ignore[type-arg]
         a, b = self._names[contact[1]], self._names[contact[2]]
-        return Touch(
+        return ContactPoint(
             a, self._link_names[a][contact[3]], b, self._link_names[b][contact[4]],
             -contact[8], contact[5], contact[9],
         )  # fmt: skip

@@ -96,7 +96,7 @@ class Drives:
 
 
 @dataclass
-class Swing:
+class ToolDrive:
     """The actuator of the tool's joint: it turns at constant speed to the position last asked for.
 
     Attributes:

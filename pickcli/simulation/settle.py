@@ -100,9 +100,9 @@ def _misplaced(scene: Scene, placed: PlacedItem) -> Reason | None:
 
 
 def _overlap(engine: Engine, placed: PlacedItem) -> Reason | None:
-    for touch in engine.touches(placed.id):
-        if touch.depth > MAX_OVERLAP:
-            detail = f"{placed.id} and {touch.b} by {touch.depth * 1e3:.1f} mm"
+    for point in engine.contact_points(placed.id):
+        if point.depth > MAX_OVERLAP:
+            detail = f"{placed.id} and {point.b} by {point.depth * 1e3:.1f} mm"
             return Reason("overlap", placed.location, detail)
     return None
 

@@ -17,7 +17,7 @@ from pickcli.cell.tool import Tool
 from pickcli.geometry import GRAVITY, Array, inverse, transform_points
 from pickcli.simulation.bellows import FRICTION, Bellows, Probe
 from pickcli.simulation.bushing import Bushing, Stiffness
-from pickcli.simulation.engine import Engine, Touch
+from pickcli.simulation.engine import ContactPoint, Engine
 from pickcli.simulation.vacuum import FULL_VACUUM, Vacuum
 
 GAP = 1.5e-3  # m, farthest from the tip at which a cup draws a face on
@@ -117,7 +117,7 @@ class Suction:
         ratio: The last load, while the valve is open, as a share of what the cup bears with its vacuum.
         max_ratio: Largest such share since the last seal.
         releases: Items that left the cup, in their order.
-        touches: What the relaxed bellows pushed on in the last step.
+        contact_points: What the relaxed bellows pushed on in the last step.
 
     Args:
         engine: Where the robot and the items are.
@@ -144,7 +144,7 @@ class Suction:
         self.held: str | None = None
         self.load, self.ratio, self.max_ratio = NO_LOAD, 0.0, 0.0
         self.releases: list[Release] = []
-        self.touches: list[Touch] = []
+        self.contact_points: list[ContactPoint] = []
         self._T_item_tip = np.eye(4)  # of the held item, as it sealed
         self._share = 0.0  # of full vacuum that the present seal keeps
         self._bushing: Bushing | None = None
@@ -162,7 +162,7 @@ class Suction:
             T_world_tip: (4, 4) tool frame.
         """
         time_step = self._engine.time_step
-        self.touches = []
+        self.contact_points = []
         if self._bushing is not None:
             self.vacuum.advance(time_step, self._share)
             self._hang(self._bushing, T_world_tip)
@@ -171,7 +171,7 @@ class Suction:
         share = self._seal(probe, T_world_tip)
         speed = self._sliding_speed(probe.nearest, T_world_tip) if share > 0.0 else np.inf
         self.vacuum.advance(time_step, share * max(0.0, 1.0 - speed / SLIDING_SPEED) if share > 0.0 else 0.0)
-        self.touches = self._bellows.push(T_world_tip, probe, frozenset(self._items))
+        self.contact_points = self._bellows.push(T_world_tip, probe, frozenset(self._items))
         if speed < STANDING_SPEED and self.vacuum.cup >= HOLD_VACUUM:
             self._attach(probe.nearest, T_world_tip, share)
         elif self.vacuum.cup > 0.0:

@@ -33,7 +33,7 @@ from pickcli.simulation.scene_bodies import (
     rigid_pairs,
     true_masses,
 )
-from pickcli.simulation.servo import IDEAL, Drives, Servo, Swing
+from pickcli.simulation.servo import IDEAL, Drives, Servo, ToolDrive
 from pickcli.simulation.suction import CupModel, NoSuction, Suction
 from pickcli.simulation.vacuum import Vacuum
 
@@ -119,12 +119,12 @@ class World:
         self._drives = Drives(
             self.servo, names, self.robot.limits, np.array([forces[name] for name in names]), self.time_step
         )
-        self._swing: Swing | None = None
+        self._tool_drive: ToolDrive | None = None
         tool_joints: list[str] = []
         start = np.array(q, dtype=float)
         if tool.joint is not None:
-            self._swing = self._tool_actuator(tool.position(tool_state))
-            tool_joints, start = [tool.joint], np.array([*q, self._swing.position])
+            self._tool_drive = self._tool_actuator(tool.position(tool_state))
+            tool_joints, start = [tool.joint], np.array([*q, self._tool_drive.position])
         self._tool_forces = [forces.get(name, TOOL_FORCE) for name in tool_joints]
         self._indices = [indices[name] for name in (*names, *tool_joints)]
         self.engine.reset_joints(ROBOT, dict(zip(self._indices, start.tolist(), strict=True)))
@@ -143,10 +143,10 @@ class World:
             )
         return device
 
-    def _tool_actuator(self, position: float) -> Swing:
+    def _tool_actuator(self, position: float) -> ToolDrive:
         """What moves the tool's joint, at rest. Raises InputError if no device of the cell does."""
         least, most = self.robot.tool.range
-        return Swing(position, position, (most - least) / self._device(DeviceKind.TOOL_ACTUATOR).lead)
+        return ToolDrive(position, position, (most - least) / self._device(DeviceKind.TOOL_ACTUATOR).lead)
 
     def _apply_allowed_pairs(self) -> frozenset[tuple[str, str]]:
         """Switch off the physics of pairs that may overlap; returns them.
@@ -201,8 +201,8 @@ class World:
             self.suction.vacuum.switch_pump(action == "on")
         elif kind is DeviceKind.VALVE:
             self.suction.vacuum.switch_valve(action == "on")
-        elif self._swing is not None:
-            self._swing.target = self.robot.tool.position(ToolState(action))
+        elif self._tool_drive is not None:
+            self._tool_drive.target = self.robot.tool.position(ToolState(action))
         return None
 
     def step(self) -> None:
@@ -222,8 +222,8 @@ class World:
     def _drive(self) -> None:
         """Set the motors for the next step: the planned joints by their loops, the tool's by its own."""
         velocities = self._drives.velocities(self._command, self.q, self.torques)
-        if self._swing is not None:
-            swing = self._swing.advance(self.time_step) - self._measured[-1]
+        if self._tool_drive is not None:
+            swing = self._tool_drive.advance(self.time_step) - self._measured[-1]
             velocities = np.append(velocities, swing / max(self.servo.lag, self.time_step))
         forces = np.append(self._drives.forces, self._tool_forces)
         self.engine.drive(ROBOT, self._indices, velocities, forces)
@@ -241,12 +241,12 @@ class World:
                 on_step(self)
 
     def _look_at_contacts(self) -> None:
-        touches = self.engine.touches(ROBOT)
+        points = self.engine.contact_points(ROBOT)
         # The bellows push off what they let go of: that is no contact anew.
-        touches += [touch for touch in self.suction.touches if touch.b not in self._uncollided]
+        points += [point for point in self.suction.contact_points if point.b not in self._uncollided]
         if self.held is not None and not self.is_meeting:
-            touches += self.engine.touches(self.held)
-        self.contacts.update(touches, self.touching | self.meant, self.held, self.t)
+            points += self.engine.contact_points(self.held)
+        self.contacts.update(points, self.touching | self.meant, self.held, self.t)
 
     def _let_held_through(self) -> None:
         """No physics between the cup and its item until they are apart: it would throw the item off."""

@@ -132,17 +132,17 @@ def _stitched(segments: Sequence[PathSegment]) -> tuple[Array, Array, Array]:
 
 
 def _pace(curve: BlendedPath, bounds: PathBounds, step: float) -> tuple[TimeLaw, float]:
-    """The whole curve's pace, with rests at its stops, and the largest stretch that a leg needed."""
+    """The whole curve's pace, with rests at its stops, and the largest stretch that a part needed."""
     if curve.length <= NOWHERE:
         return standing(curve.length, step), 1.0
-    legs, start, stretch = [], 0.0, 1.0
-    for leg in curve.split():
+    laws, start, stretch = [], 0.0, 1.0
+    for part in curve.split():
         local = bounds.shifted(start)
-        timed = retime(leg, local, step)
-        legs.append(timed.pace.stretched(timed.stretch).shifted(start))
+        timed = retime(part, local, step)
+        laws.append(timed.pace.stretched(timed.stretch).shifted(start))
         stretch = max(stretch, timed.stretch)
-        start += leg.length
-    return join(legs), stretch
+        start += part.length
+    return join(laws), stretch
 
 
 def _tool_excess(curve: BlendedPath, bounds: PathBounds, pace: TimeLaw, tool_speed: ToolSpeed) -> float:

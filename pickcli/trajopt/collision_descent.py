@@ -44,21 +44,24 @@ class CollisionDepth:
     margin: float
     space: JointSpace
 
-    def over(self, legs: tuple[ParabolicSegment, ...], times: Array) -> Array:
+    def over(self, segments: tuple[ParabolicSegment, ...], times: Array) -> Array:
         """The depth of a motion at given times.
 
         Args:
-            legs: K or more parabolic segments, one after the other.
+            segments: K or more parabolic segments, one after the other.
             times: (K,) s since the first segment began.
 
         Returns:
             (K,) what is missing to the margin in m, plus what the joints exceed their limits by (rad or m).
         """
-        ends = np.cumsum([leg.duration for leg in legs])
+        ends = np.cumsum([segment.duration for segment in segments])
         # A time at the end is the last segment's.
-        of = np.minimum(ends.searchsorted(times, side="right"), len(legs) - 1)
+        of = np.minimum(ends.searchsorted(times, side="right"), len(segments) - 1)
         Q = np.concatenate(
-            [leg.evaluate(times[of == k] - (ends[k] - leg.duration))[0] for k, leg in enumerate(legs)]
+            [
+                segment.evaluate(times[of == k] - (ends[k] - segment.duration))[0]
+                for k, segment in enumerate(segments)
+            ]
         )
         if not len(Q):
             return np.zeros(0)
@@ -93,14 +96,14 @@ def descend_collisions(
     Returns:
         The motion, or None if none was found.
     """
-    leg = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), pace, duration)
-    if leg is None:
+    segment = steer_fixed_time(JointState.at_rest(ends[0]), JointState.at_rest(ends[1]), pace, duration)
+    if segment is None:
         return None
 
     rng = np.random.default_rng(seed)
-    motion = ParabolicTrajectory((leg,))
+    motion = ParabolicTrajectory((segment,))
     times = (np.arange(np.ceil(duration / _STEP)) + 0.5) * (duration / np.ceil(duration / _STEP))
-    depths = depth.over(motion.legs, times)
+    depths = depth.over(motion.segments, times)
     since, then = 0, np.inf
     for i in range(iterations):
         if i - since >= _PATIENCE:
@@ -108,17 +111,17 @@ def descend_collisions(
                 return None
             since, then = i, float(depths.sum())
         start, end = (0.0, duration) if rng.random() < _WHOLE else random_interval(motion, rng)
-        legs = _bent(proof, pace, motion, start, end, rng)
-        if legs is None:
+        segments = _bent(proof, pace, motion, start, end, rng)
+        if segments is None:
             continue
         concerned = (times >= start) & (times < end)
-        deep = depth.over(legs, times[concerned] - start)
+        deep = depth.over(segments, times[concerned] - start)
         less = float(depths[concerned].sum() - deep.sum())
         if less < 0.0:
             continue
-        motion, depths[concerned] = motion.replaced(start, end, legs), deep
+        motion, depths[concerned] = motion.replaced(start, end, segments), deep
         is_other = less > 0.0 or not depths.any()
-        if is_other and depths.mean() < _NEARLY and proof.is_valid(motion.legs):
+        if is_other and depths.mean() < _NEARLY and proof.is_valid(motion.segments):
             return motion
     return None
 
@@ -131,7 +134,7 @@ def _bent(
     end: float,
     rng: np.random.Generator,
 ) -> tuple[ParabolicSegment, ...] | None:
-    """Two legs in the time of a stretch, through a state near the motion; each joint bends if it can."""
+    """Two segments in the time of a stretch, through a state near the motion; each joint bends if it can."""
     at = start + round((end - start) * rng.uniform(0.1, 0.9) / TICK) * TICK
     if at - start < TICK / 2 or end - at < TICK / 2:
         return None

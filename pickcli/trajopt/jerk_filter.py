@@ -41,7 +41,7 @@ def filter_jerk(
     Raises:
         LimitError: If the result breaks a limit, which is a bug.
     """
-    n = round(jerk_window(motion.legs, pace) / TICK)
+    n = round(jerk_window(motion.segments, pace) / TICK)
     q, v, a = _on_ticks(motion, n)
     travelled = np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(_travel(q, v, a), axis=0)])
     rows = [(row[n:] - row[:-n]) / (n * TICK) for row in (travelled, q, v)]
@@ -49,7 +49,7 @@ def filter_jerk(
     bends = np.abs(np.diff(slopes, axis=0)) > _SAME * pace.jerk * TICK
     kept = np.flatnonzero(np.concatenate([[True], bends.any(axis=1), [True]]))
     rows = [row[kept] for row in rows]
-    rows[0][[0, -1]] = motion.legs[0].q0, goal
+    rows[0][[0, -1]] = motion.segments[0].q0, goal
     rows[1][[0, -1]] = rows[2][[0, -1]] = 0.0
     made = Trajectory(names, TICK * kept.astype(float), *rows)
     rounding = max(measure_limits(made, limits).stretch, 1.0)
@@ -66,12 +66,15 @@ def filter_jerk(
 
 def _on_ticks(motion: ParabolicTrajectory, n_rest: int) -> tuple[Array, Array, Array]:
     """Positions and velocities at each tick, acceleration during each; rest at both ends."""
-    rows = [leg.evaluate(TICK * np.arange(float(round(leg.duration / TICK)))) for leg in motion.legs]
-    last = motion.legs[-1].state(motion.legs[-1].duration)
+    rows = [
+        segment.evaluate(TICK * np.arange(float(round(segment.duration / TICK))))
+        for segment in motion.segments
+    ]
+    last = motion.segments[-1].state(motion.segments[-1].duration)
     q = np.concatenate([row[0] for row in rows] + [last.q[None]])
     v = np.concatenate([row[1] for row in rows] + [np.zeros((1, q.shape[1]))])
     pads = ((n_rest, n_rest), (0, 0))
-    return np.pad(q, pads, mode="edge"), np.pad(v, pads), np.pad(accelerations(motion.legs), pads)
+    return np.pad(q, pads, mode="edge"), np.pad(v, pads), np.pad(accelerations(motion.segments), pads)
 
 
 def _travel(q: Array, v: Array, a: Array) -> Array:

@@ -114,10 +114,10 @@ class MinimumTimeSearch:
             Proven parabolic trajectories between the ends.
         """
         line = ParabolicTrajectory((straight_segment(*self.ends, self.pace),))
-        is_line_free = self.proof.is_valid(line.legs)
+        is_line_free = self.proof.is_valid(line.segments)
         if is_line_free and line.duration <= _CALM * self.least:
             yield line
-        if self.proof.is_valid(self._direct.legs):
+        if self.proof.is_valid(self._direct.segments):
             yield self._direct
         found: list[ParabolicTrajectory] = []
         for motion in self._searched(seed, is_line_free, is_wanted):
@@ -146,11 +146,11 @@ class MinimumTimeSearch:
     @cached_property
     def _direct(self) -> ParabolicTrajectory:
         """Every joint on its own from end to end, in the time of the slowest."""
-        leg = steer_min_time(
+        segment = steer_min_time(
             JointState.at_rest(self.ends[0]), JointState.at_rest(self.ends[1]), self.pace, np.inf
         )
-        assert leg is not None  # from rest to rest there always is one
-        return ParabolicTrajectory((leg,))
+        assert segment is not None  # from rest to rest there always is one
+        return ParabolicTrajectory((segment,))
 
     @property
     def least(self) -> float:
@@ -195,11 +195,11 @@ class MinimumTimeSearch:
                 yield self._quickened(ParabolicTrajectory(self._stopping(short.waypoints)), own)
 
     def _stopping(self, waypoints: Array) -> tuple[ParabolicSegment, ...]:
-        """Straight legs with a rest between them, so that no jerk limit minds."""
-        legs: list[ParabolicSegment] = []
+        """Straight segments with a rest between them, so that no jerk limit minds."""
+        segments: list[ParabolicSegment] = []
         for a, b in pairwise(waypoints):
-            legs += [straight_segment(a, b, self.pace), resting_segment(b, self.pace.pause)]
-        return tuple(legs[:-1])
+            segments += [straight_segment(a, b, self.pace), resting_segment(b, self.pace.pause)]
+        return tuple(segments[:-1])
 
     def _quickened(self, motion: ParabolicTrajectory, seed: int) -> ParabolicTrajectory:
         return shortcut_time(

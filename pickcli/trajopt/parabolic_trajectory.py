@@ -22,15 +22,15 @@ class ParabolicTrajectory:
     jerk of it.
 
     Attributes:
-        legs: The segments, in their order.
+        segments: The segments, in their order.
     """
 
-    legs: tuple[ParabolicSegment, ...]
+    segments: tuple[ParabolicSegment, ...]
 
     @cached_property
     def starts(self) -> Array:
         """(L + 1,) s: when each segment begins, and the end."""
-        durations = [leg.duration for leg in self.legs]
+        durations = [segment.duration for segment in self.segments]
         return np.rint(np.cumsum([0.0, *durations]) / TICK) * TICK
 
     @property
@@ -47,7 +47,7 @@ class ParabolicTrajectory:
         Returns:
             s, the jerk window included.
         """
-        return self.duration + jerk_window(self.legs, pace)
+        return self.duration + jerk_window(self.segments, pace)
 
     def state(self, t: float) -> JointState:
         """Positions and velocities at one time.
@@ -59,7 +59,7 @@ class ParabolicTrajectory:
             The joint state.
         """
         k = self._leg(t)
-        return self.legs[k].state(t - float(self.starts[k]))
+        return self.segments[k].state(t - float(self.starts[k]))
 
     def between(self, start: float, end: float) -> tuple[ParabolicSegment, ...]:
         """The segments between two times.
@@ -72,37 +72,39 @@ class ParabolicTrajectory:
             The segments, cut where the times fall into them.
         """
         parts = []
-        for leg, begin in zip(self.legs, self.starts, strict=False):
-            low, high = max(start - begin, 0.0), min(end - begin, leg.duration)
+        for segment, begin in zip(self.segments, self.starts, strict=False):
+            low, high = max(start - begin, 0.0), min(end - begin, segment.duration)
             if high - low > TICK / 2:
-                is_whole = low < TICK / 2 and high > leg.duration - TICK / 2
-                parts.append(leg if is_whole else leg.part(low, high))
+                is_whole = low < TICK / 2 and high > segment.duration - TICK / 2
+                parts.append(segment if is_whole else segment.part(low, high))
         return tuple(parts)
 
-    def replaced(self, start: float, end: float, legs: tuple[ParabolicSegment, ...]) -> ParabolicTrajectory:
+    def replaced(
+        self, start: float, end: float, segments: tuple[ParabolicSegment, ...]
+    ) -> ParabolicTrajectory:
         """The trajectory with other segments between two times.
 
         Args:
             start: s since the start, on a tick.
             end: s since the start, on a tick.
-            legs: Segments that lead from the state at ``start`` to the state at ``end``.
+            segments: Segments that lead from the state at ``start`` to the state at ``end``.
 
         Returns:
             The changed trajectory.
         """
-        return ParabolicTrajectory(self.between(0.0, start) + legs + self.between(end, self.duration))
+        return ParabolicTrajectory(self.between(0.0, start) + segments + self.between(end, self.duration))
 
     def _leg(self, t: float) -> int:
-        return int(np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1))
+        return int(np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.segments) - 1))
 
 
-def tube(legs: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]:
+def tube(segments: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]:
     """Chords of segments, and how far the segments leave them.
 
     A curve of acceleration a leaves a chord of h s by a h^2 / 8 at most.
 
     Args:
-        legs: Segments, one after the other.
+        segments: Segments, one after the other.
         step: Longest chord, s.
 
     Returns:
@@ -110,40 +112,43 @@ def tube(legs: tuple[ParabolicSegment, ...], step: float) -> tuple[Array, Array]
         joint.
     """
     rows, slacks = [], []
-    for leg in legs:
-        t = np.linspace(0.0, leg.duration, int(np.ceil(leg.duration / step - 1e-9)) + 1)
-        first, last = leg.accelerations
+    for segment in segments:
+        t = np.linspace(0.0, segment.duration, int(np.ceil(segment.duration / step - 1e-9)) + 1)
+        first, last = segment.accelerations
         bend = np.maximum(
-            np.where(t[:-1, None] < leg.up, np.abs(first), 0.0),
-            np.where(t[1:, None] > leg.duration - leg.down, np.abs(last), 0.0),
+            np.where(t[:-1, None] < segment.up, np.abs(first), 0.0),
+            np.where(t[1:, None] > segment.duration - segment.down, np.abs(last), 0.0),
         )
         slacks.append(bend * (t[1] - t[0]) ** 2 / 8)
-        rows.append(leg.evaluate(t if leg is legs[-1] else t[:-1])[0])
+        rows.append(segment.evaluate(t if segment is segments[-1] else t[:-1])[0])
     return np.concatenate(rows), np.concatenate(slacks)
 
 
-def accelerations(legs: tuple[ParabolicSegment, ...]) -> Array:
+def accelerations(segments: tuple[ParabolicSegment, ...]) -> Array:
     """Accelerations of segments during each tick.
 
     Args:
-        legs: Segments, one after the other.
+        segments: Segments, one after the other.
 
     Returns:
         (K, n), a row for each of K ticks.
     """
     return np.concatenate(
-        [leg.acceleration(TICK * (np.arange(float(round(leg.duration / TICK))) + 0.5)) for leg in legs]
+        [
+            segment.acceleration(TICK * (np.arange(float(round(segment.duration / TICK))) + 0.5))
+            for segment in segments
+        ]
     )
 
 
-def jerk_window(legs: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> float:
+def jerk_window(segments: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> float:
     """Time over which segments must be averaged to keep the jerk limits: a pause, or up to two.
 
     The jerk of an average over w s is the change of acceleration in w s, over w. Over two pauses it keeps the
     limit whatever the segments do; over one, unless a joint turns from ramp to ramp.
 
     Args:
-        legs: Segments, one after the other.
+        segments: Segments, one after the other.
         pace: Acceleration and jerk limits, and the pause.
 
     Returns:
@@ -152,7 +157,7 @@ def jerk_window(legs: tuple[ParabolicSegment, ...], pace: ParabolicLimits) -> fl
     ticks = round(pace.pause / TICK)
     if np.all(2 * pace.acceleration <= pace.jerk * pace.pause * (1.0 + _ROUNDING)):
         return ticks * TICK
-    a = np.pad(accelerations(legs), ((2 * ticks, 2 * ticks), (0, 0)))
+    a = np.pad(accelerations(segments), ((2 * ticks, 2 * ticks), (0, 0)))
     for n in np.linspace(ticks, 2 * ticks, _WINDOWS).round().astype(int):
         if np.all(np.abs(a[n:] - a[:-n]) <= pace.jerk * (n * TICK * (1.0 + _ROUNDING))):
             break

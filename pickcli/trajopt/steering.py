@@ -16,8 +16,9 @@ from pickcli.trajopt.parabolic_segment import TICK, JointState, ParabolicLimits,
 _ROUNDING = 1e-9  # relative: how far beyond a limit rounding may lead
 _NOTHING = 1e-12  # m or rad, per s: what counts as none
 
-# Ticks added in turn to the least time of the slowest joint where another joint has no leg just then: because
-# of the rounding to ticks, or as it would have to wait and cannot (Hauser and Ng-Thow-Hing 2010, III-C).
+# Ticks added in turn to the least time of the slowest joint where another joint has no segment just then:
+# because of the rounding to ticks, or as it would have to wait and cannot (Hauser and Ng-Thow-Hing 2010,
+# III-C).
 _EXTRA = (0, 1, 2, 4, 8, 16, 32)
 
 
@@ -41,9 +42,9 @@ def steer_min_time(
         duration = max(least, TICK) + extra * TICK
         if duration > at_most + TICK / 2:
             return None
-        leg = steer_fixed_time(start, end, pace, duration)
-        if leg is not None:
-            return leg
+        segment = steer_fixed_time(start, end, pace, duration)
+        if segment is not None:
+            return segment
     return None
 
 

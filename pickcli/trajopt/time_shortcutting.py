@@ -52,12 +52,12 @@ def shortcut_time(
         if total <= target + pace.pause + TICK / 2:
             break
         start, end = random_interval(motion, rng)
-        legs = _instead(proof, pace, motion, start, end, float(share), rng)
-        if legs is None:
+        segments = _instead(proof, pace, motion, start, end, float(share), rng)
+        if segments is None:
             continue
-        changed = motion.replaced(start, end, legs)
+        changed = motion.replaced(start, end, segments)
         shorter = changed.total(pace)
-        if shorter < total - TICK / 2 and proof.is_valid(legs):
+        if shorter < total - TICK / 2 and proof.is_valid(segments):
             motion, total = changed, shorter
     return motion
 
@@ -74,8 +74,8 @@ def _instead(
     """Legs that take no more time than the stretch, not yet proven; None if there are none."""
     first, last, at_most = motion.state(start), motion.state(end), end - start
     if rng.random() >= _BEND:
-        leg = steer_min_time(first, last, pace, at_most)
-        return None if leg is None else (leg,)
+        segment = steer_min_time(first, last, pace, at_most)
+        return None if segment is None else (segment,)
     at = start + at_most * rng.uniform(0.1, 0.9)
     middle = perturbed_state(motion.state(at), share, motion.duration, proof.space, pace, rng)
     there = steer_min_time(first, middle, pace, at_most)

@@ -28,16 +28,16 @@ class TrajectoryValidator:
     checker: MotionValidator
     space: JointSpace
 
-    def is_valid(self, legs: tuple[ParabolicSegment, ...]) -> bool:
+    def is_valid(self, segments: tuple[ParabolicSegment, ...]) -> bool:
         """Whether every instant of segments is proven free and inside the position limits.
 
         Args:
-            legs: Segments, one after the other.
+            segments: Segments, one after the other.
 
         Returns:
             True if it is proven.
         """
-        return self.proves(lambda step: tube(legs, step))
+        return self.proves(lambda step: tube(segments, step))
 
     def proves(self, tube_of: Callable[[float], tuple[Array, Array]]) -> bool:
         """Whether a curve is proven free and inside the position limits.

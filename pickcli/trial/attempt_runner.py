@@ -23,7 +23,7 @@ from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
 from pickcli.trial.score import HELD
 from pickcli.trial.target_selection import TrialClock
-from pickcli.trial.trial_interfaces import ARRIVAL, Execution, TrialInterfaces
+from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult, TrialInterfaces
 from pickcli.trial.trial_result import Attempt, Outcome
 
 
@@ -217,7 +217,7 @@ class AttemptRunner:
             return NoPlanError(plan.query, verdict.reasons).summary()
         return replace(plan, certificate=verdict.certificate)
 
-    def execute(self, plan: Plan) -> Execution:
+    def execute(self, plan: Plan) -> ExecutionResult:
         """Carry out a certified plan; what was seen before is no longer known to be so.
 
         Args:
@@ -228,7 +228,7 @@ class AttemptRunner:
         """
         return self._timed(self.interfaces.arena.execute(plan))
 
-    def let_go(self) -> Execution:
+    def let_go(self) -> ExecutionResult:
         """Switch the vacuum off where the robot stands.
 
         Returns:
@@ -236,7 +236,7 @@ class AttemptRunner:
         """
         return self._timed(self.interfaces.arena.release())
 
-    def _timed(self, execution: Execution) -> Execution:
+    def _timed(self, execution: ExecutionResult) -> ExecutionResult:
         self.clock = self.clock.moved(execution.duration)
         self.has_seen = False
         return execution
@@ -258,7 +258,7 @@ class AttemptRunner:
             attempt = replace(attempt, recovery=recover(self, attempt, before))
         return self._judged(attempt, execution)
 
-    def _judged(self, attempt: Attempt, execution: Execution) -> Attempt:
+    def _judged(self, attempt: Attempt, execution: ExecutionResult) -> Attempt:
         """What the robot believes of the attempt, by a look; the stop and the sensor say why."""
         seen = {placed.id: placed.location for placed in self.scene().items}
         attempt = replace(attempt, truly_in=self._true_place(attempt.item))

@@ -15,7 +15,7 @@ from pickcli.cell.tool import MOVING
 from pickcli.errors import NoPlanError
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan, RecoveryLevel
-from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_seed
@@ -111,14 +111,14 @@ class _Recovery:
     def _bring_item(self) -> None:
         """To where it was to be let go if nothing, or only the sensor, stopped the motion; back if not."""
         assert self.attempt.execution is not None and self.stopped is not None
-        ways = [Bringing.BACK, Bringing.ON]
+        ways = [ItemRecovery.BACK, ItemRecovery.ON]
         if self.attempt.execution.stop_cause in (None, StopCause.SENSOR):
             ways.reverse()
         scene, stopped = self._with_item_held(self.runner.scene(), self.stopped), self.stopped
         for way in ways:
             seed = derived_seed("bring", self.runner.settings.seed, self.attempt.item, self.attempt.number)
 
-            def plan(scene: Scene = scene, way: Bringing = way, seed: int = seed) -> Plan:
+            def plan(scene: Scene = scene, way: ItemRecovery = way, seed: int = seed) -> Plan:
                 return self.runner.interfaces.bring(scene, stopped, way, seed)
 
             if self._tried(f"bring {way}", plan, scene) is not None:

@@ -13,21 +13,20 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.recovery_plan import plan_recovery
-from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.start_state import Start
 from pickcli.roadmap.query_experience import ExperienceRecorder
 from pickcli.scene.scene import Scene
 from pickcli.simulation.camera import overview
 from pickcli.simulation.execute import execute, fall_of
-from pickcli.simulation.execution import Execution as Run
-from pickcli.simulation.execution import Fall, FiredEvent
+from pickcli.simulation.execution import Execution, Fall, FiredEvent
 from pickcli.simulation.reality import DEFAULT, Reality
 from pickcli.simulation.start_check import check_start
 from pickcli.simulation.suction import Release
 from pickcli.simulation.world import ROBOT, World
 from pickcli.trial.disturbance import Disturbance, DisturbanceKind, disturbances
 from pickcli.trial.score import Drop, ScoringRules
-from pickcli.trial.trial_interfaces import LET_GO_TIME, Execution, TrialInterfaces
+from pickcli.trial.trial_interfaces import LET_GO_TIME, ExecutionResult, TrialInterfaces
 from pickcli.verification.verify import verify
 
 if TYPE_CHECKING:
@@ -109,7 +108,7 @@ class SimulatedArena:
         """
         self._world.wait(duration)
 
-    def execute(self, plan: Plan) -> Execution:
+    def execute(self, plan: Plan) -> ExecutionResult:
         """Carry out a certified plan to its end or to a stop.
 
         Args:
@@ -122,12 +121,12 @@ class SimulatedArena:
         try:
             check_start(plan, world)
         except InputError as error:  # nothing has moved: the way out starts from where the robot is
-            return Execution(0.0, stopped=str(error))
+            return ExecutionResult(0.0, stopped=str(error))
         run = execute(plan, world)
         target = "" if plan.grasp is None else plan.grasp.item
         return self._settled(_recorded(run), run.t_start, run.releases, target)
 
-    def release(self) -> Execution:
+    def release(self) -> ExecutionResult:
         """Close the valve where the robot stands and wait until the item is let go.
 
         Returns:
@@ -136,9 +135,11 @@ class SimulatedArena:
         world = self._world
         began, n_releases = world.t, len(world.suction.releases)
         _let_go(world, LET_GO_TIME)
-        return self._settled(Execution(LET_GO_TIME), began, world.suction.releases[n_releases:], "")
+        return self._settled(ExecutionResult(LET_GO_TIME), began, world.suction.releases[n_releases:], "")
 
-    def _settled(self, run: Execution, began: float, releases: Iterable[Release], target: str) -> Execution:
+    def _settled(
+        self, run: ExecutionResult, began: float, releases: Iterable[Release], target: str
+    ) -> ExecutionResult:
         """The record of what began at a time, once nothing falls any more.
 
         With contacts, falls, and what else has moved since the record before; of the target, only a fall.
@@ -205,7 +206,7 @@ def interfaces_of(
     ) -> Plan:
         return plan_recovery(planner, scene, start, seed, level, stopped, recorder)
 
-    def bring(scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+    def bring(scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
         return bring_item(stopped, bringing, scene, planner.arm.limits, seed)
 
     return TrialInterfaces(plan, recover, bring, verify, arena)
@@ -217,7 +218,7 @@ def _let_go(world: World, duration: float) -> None:
     What the cup, and the item in it, touch by then they may go on touching, until the robot moves again.
     """
     bodies = (ROBOT,) if world.held is None else (ROBOT, world.held)
-    touched = {touch.b for body in bodies for touch in world.engine.touches(body)}
+    touched = {touch.b for body in bodies for touch in world.engine.contact_points(body)}
     world.touching |= frozenset(touched | set(bodies))
     for device in world.scene.cell.devices.values():
         if device.kind in (DeviceKind.PUMP, DeviceKind.VALVE):
@@ -235,8 +236,8 @@ def _drops(falls: Iterable[Fall]) -> tuple[Drop, ...]:
     return tuple(drops.values())
 
 
-def _recorded(run: Run) -> Execution:
-    return Execution(
+def _recorded(run: Execution) -> ExecutionResult:
+    return ExecutionResult(
         duration=run.duration,
         stopped=_why(run),
         has_item=run.has_item,
@@ -250,7 +251,7 @@ def _recorded(run: Run) -> Execution:
     )
 
 
-def _why(run: Run) -> str:
+def _why(run: Execution) -> str:
     where = f" in the {run.stopped_in}" if run.stopped and run.stopped_in is not None else ""
     return run.stopped + where
 

@@ -14,7 +14,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
 from pickcli.trial.disturbance import Disturbance
@@ -31,7 +31,7 @@ LET_GO_TIME = 0.5  # s after which a closed valve has let go of anything
 
 
 @dataclass(frozen=True)
-class Execution:
+class ExecutionResult:
     """What happened while something was carried out. Times are simulated seconds.
 
     Attributes:
@@ -113,7 +113,7 @@ class Arena(Protocol):
             duration: Simulated s.
         """
 
-    def execute(self, plan: Plan) -> Execution:
+    def execute(self, plan: Plan) -> ExecutionResult:
         """Carry out a certified plan to its end or to a stop.
 
         Args:
@@ -123,7 +123,7 @@ class Arena(Protocol):
             What happened.
         """
 
-    def release(self) -> Execution:
+    def release(self) -> ExecutionResult:
         """Close the valve where the robot stands and wait until the item is let go.
 
         Returns:
@@ -176,10 +176,10 @@ class PlanRecovery(Protocol):
         ...
 
 
-class PlanBringing(Protocol):
+class PlanItemRecovery(Protocol):
     """Plans the rest of a stopped motion, or the way back of it, with its item."""
 
-    def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+    def __call__(self, scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
         """Plan to bring the item of a stopped motion on or back.
 
         Args:
@@ -211,6 +211,6 @@ class TrialInterfaces:
 
     plan: PlanPick
     recover: PlanRecovery
-    bring: PlanBringing
+    bring: PlanItemRecovery
     verify: Callable[[Plan, Scene, Trajectory | None], Verdict]
     arena: Arena

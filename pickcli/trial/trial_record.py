@@ -23,7 +23,7 @@ from pickcli.motion.plan import Plan
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.trial.disturbance import Disturbance
-from pickcli.trial.trial_interfaces import Execution
+from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_result import Attempt, RecoveryStep, TargetResult, TrialResult
 
 FORMAT, VERSION = "apc-trial", 2
@@ -186,7 +186,7 @@ def _plan(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _execution(execution: Execution) -> dict[str, Any]:
+def _execution(execution: ExecutionResult) -> dict[str, Any]:
     return {
         "duration": _rounded(execution.duration),
         "stopped": execution.stopped,

@@ -12,7 +12,7 @@ from pickcli.simulation.reality import Reality
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order_file import Order, Target
 from pickcli.trial.score import FinalState, Score
-from pickcli.trial.trial_interfaces import Execution
+from pickcli.trial.trial_interfaces import ExecutionResult
 
 if TYPE_CHECKING:
     from pickcli.simulation.contacts import Collision
@@ -43,7 +43,7 @@ class RecoveryStep:
 
     what: str
     reason: str = ""
-    execution: Execution | None = None
+    execution: ExecutionResult | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Attempt:
     out_of: str = ""
     is_aside: bool = False
     plan: Plan | None = None
-    execution: Execution | None = None
+    execution: ExecutionResult | None = None
     recovery: tuple[RecoveryStep, ...] = ()
     seen_in: str = ""
     truly_in: str = ""
@@ -87,7 +87,7 @@ class Attempt:
     statistics: dict[str, float] = field(default_factory=dict)
 
     @property
-    def executions(self) -> tuple[Execution, ...]:
+    def executions(self) -> tuple[ExecutionResult, ...]:
         """All that was executed in this attempt."""
         steps = (self.execution, *(step.execution for step in self.recovery))
         return tuple(execution for execution in steps if execution is not None)
@@ -153,7 +153,7 @@ class TrialResult:
     disturbed_last: tuple[Disturbance, ...] = ()
 
     @property
-    def executions(self) -> tuple[Execution, ...]:
+    def executions(self) -> tuple[ExecutionResult, ...]:
         """Everything that was executed, in the order of time."""
         return tuple(e for attempt in self.attempts for e in attempt.executions)
 

@@ -1,9 +1,9 @@
 """Lower bounds of the distances of all pairs over whole stretches of states, thousands at a time.
 
 Two steps, each of which leaves few pairs and short stretches for the next, and at last for the exact shapes.
-First every segment is cut into windows, and the balls around all parts are compared with everything at the
-middle of each. What may be near there is then bounded by gaps across a few directions, and halved where that
-does not tell. Both take off how far a pair moves from the middle of a stretch to its ends.
+First every segment is cut into intervals, and the spheres around all parts are compared with everything at
+the middle of each. What may be near there is then bounded by gaps across a few directions, and halved where
+that does not tell. Both take off how far a pair moves from the middle of a stretch to its ends.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pickcli.verification.fcl_solids import distances_to_boxes
 from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
 
-WINDOW = 0.1  # m that the fastest part moves in one window
+INTERVAL = 0.1  # m that the fastest part moves in one interval
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
+class StateIntervals:
     """W stretches of states and a state in the middle of each.
 
     Attributes:
@@ -37,7 +37,7 @@ class Windows:
     last: Indices
 
     def half_way(self, states: States, reach: Array) -> Array:
-        """How far, at most, the middle of each window is from any other of its states.
+        """How far, at most, the middle of each interval is from any other of its states.
 
         Args:
             states: The motion's states.
@@ -120,8 +120,8 @@ class Stretches:
         return Stretches.joined([replace(self, last=self.middle), replace(self, first=self.middle)])
 
 
-def windows(states: States, first: int, last: int, reach: Array) -> Windows:
-    """Cut the states of a segment into windows.
+def state_intervals(states: States, first: int, last: int, reach: Array) -> StateIntervals:
+    """Cut the states of a segment into intervals.
 
     Args:
         states: The motion's states.
@@ -130,27 +130,27 @@ def windows(states: States, first: int, last: int, reach: Array) -> Windows:
         reach: (n,) m per unit of each joint, of the part that reaches farthest.
 
     Returns:
-        The windows.
+        The intervals.
     """
     way = states.travel[first : last + 1] @ reach
     way = way - way[0]
-    n = max(1, int(np.ceil(way[-1] / WINDOW)))
+    n = max(1, int(np.ceil(way[-1] / INTERVAL)))
     edges = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], n + 1)[1:-1]))
     edges = np.unique(np.concatenate([[0], edges, [last - first]])) + first
-    return Windows(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
+    return StateIntervals(edges[:-1], (edges[:-1] + edges[1:]) // 2, edges[1:])
 
 
 def world_bounds(
-    states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: Windows
+    states: States, solids: SolidArrays, moving: Indices, standing: Indices, at: StateIntervals
 ) -> Array:
-    """Lower bounds of the distances of parts from what stands, in each window.
+    """Lower bounds of the distances of parts from what stands, in each interval.
 
     Args:
         states: The motion's states.
         solids: All solids of the motion.
         moving: (P,) indices of the parts.
         standing: (F,) indices of what stands.
-        at: W windows.
+        at: W intervals.
 
     Returns:
         (W, P, F) m.
@@ -161,14 +161,14 @@ def world_bounds(
     return np.asarray(away - own[:, :, None] - solids.slack[standing])
 
 
-def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: Windows) -> Array:
-    """Lower bounds of the distances between parts, in each window.
+def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
+    """Lower bounds of the distances between parts, in each interval.
 
     Args:
         states: The motion's states.
         solids: All solids of the motion.
         moving: (P,) indices of the parts.
-        at: W windows.
+        at: W intervals.
 
     Returns:
         (W, Q) m, the Q pairs of np.triu_indices(P, 1).
@@ -181,23 +181,23 @@ def own_bounds(states: States, solids: SolidArrays, moving: Indices, at: Windows
     return np.asarray(away - (radii[i] + radii[j]) - way)
 
 
-def _centers(states: States, solids: SolidArrays, moving: Indices, at: Windows) -> Array:
-    """Centres (W, P, 3) in the world of the parts at the middle of each window."""
+def _centers(states: States, solids: SolidArrays, moving: Indices, at: StateIntervals) -> Array:
+    """Centres (W, P, 3) in the world of the parts at the middle of each interval."""
     links = states.links[solids.link[moving], at.middle[:, None]]
     return np.asarray((links @ solids.T[moving, :, 3, None])[:, :, :3, 0])
 
 
 def near_stretches(
-    bounds: Array, segment: int, a: Indices, b: Indices, at: Windows, below: float
+    bounds: Array, segment: int, a: Indices, b: Indices, at: StateIntervals, below: float
 ) -> Stretches:
-    """The pairs and windows of a segment whose bound is low.
+    """The pairs and intervals of a segment whose bound is low.
 
     Args:
         bounds: (W, Q) m.
         segment: Index of the segment.
         a: (Q,) index of the first solid of each pair.
         b: (Q,) index of the second.
-        at: W windows.
+        at: W intervals.
         below: m; lower bounds are wanted.
 
     Returns:

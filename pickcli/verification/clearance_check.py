@@ -25,15 +25,15 @@ from pickcli.verification.broad_phase import (
     Stretches,
     near_stretches,
     own_bounds,
+    state_intervals,
     tightened,
-    windows,
     world_bounds,
 )
 from pickcli.verification.exemptions import Exemptions
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.solid_arrays import Indices, SolidArrays
 from pickcli.verification.state_sampling import States
-from pickcli.verification.static_solids import Standing
+from pickcli.verification.static_solids import PlanFixtures
 
 FAR = 0.05  # m, clearances beyond it are not told apart
 RESOLUTION = 2e-4  # m, how far below the smallest measured clearance the proven one may lie
@@ -164,7 +164,7 @@ def check_clearance(
     plan: Plan,
     states: States,
     moving: Sequence[tuple[Part, ...]],
-    world: Standing,
+    world: PlanFixtures,
     exempt: Sequence[Exemptions],
     opening: frozenset[tuple[str, str]] = frozenset(),
     needed: float = 0.0,
@@ -317,7 +317,7 @@ def _near(
     def is_own_pair_tested(a: Part, b: Part | Fixture) -> bool:
         return isinstance(b, Part) and not exempt.is_own_pair_untested(a, b)
 
-    cut = windows(states, at.first, at.last, solids.reach[at.moving].max(axis=0))
+    cut = state_intervals(states, at.first, at.last, solids.reach[at.moving].max(axis=0))
     bounds = world_bounds(states, solids, at.moving, at.standing, cut).reshape(len(cut.middle), -1)
     a, b = (index.ravel() for index in np.meshgrid(at.moving, at.standing, indexing="ij"))
     world = near_stretches(bounds, at.index, a, b, cut, FAR)

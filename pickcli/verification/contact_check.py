@@ -30,7 +30,7 @@ from pickcli.verification.forward_kinematics import T_lance_cup, cup_position
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
-from pickcli.verification.static_solids import Standing
+from pickcli.verification.static_solids import PlanFixtures
 from pickcli.verification.straightness_check import FIRST_LIFT
 
 ROUNDING = 0.0015  # m: lines are followed only nearly, and depths are bounds from above
@@ -39,7 +39,7 @@ GRAZE = 1e-4  # m that solids which just meet may measure
 
 
 def check_touch(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures,
     exempt: Sequence[Exemptions],
 ) -> tuple[Reason, ...]:  # fmt: skip
     """Check the depth of every planned contact at every state of its segment.

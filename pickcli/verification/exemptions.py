@@ -12,7 +12,7 @@ from pickcli.scene.scene import Scene
 from pickcli.verification.contact_exemptions import ends_at_rest, may_touch
 from pickcli.verification.moving_parts import Part
 from pickcli.verification.state_sampling import States
-from pickcli.verification.static_solids import Standing
+from pickcli.verification.static_solids import PlanFixtures
 
 LOOSE = 0.0015  # m beyond the clearance: whoever names what is near may bound distances from below
 
@@ -66,7 +66,7 @@ class Exemptions:
 
 
 def exemptions(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures
 ) -> tuple[Exemptions, ...]:
     """The exemptions of every segment.
 
@@ -109,7 +109,7 @@ def _neighbours(robot: Robot) -> frozenset[frozenset[str]]:
 
 
 def _touching(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing, k: int
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures, k: int
 ) -> frozenset[str]:
     """What segment k names as touched, as far as it lies within the clearance of what is there at rest.
 

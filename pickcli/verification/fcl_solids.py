@@ -106,8 +106,8 @@ def _convex(shape: Shape) -> object:
 
 
 @dataclass(frozen=True, eq=False)
-class Balls:
-    """Balls whose union contains a shape.
+class CoveringSpheres:
+    """Spheres whose union contains a shape.
 
     Attributes:
         centers: (K, 3) m in the shape's frame.
@@ -119,27 +119,27 @@ class Balls:
 
 
 @lru_cache(maxsize=256)
-def cover(shape: Shape) -> Balls:
-    """Balls in a row along the longest side of the shape's box.
+def cover(shape: Shape) -> CoveringSpheres:
+    """Spheres in a row along the longest side of the shape's box.
 
     Args:
         shape: The shape.
 
     Returns:
-        The balls.
+        The spheres.
     """
     extents = shape.extents
     axis = int(np.argmax(extents))
     across = float(np.linalg.norm(np.delete(extents, axis)))
     if shape.kind is ShapeKind.SPHERE:
-        return Balls(np.zeros((1, 3)), shape.size[0])
+        return CoveringSpheres(np.zeros((1, 3)), shape.size[0])
     if shape.kind is ShapeKind.CYLINDER and axis == 2:
         across = 2 * shape.size[0]
     n = int(np.clip(np.ceil(extents[axis] / max(across, 0.02)), 1, MAX_BALLS))
     piece = extents[axis] / n
     centers = np.zeros((n, 3))
     centers[:, axis] = (np.arange(n) + 0.5) * piece - extents[axis] / 2
-    return Balls(centers, float(np.hypot(piece, across)) / 2)
+    return CoveringSpheres(centers, float(np.hypot(piece, across)) / 2)
 
 
 def distances_to_boxes(points: Array, T_world_box: Array, half: Array) -> Array:

@@ -13,7 +13,7 @@ from pickcli.geometry import Array
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment
 from pickcli.scene.scene import Scene
-from pickcli.verification.fcl_solids import Balls, Solid, cover
+from pickcli.verification.fcl_solids import CoveringSpheres, Solid, cover
 from pickcli.verification.forward_kinematics import (
     T_lance_cup,
     cup_joint_index,
@@ -38,7 +38,7 @@ class Part:
         T_link_shape: (4, 4) pose in that link.
         shape: The shape.
         solid: The shape as fcl knows it.
-        balls: Balls that contain it.
+        spheres: Spheres that contain it.
         reach: (n,) m per unit of each joint, see ``reaches``.
         slack: m that any point of the part may be outside of its shape, for the positions in between and for
             what the pose of a held item may be off.
@@ -51,7 +51,7 @@ class Part:
     T_link_shape: Array
     shape: Shape
     solid: Solid
-    balls: Balls
+    spheres: CoveringSpheres
     reach: Array
     slack: float = 0.0
     is_cup: bool = False
@@ -203,6 +203,6 @@ def _part(robot: Robot, link: int, body: Body) -> Part:
 
 def _radius(T: Array, shape: Shape) -> float:
     """Greatest distance in m of a point of the posed shape from the frame it stands in."""
-    balls = cover(shape)
-    centers = balls.centers @ T[:3, :3].T + T[:3, 3]
-    return float(np.linalg.norm(centers, axis=1).max()) + balls.radius
+    spheres = cover(shape)
+    centers = spheres.centers @ T[:3, :3].T + T[:3, 3]
+    return float(np.linalg.norm(centers, axis=1).max()) + spheres.radius

@@ -25,7 +25,7 @@ from pickcli.verification.fcl_solids import distances_to_boxes
 from pickcli.verification.forward_kinematics import tip_poses
 from pickcli.verification.moving_parts import Fixture, Part
 from pickcli.verification.state_sampling import States
-from pickcli.verification.static_solids import Standing
+from pickcli.verification.static_solids import PlanFixtures
 
 CLOSING = 0.001  # m that a pair may come nearer: between two states it cannot be told any finer
 SLOW = 0.1  # of the velocity limits
@@ -163,7 +163,7 @@ def _longest_way(plan: Plan, scene: Scene, states: States) -> float:
 
 
 def check_opening(
-    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: Standing,
+    plan: Plan, scene: Scene, states: States, moving: Sequence[tuple[Part, ...]], world: PlanFixtures,
     exempt: Sequence[Exemptions],
 ) -> Opening:  # fmt: skip
     """Follow the pairs that are near at the start of a way out to the end of the motion.
@@ -232,15 +232,15 @@ def _near_at_start(
 ) -> Iterator[tuple[str, str]]:
     """Pairs, by name, that are at most so far apart, in m, at the first state.
 
-    Balls around the parts say which of them are worth measuring.
+    Spheres around the parts say which of them are worth measuring.
     """
     T = np.array([fixture.T_world_shape for fixture in fixtures])
     half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
     slack = np.array([fixture.slack for fixture in fixtures])
     for part in parts:
         T_part = states.links[part.link, 0] @ part.T_link_shape
-        centers = part.balls.centers @ T_part[:3, :3].T + T_part[:3, 3]
-        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.balls.radius - part.slack - slack
+        centers = part.spheres.centers @ T_part[:3, :3].T + T_part[:3, 3]
+        apart = distances_to_boxes(centers, T, half).min(axis=0) - part.spheres.radius - part.slack - slack
         for b in np.flatnonzero(apart <= most).tolist():
             if _separation(states, part, fixtures[b], 0) <= most:
                 yield part.name, fixtures[b].name

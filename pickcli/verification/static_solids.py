@@ -18,7 +18,7 @@ SAME_PLACE = 0.005  # m, beyond twice what poses may be off, up to which what is
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class PlanFixtures:
     """The fixtures of a plan's segments.
 
     Attributes:
@@ -47,7 +47,7 @@ class Standing:
         return tuple(fixture for fixture in self.before if fixture.name not in gone)
 
 
-def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
+def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFixtures:
     """The fixtures of every segment.
 
     Args:
@@ -61,14 +61,14 @@ def standing(plan: Plan, scene: Scene, T_tip_item: Array | None) -> Standing:
     before = _not_in_the_cup(plan, scene, fixtures(scene))
     ends = releases(plan)
     if not ends or plan.grasp is None or T_tip_item is None:
-        return Standing(plan, before, None)
+        return PlanFixtures(plan, before, None)
     T = release_pose(plan, scene, ends[0], T_tip_item)
     where = bin_at(scene, T)
     if where is None:
-        return Standing(plan, before, None)
+        return PlanFixtures(plan, before, None)
     name = plan.grasp.item
     placed = PlacedItem(name, scene.item(name), where, T)
-    return Standing(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
+    return PlanFixtures(plan, before, fixtures(replace(scene, items=(*scene.without(name).items, placed))))
 
 
 def _not_in_the_cup(plan: Plan, scene: Scene, found: tuple[Fixture, ...]) -> tuple[Fixture, ...]:

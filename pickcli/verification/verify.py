@@ -28,7 +28,7 @@ from pickcli.verification.moving_parts import Part, farthest, parts_of_segments
 from pickcli.verification.recovery_check import check_opening, check_recovery, needed_clearance
 from pickcli.verification.release_check import check_release
 from pickcli.verification.state_sampling import MAX_STEP, States, sample_states
-from pickcli.verification.static_solids import standing
+from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.straightness_check import check_lines
 from pickcli.verification.structure_check import check_structure
 from pickcli.verification.support_check import check_support
@@ -85,7 +85,7 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
-    world = standing(plan, scene, T_tip_item)
+    world = plan_fixtures(plan, scene, T_tip_item)
     exempt = exemptions(plan, scene, states, moving, world)
     opening = check_opening(plan, scene, states, moving, world, exempt)
     clearance = check_clearance(

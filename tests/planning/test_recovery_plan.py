@@ -20,7 +20,7 @@ from pickcli.planning.pick import plan_pick
 from pickcli.planning.pick_problem import PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.recovery_plan import plan_recovery
-from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.planning.stages import grasp_selection
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import Scene
@@ -156,10 +156,10 @@ def test_a_jog_is_short_and_takes_what_is_nearest_apart(
     assert np.linalg.norm(np.diff(tips, axis=0), axis=1).sum() < 0.03
 
 
-@pytest.mark.parametrize("bringing", list(Bringing))
+@pytest.mark.parametrize("bringing", list(ItemRecovery))
 @pytest.mark.parametrize("after", [0.3, 1.0, 1.6])
 def test_what_may_be_in_the_cup_is_brought_on_or_back(
-    planner: PlanningContext, scene_with: SceneWith, home: Start, bringing: Bringing, after: float
+    planner: PlanningContext, scene_with: SceneWith, home: Start, bringing: ItemRecovery, after: float
 ) -> None:
     scene = scene_with(("crayola_24_ct", "bin_B", 0.25, 0.0))
     plan = plan_pick(planner, scene, PickQuery("bin_B", "crayola_24_ct"), home)
@@ -173,7 +173,7 @@ def test_what_may_be_in_the_cup_is_brought_on_or_back(
     np.testing.assert_allclose(
         brought.trajectory.positions[0], plan.trajectory.sample(stopped.path_time)[0], atol=1e-9
     )
-    end = {Bringing.ON: stopped.let_go_at, Bringing.BACK: stopped.taken_at}[bringing]
+    end = {ItemRecovery.ON: stopped.let_go_at, ItemRecovery.BACK: stopped.taken_at}[bringing]
     assert end is not None
     np.testing.assert_allclose(brought.trajectory.positions[-1], plan.trajectory.sample(end)[0], atol=1e-9)
 
@@ -183,4 +183,4 @@ def test_where_nothing_is_carried_there_is_nothing_to_bring(
 ) -> None:
     scene, stopped, _ = squeezed
     with pytest.raises(NoPlanError, match="not carried"):
-        bring_item(stopped, Bringing.BACK, scene, planner.arm.limits, 0)
+        bring_item(stopped, ItemRecovery.BACK, scene, planner.arm.limits, 0)

@@ -9,7 +9,7 @@ import pytest
 from PIL.GifImagePlugin import GifImageFile
 
 from pickcli.errors import InputError
-from pickcli.simulation.camera import CELL_VIEW, Film, take_picture, write_png
+from pickcli.simulation.camera import CELL_VIEW, GifRecorder, take_picture, write_png
 from support.pedestal import BuildWorld
 
 
@@ -29,7 +29,7 @@ def test_a_film_has_a_frame_per_period(build_world: BuildWorld, tmp_path: Path) 
     from PIL import Image
 
     world = build_world()
-    film = Film(rate=10.0, size=(80, 60))
+    film = GifRecorder(rate=10.0, size=(80, 60))
     world.act("cup_pivot", "straight")
     world.wait(0.35, lambda w: film.look(w.engine, w.t))
     film.write(tmp_path / "film.gif")
@@ -40,6 +40,6 @@ def test_a_film_has_a_frame_per_period(build_world: BuildWorld, tmp_path: Path) 
 
 def test_a_film_that_cannot_be_written_is_refused_before_it_is_shot(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="animated GIF"):
-        Film.named(tmp_path / "film.mp4")
+        GifRecorder.named(tmp_path / "film.mp4")
     with pytest.raises(InputError, match="nothing was filmed"):
-        Film().write(tmp_path / "film.gif")
+        GifRecorder().write(tmp_path / "film.gif")

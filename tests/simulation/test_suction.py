@@ -202,9 +202,9 @@ def test_the_relaxed_bellows_push_like_a_spring(build_world: BuildWorld) -> None
     for pressed in (0.001, 0.003, 0.006):
         world = build_world(gap=-pressed)
         world.wait(0.3)
-        (touch,) = world.suction.touches
-        assert touch.force == pytest.approx(world.robot.tool.cup.stiffness * pressed, rel=0.03)
-        assert touch.depth == pytest.approx(pressed, abs=1e-4)
+        (point,) = world.suction.contact_points
+        assert point.force == pytest.approx(world.robot.tool.cup.stiffness * pressed, rel=0.03)
+        assert point.depth == pytest.approx(pressed, abs=1e-4)
     assert world.contacts.collisions == ()
 
 
@@ -221,7 +221,7 @@ def test_a_thin_book_is_pressed_on_its_shelf_with_the_force_of_the_bellows(build
     world.act("valve", "on")
     for _ in range(500):
         world.step()
-        forces += [touch.force for touch in world.engine.touches("robot")]
+        forces += [point.force for point in world.engine.contact_points("robot")]
     assert world.held == "cube"
     assert world.contacts.collisions == () and world.suction.releases == []
     assert max(forces, default=0.0) < 5.0

@@ -91,7 +91,9 @@ def test_a_box_in_the_way_stops_the_arm_by_its_motor_torque(cell: Cell) -> None:
     forces = [0.0]
     record = execute(
         plan, world,
-        on_step=lambda w: forces.append(sum(t.force for t in w.engine.touches(ROBOT) if t.b == INTRUDER)),
+        on_step=lambda w: forces.append(
+            sum(t.force for t in w.engine.contact_points(ROBOT) if t.b == INTRUDER)
+        ),
     )  # fmt: skip
     assert record.stop_cause is StopCause.CONTACT
     assert record.stop is not None and record.stop.measured > record.stop.threshold

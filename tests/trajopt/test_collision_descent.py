@@ -66,8 +66,8 @@ def test_what_no_bend_improves_is_given_up() -> None:
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=5), st.integers(1, 60), st.integers(-2, 2))
 def test_every_sample_has_a_depth_also_those_at_the_ends_of_legs(ticks: list[int], n: int, ulps: int) -> None:
-    legs = tuple(resting_segment(ENDS[0], 0.004 * k) for k in ticks)
-    times = np.linspace(0.0, sum(leg.duration for leg in legs), n)
+    segments = tuple(resting_segment(ENDS[0], 0.004 * k) for k in ticks)
+    times = np.linspace(0.0, sum(segment.duration for segment in segments), n)
     for _ in range(abs(ulps)):
         times = np.nextafter(times, np.inf if ulps > 0 else -np.inf)
-    assert CollisionDepth(nothing_near, 0.01, SPACE).over(legs, times).shape == (n,)
+    assert CollisionDepth(nothing_near, 0.01, SPACE).over(segments, times).shape == (n,)

@@ -1,4 +1,4 @@
-"""From legs to trajectories that keep their jerk limits."""
+"""From segments to trajectories that keep their jerk limits."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ two = st.tuples(share, share).map(np.array)
 
 
 def from_rest_to_rest(q0: Array, q1: Array) -> ParabolicSegment:
-    leg = steer_min_time(JointState.at_rest(q0), JointState.at_rest(q1), PACE, np.inf)
-    assert leg is not None
-    return leg
+    segment = steer_min_time(JointState.at_rest(q0), JointState.at_rest(q1), PACE, np.inf)
+    assert segment is not None
+    return segment
 
 
 @given(two, two, two, st.sampled_from([0.001, 0.02, 0.05]))
@@ -80,12 +80,12 @@ def test_a_ramp_down_right_before_a_ramp_up_needs_a_longer_average_unless_there_
 @given(two, two, st.sampled_from([0.04, 0.01]))
 @settings(max_examples=30)
 def test_legs_stay_in_their_tube(a: Array, b: Array, step: float) -> None:
-    leg = from_rest_to_rest(a, b)
-    Q, slack = tube((leg,), step)
+    segment = from_rest_to_rest(a, b)
+    Q, slack = tube((segment,), step)
     n = len(slack)
     for k in range(n):
         u = np.linspace(0.0, 1.0, 7)
-        q, _ = leg.evaluate((k + u) * leg.duration / n)
+        q, _ = segment.evaluate((k + u) * segment.duration / n)
         chord = Q[k] + u[:, None] * (Q[k + 1] - Q[k])
         assert np.all(np.abs(q - chord) <= slack[k] + 1e-12)
 
@@ -101,4 +101,4 @@ def test_a_motion_can_be_cut_and_joined() -> None:
     assert joined.duration == motion.duration
     for t in np.linspace(0.0, motion.duration, 40):
         np.testing.assert_allclose(joined.state(float(t)).q, motion.state(float(t)).q, atol=1e-9)
-    np.testing.assert_allclose(accelerations(joined.legs), accelerations(motion.legs), atol=1e-7)
+    np.testing.assert_allclose(accelerations(joined.segments), accelerations(motion.segments), atol=1e-7)

@@ -24,7 +24,7 @@ class Taking:
 
 @dataclass(frozen=True, eq=False)
 class Listed(MinimumTimeSearch):
-    """A search that finds legs of these durations."""
+    """A search that finds segments of these durations."""
 
     durations: tuple[float, ...] = ()
     asked: list[float] = field(default_factory=list)
@@ -41,8 +41,10 @@ def search(*durations: float) -> Listed:
 
 
 def finished_in(longer: dict[float, float]) -> Callable[[ParabolicTrajectory], Taking | None]:
-    """Motions that take so much longer than their legs; those without an entry fail."""
-    return lambda legs: Taking(legs.duration + longer[legs.duration]) if legs.duration in longer else None
+    """Motions that take so much longer than their segments; those without an entry fail."""
+    return lambda segments: (
+        Taking(segments.duration + longer[segments.duration]) if segments.duration in longer else None
+    )
 
 
 def test_the_quickest_is_taken_also_if_a_later_one_only_promised_more() -> None:

@@ -58,9 +58,9 @@ def assert_avoids(motion: ParabolicTrajectory, radius: float) -> None:
 
 
 def least() -> float:
-    leg = steer_min_time(JointState.at_rest(START), JointState.at_rest(GOAL), PACE, np.inf)
-    assert leg is not None
-    return leg.duration
+    segment = steer_min_time(JointState.at_rest(START), JointState.at_rest(GOAL), PACE, np.inf)
+    assert segment is not None
+    return segment.duration
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -98,17 +98,17 @@ def test_where_there_is_not_the_time_there_is_no_motion() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_detour_with_a_stop_becomes_as_quick_as_the_line(seed: int) -> None:
     corner = np.array([0.0, 1.2])
-    legs = (
+    segments = (
         straight_segment(START, corner, PACE),
         resting_segment(corner, PACE.pause),
         straight_segment(corner, GOAL, PACE),
     )
-    slow = ParabolicTrajectory(legs)
+    slow = ParabolicTrajectory(segments)
     quick = shortcut_time(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
     assert quick.total(PACE) <= 1.05 * (least() + PACE.pause) < slow.total(PACE)
     assert_avoids(quick, 0.4)
     again = shortcut_time(proof(0.4), PACE, slow, least(), seed=seed, iterations=600)
-    assert again.duration == quick.duration and len(again.legs) == len(quick.legs)
+    assert again.duration == quick.duration and len(again.segments) == len(quick.segments)
 
 
 def test_legs_outside_of_the_joint_limits_are_not_free() -> None:

@@ -22,8 +22,8 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order_file import Target
 from pickcli.trial.target_selection import MOST_CLEARINGS
 from pickcli.trial.trial_result import Outcome
-from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
 
 TARGET = "crayola_24_ct"
 NAMES = ("dove_beauty_bar", "jane_eyre_dvd", "scotch_duct_tape", "command_hooks", "up_glucose_bottle")
@@ -98,8 +98,8 @@ def test_the_emptiest_bin_comes_first_and_one_with_targets_last(scene: Scene) ->
 def test_what_lies_on_a_blocker_is_moved_before_it(scene: Scene) -> None:
     """Two layers over the target: the failed plan of the lower one names the upper one."""
     lower, upper = "jane_eyre_dvd", "dove_beauty_bar"
-    fake = FakeCrew(scene, blocked={"crayola_24_ct": lower, lower: upper})
-    result = run_trial(ORDER, fake.crew())
+    fake = ScriptedTrial(scene, blocked={"crayola_24_ct": lower, lower: upper})
+    result = run_trial(ORDER, fake.interfaces())
     assert [plan.query for plan in fake.executed] == [
         f"pick {upper} into bin_C",
         f"pick {lower} into bin_D",
@@ -116,7 +116,7 @@ def test_what_is_blamed_is_moved_at_last_even_if_that_alone_does_not_help(scene:
 
 def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: Scene) -> None:
     blocker = "jane_eyre_dvd"
-    fake = FakeCrew(scene, blocked={"crayola_24_ct": blocker})
+    fake = ScriptedTrial(scene, blocked={"crayola_24_ct": blocker})
     plan = fake.plan
 
     def no_room(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
@@ -125,7 +125,7 @@ def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: S
         return plan(scene, query, start, seed)
 
     fake.plan = no_room  # type: ignore[method-assign]
-    result = run_trial(ORDER, fake.crew())
+    result = run_trial(ORDER, fake.interfaces())
     (aside,) = (a for a in result.attempts if a.item == blocker and a.execution is not None)
     assert (aside.into, aside.outcome, aside.is_aside) == (TOTE, Outcome.MOVED, True)
     assert result.score.total == result.score.maximum
@@ -133,7 +133,7 @@ def test_what_no_bin_takes_goes_into_the_tote_and_counts_as_moved_aside(scene: S
     assert result.final.claim is not None and blocker in result.final.claim.tote_contents
 
 
-class NoRoomThere(FakeCrew):
+class NoRoomThere(ScriptedTrial):
     """No place takes the blocker, for what lies in a bin: an item that has nothing to do with the target."""
 
     def plan(self, scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
@@ -145,13 +145,13 @@ class NoRoomThere(FakeCrew):
 
 def test_what_lies_in_the_bin_that_would_take_a_blocker_is_left_there(scene: Scene) -> None:
     fake = NoRoomThere(scene, blocked={"crayola_24_ct": NAMES[0]})
-    run_trial(ORDER, fake.crew())
+    run_trial(ORDER, fake.interfaces())
     assert {item for item, _, _ in fake.planned} == {"crayola_24_ct", *NAMES}  # the bottle is elsewhere
 
 
 def test_what_does_not_come_out_is_offered_to_the_tote_alone(scene: Scene) -> None:
-    fake = FakeCrew(scene, blocked={"crayola_24_ct": NAMES[0]}, no_plan=frozenset(NAMES))
-    result = run_trial(ORDER, fake.crew())
+    fake = ScriptedTrial(scene, blocked={"crayola_24_ct": NAMES[0]}, no_plan=frozenset(NAMES))
+    result = run_trial(ORDER, fake.interfaces())
     asides = [attempt for attempt in result.attempts if attempt.is_aside]
     assert {(a.item, a.into) for a in asides} == {(name, TOTE) for name in NAMES}
     assert [a.item for a in asides].count(NAMES[0]) <= MOST_CLEARINGS
@@ -159,7 +159,7 @@ def test_what_does_not_come_out_is_offered_to_the_tote_alone(scene: Scene) -> No
 
 def test_what_is_not_blamed_is_moved_where_what_is_blamed_cannot_be(scene: Scene) -> None:
     """The target waits for one item, that one for another that nobody names."""
-    fake = FakeCrew(scene, blocked={"crayola_24_ct": NAMES[0], NAMES[0]: NAMES[1]})
+    fake = ScriptedTrial(scene, blocked={"crayola_24_ct": NAMES[0], NAMES[0]: NAMES[1]})
     plan = fake.plan
 
     def unnamed(*args):  # type: ignore[no-untyped-def]
@@ -171,7 +171,7 @@ def test_what_is_not_blamed_is_moved_where_what_is_blamed_cannot_be(scene: Scene
             raise
 
     fake.plan = unnamed  # type: ignore[method-assign]
-    result = run_trial(ORDER, fake.crew())
+    result = run_trial(ORDER, fake.interfaces())
     assert result.items_in_tote == 1
     moved = [attempt.item for attempt in result.attempts if attempt.outcome is Outcome.MOVED]
     assert moved.index(NAMES[1]) < moved.index(NAMES[0]) == len(moved) - 1
@@ -180,8 +180,8 @@ def test_what_is_not_blamed_is_moved_where_what_is_blamed_cannot_be(scene: Scene
 
 
 def test_nothing_is_planned_for_the_others_while_what_is_blamed_can_be_moved(scene: Scene) -> None:
-    fake = FakeCrew(scene, blocked={"crayola_24_ct": NAMES[0]})
-    assert run_trial(ORDER, fake.crew()).items_in_tote == 1
+    fake = ScriptedTrial(scene, blocked={"crayola_24_ct": NAMES[0]})
+    assert run_trial(ORDER, fake.interfaces()).items_in_tote == 1
     assert [item for item, _, _ in fake.planned] == [
         "crayola_24_ct",  # refused
         "crayola_24_ct",  # what if it were not for the one that is blamed
@@ -205,11 +205,11 @@ def test_the_nearest_to_the_mouth_comes_first(scene: Scene) -> None:
 def test_what_cannot_be_held_is_not_offered_to_every_bin() -> None:
     order = pick_order({"bin_A": ("crayola_24_ct", "fitness_gear_3lb_dumbbell")}, ("bin_A", "crayola_24_ct"))
     blocker = "fitness_gear_3lb_dumbbell"
-    fake = FakeCrew(
+    fake = ScriptedTrial(
         scene_of(order, load_cell("apc2016_delft")),
         blocked={"crayola_24_ct": blocker}, no_plan=frozenset({blocker}),
     )  # fmt: skip
-    result = run_trial(order, fake.crew())
+    result = run_trial(order, fake.interfaces())
     asked = [item for item, _, _ in fake.planned].count(blocker)
     assert asked == sum(attempt.item == blocker for attempt in result.attempts) <= MOST_CLEARINGS
     assert [target.outcome for target in result.targets] == [Outcome.NO_PLAN]
@@ -222,7 +222,7 @@ def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
         ("bin_A", "crayola_24_ct"),
         ("bin_B", "dove_beauty_bar"),
     )
-    fake = FakeCrew(scene_of(order, load_cell("apc2016_delft")))
+    fake = ScriptedTrial(scene_of(order, load_cell("apc2016_delft")))
     plan, refused = fake.plan, list[str]()
 
     def refuse_once(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
@@ -232,14 +232,16 @@ def test_what_turns_out_to_be_reachable_is_picked_by_the_same_look() -> None:
         return plan(scene, query, start, seed)
 
     fake.plan = refuse_once  # type: ignore[method-assign]
-    result = run_trial(order, fake.crew())
+    result = run_trial(order, fake.interfaces())
     assert result.items_in_tote == 2
     assert [query.query for query in fake.executed] == ["pick dove_beauty_bar", "pick crayola_24_ct"]
 
 
 def test_a_pick_that_was_refused_is_not_planned_again_in_the_same_scene() -> None:
-    fake = FakeCrew(scene_of(ORDER, load_cell("apc2016_delft")), blocked={"crayola_24_ct": "jane_eyre_dvd"})
-    assert run_trial(ORDER, fake.crew()).items_in_tote == 1
+    fake = ScriptedTrial(
+        scene_of(ORDER, load_cell("apc2016_delft")), blocked={"crayola_24_ct": "jane_eyre_dvd"}
+    )
+    assert run_trial(ORDER, fake.interfaces()).items_in_tote == 1
     asked = [
         id(seen)
         for (item, _, _), seen in zip(fake.planned, fake.perceived, strict=True)
@@ -250,8 +252,8 @@ def test_a_pick_that_was_refused_is_not_planned_again_in_the_same_scene() -> Non
 
 def test_what_cannot_be_held_is_not_planned_for_as_something_to_move_aside() -> None:
     order = pick_order({"bin_A": ("crayola_24_ct", "fitness_gear_3lb_dumbbell")}, ("bin_A", "crayola_24_ct"))
-    fake = FakeCrew(
+    fake = ScriptedTrial(
         scene_of(order, load_cell("apc2016_delft")), blocked={"crayola_24_ct": "fitness_gear_3lb_dumbbell"}
     )
-    assert run_trial(order, fake.crew()).items_in_tote == 0
+    assert run_trial(order, fake.interfaces()).items_in_tote == 0
     assert {item for item, _, _ in fake.planned} == {"crayola_24_ct"}

@@ -21,12 +21,12 @@ from pickcli.trial.damage import FRAGILE_LIMITS, ITEM_LIMITS, SHELF, SHELF_LIMIT
 from pickcli.trial.disturbance import MOVED, DisturbanceKind, disturbances
 from pickcli.trial.loop import run_trial
 from pickcli.trial.score import Damage
-from pickcli.trial.trial_interfaces import Execution
+from pickcli.trial.trial_interfaces import ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import TrialResult
 from pickcli.trial.trial_summary import summary
-from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
 
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct", "dove_beauty_bar", "oreo_mega_stuf")}, ("bin_A", "crayola_24_ct")
@@ -107,14 +107,14 @@ def test_every_item_and_the_shelf_is_damaged_once_by_the_worst_hit() -> None:
     }  # fmt: skip
 
 
-def played(execution: Execution, **levels: Any) -> TrialResult:
-    fake = FakeCrew(SCENE, executions={"crayola_24_ct": [execution]}, collided=execution.collisions)
-    return run_trial(ORDER, fake.crew(), TrialSettings(reality=replace(DEFAULT, **levels)))
+def played(execution: ExecutionResult, **levels: Any) -> TrialResult:
+    fake = ScriptedTrial(SCENE, executions={"crayola_24_ct": [execution]}, collided=execution.collisions)
+    return run_trial(ORDER, fake.interfaces(), TrialSettings(reality=replace(DEFAULT, **levels)))
 
 
 def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
     (fall,) = disturbances(SCENE, after(pose((-0.6, 0.0, -1.2)), OUTSIDE), (), 0.3)
-    execution = Execution(4.0, "contact", collisions=(hit("lance", BAR, 200.0),), disturbed=(fall,))
+    execution = ExecutionResult(4.0, "contact", collisions=(hit("lance", BAR, 200.0),), disturbed=(fall,))
     result = played(execution)
     costs = {(line.subject, line.points) for line in result.score.lines if line.points < 0}
     assert costs == {(BAR, -5)}  # twice: it fell, and it was hit
@@ -128,7 +128,7 @@ def test_the_fall_of_a_neighbour_and_damage_cost_what_the_rules_say() -> None:
 
 def test_what_falls_during_the_last_look_costs_the_same_and_is_told_apart() -> None:
     (fall,) = disturbances(SCENE, after(pose((-0.6, 0.0, -1.2)), OUTSIDE), (), 0.3)
-    result = run_trial(ORDER, FakeCrew(SCENE, disturbed_last=(fall,)).crew())
+    result = run_trial(ORDER, ScriptedTrial(SCENE, disturbed_last=(fall,)).interfaces())
     assert [(line.subject, line.points) for line in result.score.lines if line.points < 0] == [(BAR, -5)]
     record = trial_record(result, "order.json", 1.0)
     assert record["disturbed"] == 1
@@ -139,10 +139,12 @@ def test_what_falls_during_the_last_look_costs_the_same_and_is_told_apart() -> N
 
 def test_a_contact_counts_once_and_by_what_it_came_to_after_the_motion() -> None:
     told = hit("lance", BAR, 60.0)  # as the execution tells it; it grew while the robot waited
-    fake = FakeCrew(SCENE, executions={"crayola_24_ct": [Execution(4.0, "contact", collisions=(told,))]})
-    fake.executions["recover as planned"] = [Execution(4.0, collisions=(told,))]
+    fake = ScriptedTrial(
+        SCENE, executions={"crayola_24_ct": [ExecutionResult(4.0, "contact", collisions=(told,))]}
+    )
+    fake.executions["recover as planned"] = [ExecutionResult(4.0, collisions=(told,))]
     fake.collided = (replace(told, t_end=8.0, force=600.0), hit("cup", "oreo_mega_stuf", 1.0))
-    result = run_trial(ORDER, fake.crew())
+    result = run_trial(ORDER, fake.interfaces())
     assert result.n_collisions == 2 and result.final.damages == ((BAR, Damage.MAJOR),)
     record = trial_record(result, "order.json", 1.0)
     assert record["collisions"] == 2 == len(record["contacts"])
@@ -150,7 +152,9 @@ def test_a_contact_counts_once_and_by_what_it_came_to_after_the_motion() -> None
 
 
 def test_damage_can_be_switched_off() -> None:
-    result = played(Execution(4.0, "contact", collisions=(hit("lance", BAR, 200.0),)), damage_limits=False)
+    result = played(
+        ExecutionResult(4.0, "contact", collisions=(hit("lance", BAR, 200.0),)), damage_limits=False
+    )
     assert result.final.damages == ()
 
 

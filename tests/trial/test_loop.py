@@ -1,4 +1,4 @@
-"""The trial loop's promises, played with a crew without physics."""
+"""The trial loop's promises, played without physics, by script."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from pickcli.trial.loop import _Trial, run_trial
 from pickcli.trial.order_file import Order, OrderKind
 from pickcli.trial.score import Drop
 from pickcli.trial.target_selection import MOST_CLEARINGS, MOST_FAILURES, MOST_REFUSALS, PLANNING_CHARGE
-from pickcli.trial.trial_interfaces import ARRIVAL, Execution
+from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import record_text, trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
 from pickcli.trial.trial_summary import rows, summary
-from support.fake_crew import DURATION, FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import DURATION, ScriptedTrial, scene_of
 
 ORDER = pick_order(
     {
@@ -41,12 +41,12 @@ ORDER = pick_order(
     ("bin_C", "dasani_water_bottle"),
     ("bin_D", "fitness_gear_3lb_dumbbell"),
 )
-LOST = Execution(4.0, stopped="vacuum lost in retreat", has_item=False)
-EARLY = Execution(2.0, stopped="early contact", stop_cause=StopCause.EARLY_CONTACT, path_time=2.0)
+LOST = ExecutionResult(4.0, stopped="vacuum lost in retreat", has_item=False)
+EARLY = ExecutionResult(2.0, stopped="early contact", stop_cause=StopCause.EARLY_CONTACT, path_time=2.0)
 
 
-def play(fake: FakeCrew, order: Order = ORDER, **settings: object) -> TrialResult:
-    return run_trial(order, fake.crew(), TrialSettings(**settings))  # type: ignore[arg-type]
+def play(fake: ScriptedTrial, order: Order = ORDER, **settings: object) -> TrialResult:
+    return run_trial(order, fake.interfaces(), TrialSettings(**settings))  # type: ignore[arg-type]
 
 
 def outcomes(result: TrialResult) -> dict[str, Outcome]:
@@ -54,7 +54,7 @@ def outcomes(result: TrialResult) -> dict[str, Outcome]:
 
 
 def test_when_everything_works_the_score_is_the_maximum(cell: Cell) -> None:
-    result = play(FakeCrew(scene_of(ORDER, cell)))
+    result = play(ScriptedTrial(scene_of(ORDER, cell)))
     assert result.score.total == result.score.maximum
     assert result.items_in_tote == 4
     assert result.is_clean
@@ -62,7 +62,7 @@ def test_when_everything_works_the_score_is_the_maximum(cell: Cell) -> None:
 
 
 def test_the_richest_target_comes_first_and_what_cannot_be_held_last(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell))
+    fake = ScriptedTrial(scene_of(ORDER, cell))
     play(fake)
     items = [item for item, _, _ in fake.planned]
     assert items[0] == "scotch_duct_tape"  # 15 + 1 points; the slow bottle gives 12
@@ -70,7 +70,7 @@ def test_the_richest_target_comes_first_and_what_cannot_be_held_last(cell: Cell)
 
 
 def test_lost_vacuum_is_recovered_and_retried_with_a_grasp_of_another_kind(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     result = play(fake)
     assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
     tries = [(seed, exclude) for item, seed, exclude in fake.planned if item == "scotch_duct_tape"]
@@ -96,9 +96,9 @@ def test_what_was_seen_wrongly_is_picked_by_the_same_grasp_once_it_is_seen_again
 
 
 def test_retries_go_on_while_a_grasp_is_new_and_end_before_the_time_does(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 5})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 5})
     assert outcomes(play(fake))["scotch_duct_tape"] is Outcome.IN_TOTE
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 50})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST] * 50})
     result = play(fake)
     assert [item for item, _, _ in fake.planned].count("scotch_duct_tape") == MOST_FAILURES
     assert outcomes(result)["scotch_duct_tape"] is Outcome.NOT_PICKED
@@ -106,7 +106,7 @@ def test_retries_go_on_while_a_grasp_is_new_and_end_before_the_time_does(cell: C
 
 
 def test_where_no_other_kind_of_grasp_is_left_another_place_is_taken(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     plan = fake.plan
 
     def plan_one_kind(scene: Scene, query: PickQuery, start: Start, seed: int) -> Plan:
@@ -123,7 +123,7 @@ def test_where_no_other_kind_of_grasp_is_left_another_place_is_taken(cell: Cell)
 
 
 def test_what_got_into_another_bin_is_picked_from_there(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     execute = fake.execute
 
     def roll_away(plan):  # type: ignore[no-untyped-def]
@@ -140,7 +140,7 @@ def test_what_got_into_another_bin_is_picked_from_there(cell: Cell) -> None:
 
 
 def test_what_is_in_the_way_is_moved_into_the_emptiest_bin_once_all_else_is_done(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    fake = ScriptedTrial(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
     result = play(fake)
     assert result.items_in_tote == 4 and result.is_clean
     assert result.score.total == result.score.maximum
@@ -156,7 +156,7 @@ def test_what_is_in_the_way_is_moved_into_the_emptiest_bin_once_all_else_is_done
 
 def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell) -> None:
     others = {"jane_eyre_dvd", "dove_beauty_bar"}
-    fixed = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    fixed = ScriptedTrial(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
     result = play(replace(fixed, no_plan=frozenset(others)))
     assert outcomes(result)["scotch_duct_tape"] is Outcome.NO_PLAN
     tries = [(a.item, a.outcome) for a in result.attempts if a.target.item == "scotch_duct_tape"]
@@ -164,15 +164,15 @@ def test_nothing_is_moved_aside_that_does_not_help_or_cannot_be_moved(cell: Cell
     # The scene never changes: so many looks, then it is left alone although there is time.
     assert tries.count(("scotch_duct_tape", Outcome.NO_PLAN)) == MOST_REFUSALS
     assert tries.count(("jane_eyre_dvd", Outcome.NO_PLAN)) == MOST_CLEARINGS and result.clock < 300.0
-    useless = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
+    useless = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
     play(useless)
     assert useless.executed and not any(" into " in plan.query for plan in useless.executed)
 
 
 def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: Cell) -> None:
     """The tape has got from its bin into another; what happens there matters, and not at home."""
-    fake = FakeCrew(scene_of(ORDER, cell))
-    trial = _Trial(ORDER, fake.crew(), TrialSettings(), lambda *told: None)
+    fake = ScriptedTrial(scene_of(ORDER, cell))
+    trial = _Trial(ORDER, fake.interfaces(), TrialSettings(), lambda *told: None)
     trial.homes = {placed.id: placed.location for placed in fake.scene.items}
     fake.put("scotch_duct_tape", "bin_C")
     trial.runner.look()
@@ -184,7 +184,7 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
             fake.scene, PickQuery(bin_name, "dasani_water_bottle"), Start(fake.q, fake.tool_state), 0
         )
         done = Attempt(bottle.target, "dasani_water_bottle", 1, 0.0, Outcome.NOT_PICKED, out_of=bin_name,
-                       plan=plan, execution=Execution(1.0))  # fmt: skip
+                       plan=plan, execution=ExecutionResult(1.0))  # fmt: skip
         trial._note(bottle, done)
         return trial.open[tape.index].refusals
 
@@ -192,32 +192,32 @@ def test_a_target_is_tried_anew_when_something_changed_where_it_lies_now(cell: C
 
 
 def test_planning_ends_with_the_time_while_it_is_asked_what_is_in_the_way(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset(ORDER.bin_contents["bin_B"]))
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset(ORDER.bin_contents["bin_B"]))
     limits = [DEFAULT.look_time + 40.0 + k for k in range(12)]
     assert all(play(fake, time_limit=limit).clock <= limit for limit in limits)
 
 
 def test_a_motion_after_which_there_is_no_time_to_look_is_not_begun(cell: Cell) -> None:
     least = DEFAULT.look_time + PLANNING_CHARGE + DURATION + ARRIVAL + DEFAULT.look_time
-    assert play(FakeCrew(scene_of(ORDER, cell)), time_limit=least - 0.05).items_in_tote == 0
-    assert play(FakeCrew(scene_of(ORDER, cell)), time_limit=least + 0.05).items_in_tote == 1
+    assert play(ScriptedTrial(scene_of(ORDER, cell)), time_limit=least - 0.05).items_in_tote == 0
+    assert play(ScriptedTrial(scene_of(ORDER, cell)), time_limit=least + 0.05).items_in_tote == 1
 
 
 def test_a_pick_order_with_something_in_the_tote_is_refused(cell: Cell) -> None:
     filled = replace(ORDER, tote_contents=("jane_eyre_dvd", "dove_beauty_bar"))
     with pytest.raises(InputError, match=r"2 items \(jane_eyre_dvd, dove_beauty_bar\).*empty tote"):
-        play(FakeCrew(scene_of(ORDER, cell)), filled)
+        play(ScriptedTrial(scene_of(ORDER, cell)), filled)
 
 
 def test_in_2015_nothing_else_is_moved(cell: Cell) -> None:
     order = replace(ORDER, year=2015)
-    fake = FakeCrew(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
+    fake = ScriptedTrial(scene_of(ORDER, cell), blocked={"scotch_duct_tape": "jane_eyre_dvd"})
     assert outcomes(play(fake, order))["scotch_duct_tape"] is Outcome.NO_PLAN
     assert fake.executed and not any(" into " in plan.query for plan in fake.executed)
 
 
 def test_no_plan_is_an_outcome_with_its_reason(cell: Cell) -> None:
-    result = play(FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"dasani_water_bottle"})))
+    result = play(ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"dasani_water_bottle"})))
     missed = next(t for t in result.targets if t.outcome is Outcome.NO_PLAN)
     assert missed.target.item == "dasani_water_bottle"
     assert "does not hold" in missed.reason
@@ -225,13 +225,13 @@ def test_no_plan_is_an_outcome_with_its_reason(cell: Cell) -> None:
 
 
 def test_what_the_tool_cannot_hold_is_asked_once(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"}))
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"}))
     play(fake)
     assert [item for item, _, _ in fake.planned].count("fitness_gear_3lb_dumbbell") == 1
 
 
 def test_a_rejected_plan_is_never_executed(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), rejects=frozenset({"scotch_duct_tape"}))
+    fake = ScriptedTrial(scene_of(ORDER, cell), rejects=frozenset({"scotch_duct_tape"}))
     result = play(fake)
     assert outcomes(result)["scotch_duct_tape"] is Outcome.REJECTED
     assert fake.executed and not any("scotch_duct_tape" in plan.query for plan in fake.executed)
@@ -240,7 +240,7 @@ def test_a_rejected_plan_is_never_executed(cell: Cell) -> None:
 
 @pytest.mark.parametrize("n_fits", [0, 1, 2])
 def test_nothing_is_executed_past_the_time_limit(cell: Cell, n_fits: int) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell))
+    fake = ScriptedTrial(scene_of(ORDER, cell))
     limit = n_fits * (DEFAULT.look_time + DURATION + PLANNING_CHARGE) + 0.9 * DURATION
     result = play(fake, time_limit=limit)
     assert result.items_in_tote == n_fits == len(fake.executed)
@@ -250,14 +250,14 @@ def test_nothing_is_executed_past_the_time_limit(cell: Cell, n_fits: int) -> Non
 
 
 def test_the_clock_is_simulated_time_plus_planning_calls(cell: Cell) -> None:
-    result = play(FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"})))
+    result = play(ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"fitness_gear_3lb_dumbbell"})))
     looks = 4 * DEFAULT.look_time  # at the start, and after every motion
     assert result.simulated == pytest.approx(3 * DURATION + looks)
     assert result.clock == pytest.approx(3 * DURATION + looks + 4 * PLANNING_CHARGE)
 
 
 def test_planning_sees_noise_and_its_bound_never_the_truth(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell))
+    fake = ScriptedTrial(scene_of(ORDER, cell))
     play(fake)
     truth = scene_of(ORDER, cell)
     assert fake.perceived and truth.items
@@ -269,8 +269,8 @@ def test_planning_sees_noise_and_its_bound_never_the_truth(cell: Cell) -> None:
 
 
 def test_a_fallen_item_is_missing_and_costs_points(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell))
-    dropped = Execution(4.0, stopped="vacuum lost in transfer", has_item=True,
+    fake = ScriptedTrial(scene_of(ORDER, cell))
+    dropped = ExecutionResult(4.0, stopped="vacuum lost in transfer", has_item=True,
                         drops=(Drop("scotch_duct_tape", 1.2),))  # fmt: skip
     fake.executions["scotch_duct_tape"] = [dropped]
     execute = fake.execute
@@ -292,12 +292,12 @@ def test_a_fallen_item_is_missing_and_costs_points(cell: Cell) -> None:
 def test_stow_orders_are_refused(cell: Cell) -> None:
     stow = Order(OrderKind.STOW, 2016, ORDER.bin_contents, ("jane_eyre_dvd",), ())
     with pytest.raises(InputError, match="pick orders"):
-        play(FakeCrew(scene_of(ORDER, cell)), stow)
+        play(ScriptedTrial(scene_of(ORDER, cell)), stow)
 
 
 def test_same_seed_same_bytes_but_for_statistics(cell: Cell) -> None:
     def record(seed: int) -> dict[str, object]:
-        fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+        fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
         record = trial_record(play(fake, seed=seed), "order.json", wall_s=1.0)
         record.pop("statistics")
         return record
@@ -307,7 +307,7 @@ def test_same_seed_same_bytes_but_for_statistics(cell: Cell) -> None:
 
 
 def test_the_record_has_what_is_promised_and_counts_agree(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     result = play(fake)
     record = json.loads(record_text(trial_record(result, "order.json", wall_s=1.0)))
     assert set(record) >= {
@@ -322,7 +322,7 @@ def test_the_record_has_what_is_promised_and_counts_agree(cell: Cell) -> None:
 
 
 def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [LOST]})
     result = play(fake)
     table = {row.item: row for row in rows(result)}
     assert list(table) == [t.item for t in ORDER.work_order]
@@ -332,20 +332,20 @@ def test_the_table_has_a_row_per_target_and_the_summary_names_the_noise(cell: Ce
     seen = "an error of up to 2 mm and 1 degrees, 2 % of them of up to 3 times as much"
     assert any(seen in line for line in summary(result))
     assert "the pod stood +0.0 mm in x, +0.0 mm in y, +0.00 degrees off its place" in summary(result)
-    exact = play(FakeCrew(scene_of(ORDER, cell)), reality=IDEAL)
+    exact = play(ScriptedTrial(scene_of(ORDER, cell)), reality=IDEAL)
     assert any(line.endswith("1 degrees") for line in summary(exact))
 
 
 def test_the_hook_is_called_after_every_attempt(cell: Cell) -> None:
     calls: list[int] = []
-    crew = FakeCrew(scene_of(ORDER, cell)).crew()
-    result = run_trial(ORDER, crew, after_attempt=lambda: calls.append(len(calls)))
+    interfaces = ScriptedTrial(scene_of(ORDER, cell)).interfaces()
+    result = run_trial(ORDER, interfaces, after_attempt=lambda: calls.append(len(calls)))
     assert len(calls) == len(result.attempts) > 0
 
 
 def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
     seen: list[Progress] = []
-    run_trial(ORDER, FakeCrew(scene_of(ORDER, cell)).crew(), on_progress=seen.append)
+    run_trial(ORDER, ScriptedTrial(scene_of(ORDER, cell)).interfaces(), on_progress=seen.append)
     done = [progress.done for progress in seen]
     assert done == sorted(done)
     assert (seen[-1].done, seen[-1].total) == (4, 4)
@@ -353,7 +353,7 @@ def test_progress_counts_up_to_all_targets(cell: Cell) -> None:
 
 
 def test_an_interrupted_trial_says_what_is_lost_with_it(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
+    fake = ScriptedTrial(scene_of(ORDER, cell), no_plan=frozenset({"scotch_duct_tape"}))
     n_left = 2
 
     def stop() -> None:
@@ -363,6 +363,6 @@ def test_an_interrupted_trial_says_what_is_lost_with_it(cell: Cell) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as stopped:
-        run_trial(ORDER, fake.crew(), after_attempt=stop)
+        run_trial(ORDER, fake.interfaces(), after_attempt=stop)
     (note,) = stopped.value.__notes__
     assert note.startswith("1 of 4 targets were in the tote after 2 attempts; no trial goes on")

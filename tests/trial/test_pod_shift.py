@@ -27,8 +27,8 @@ from pickcli.simulation.reality import DEFAULT, IDEAL
 from pickcli.trial.pod_shift import random_shift, shifted_pod
 from pickcli.trial.pose_noise import perceive
 from pickcli.verification.moving_parts import fixtures
-from support.fake_crew import scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import scene_of
 
 CELL = load_cell("apc2016_delft")
 SCENE = scene_of(pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct")), CELL)

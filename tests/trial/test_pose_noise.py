@@ -13,8 +13,8 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.geometry import inverse, is_pose, pose, rotation_angle, transform_points
 from pickcli.scene.scene import PoseNoise, Scene
 from pickcli.trial.pose_noise import perceive
-from support.fake_crew import scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import scene_of
 
 ORDER = pick_order(
     {"bin_A": ("crayola_24_ct",) * 3, "bin_B": ("kleenex_paper_towels",)}, ("bin_A", "crayola_24_ct")

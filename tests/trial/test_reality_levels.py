@@ -19,8 +19,8 @@ from pickcli.simulation.world import World
 from pickcli.trial.attempt_runner import TrialSettings
 from pickcli.trial.loop import run_trial
 from pickcli.trial.pose_noise import DEFAULT_NOISE, perceive
-from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
 
 CELL = load_cell("apc2016_delft")
 ORDER = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))
@@ -38,7 +38,7 @@ def seen(levels: Reality) -> list[float]:
 
 def clock(levels: Reality) -> float:
     """s on the clock of a played trial."""
-    return run_trial(ORDER, FakeCrew(SCENE).crew(), TrialSettings(reality=levels)).clock
+    return run_trial(ORDER, ScriptedTrial(SCENE).interfaces(), TrialSettings(reality=levels)).clock
 
 
 def followed(levels: Reality) -> list[float]:

@@ -18,12 +18,12 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order_file import Order
 from pickcli.trial.recovery_levels import FIRST_WAIT, LET_GO, WAIT
 from pickcli.trial.target_selection import PLANNING_CHARGE
-from pickcli.trial.trial_interfaces import ARRIVAL, Execution
+from pickcli.trial.trial_interfaces import ARRIVAL, ExecutionResult
 from pickcli.trial.trial_record import trial_record
 from pickcli.trial.trial_result import Attempt, Outcome, TrialResult
 from pickcli.trial.trial_summary import summary
-from support.fake_crew import DURATION, FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import DURATION, ScriptedTrial, scene_of
 
 ITEM = "scotch_duct_tape"
 ORDER = pick_order(
@@ -31,23 +31,23 @@ ORDER = pick_order(
     ("bin_A", ITEM),
     ("bin_C", "dove_beauty_bar"),
 )
-DENIED = Execution(
+DENIED = ExecutionResult(
     4.0, "the sensor reads nothing", has_item=False, stop_cause=StopCause.SENSOR, path_time=4.0
 )
-HIT = Execution(4.0, "contact", has_item=True, stop_cause=StopCause.CONTACT, path_time=4.0)
-BURST = Execution(4.0, "seal lost", has_item=False, stop_cause=StopCause.SEAL_LOST, path_time=4.0)
+HIT = ExecutionResult(4.0, "contact", has_item=True, stop_cause=StopCause.CONTACT, path_time=4.0)
+BURST = ExecutionResult(4.0, "seal lost", has_item=False, stop_cause=StopCause.SEAL_LOST, path_time=4.0)
 ALL = frozenset(RecoveryLevel)
 
 
-def fake_with(cell: Cell, *executions: Execution, clings: bool = False) -> FakeCrew:
+def fake_with(cell: Cell, *executions: ExecutionResult, clings: bool = False) -> ScriptedTrial:
     """The item's first executions are scripted; while it clings it stays in the cup."""
-    fake = FakeCrew(scene_of(ORDER, cell), clings=frozenset({ITEM} if clings else ()))
+    fake = ScriptedTrial(scene_of(ORDER, cell), clings=frozenset({ITEM} if clings else ()))
     fake.executions[ITEM] = list(executions)
     return fake
 
 
-def play(fake: FakeCrew, order: Order = ORDER, **settings: object) -> TrialResult:
-    return run_trial(order, fake.crew(), TrialSettings(**settings))  # type: ignore[arg-type]
+def play(fake: ScriptedTrial, order: Order = ORDER, **settings: object) -> TrialResult:
+    return run_trial(order, fake.interfaces(), TrialSettings(**settings))  # type: ignore[arg-type]
 
 
 def first_attempt(result: TrialResult) -> Attempt:
@@ -83,7 +83,7 @@ def test_what_is_held_when_something_is_hit_goes_back_into_its_bin(cell: Cell) -
 
 @pytest.mark.parametrize(("execution", "first"), [(DENIED, "bring on"), (HIT, "bring back")])
 def test_an_item_is_vented_where_it_is_only_where_it_can_be_brought_nowhere(
-    cell: Cell, execution: Execution, first: str
+    cell: Cell, execution: ExecutionResult, first: str
 ) -> None:
     fake = replace(fake_with(cell, execution, clings=True), no_plan=frozenset({"bring on", "bring back"}))
     result = play(fake)
@@ -260,7 +260,7 @@ def test_what_is_seen_where_the_cup_would_have_it_is_brought_back(cell: Cell) ->
 
 
 def test_what_was_not_let_go_at_the_end_goes_back_to_where_it_should_have_been(cell: Cell) -> None:
-    missed = Execution(DURATION, has_item=True, missed=("valve off",))
+    missed = ExecutionResult(DURATION, has_item=True, missed=("valve off",))
     result = play(fake_with(cell, missed, clings=True))
     assert steps(result) == ["bring on", LET_GO, RecoveryLevel.AS_PLANNED]
     assert first_attempt(result).outcome is Outcome.IN_TOTE

@@ -22,8 +22,8 @@ from pickcli.simulation.suction import NO_LOAD, Release
 from pickcli.trial.disturbance import DisturbanceKind
 from pickcli.trial.simulated_cell import SimulatedArena
 from pickcli.trial.trial_interfaces import LET_GO_TIME
-from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
 from support.tool_states import DOWN, STRAIGHT
 
 ORDER = pick_order({"bin_A": ("crayola_24_ct",)}, ("bin_A", "crayola_24_ct"))
@@ -44,7 +44,7 @@ def test_it_starts_at_home_with_everything_in_its_place(arena: SimulatedArena) -
 
 def test_a_plan_from_elsewhere_is_a_stop_and_moves_nothing(arena: SimulatedArena) -> None:
     cell = arena.now().cell
-    fake = FakeCrew(arena.now())
+    fake = ScriptedTrial(arena.now())
     plan = fake.plan(arena.now(), PickQuery("bin_A", "crayola_24_ct"), Start(arena.q, arena.tool_state), 0)
     before = arena.q.copy()
     done = arena.execute(replace(plan, cell_fingerprint=cell.fingerprint))

@@ -17,15 +17,15 @@ from pickcli.trial.loop import run_trial
 from pickcli.trial.order_file import OrderKind, read_order
 from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
 from pickcli.trial.trial_record import record_text, trial_record
-from support.fake_crew import FakeCrew, scene_of
 from support.order_builders import pick_order
+from support.scripted_trial import ScriptedTrial, scene_of
 
 CELL = load_cell("apc2016_delft")
 ORDER = pick_order({"bin_A": ("crayola_24_ct", "jane_eyre_dvd")}, ("bin_A", "crayola_24_ct"))
 
 
 def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
-    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
     record = trial_record(result, "order.json", wall_s=0.5)
     picture = np.zeros((4, 6, 3), np.uint8)
     folder = tmp_path / "runs" / "order-0"
@@ -39,8 +39,8 @@ def test_the_official_output_says_what_was_delivered(tmp_path: Path) -> None:
 
 
 def test_an_empty_output_is_read_as_such(tmp_path: Path) -> None:
-    fake = FakeCrew(scene_of(ORDER, CELL), rejects=frozenset({"pick"}))
-    result = run_trial(ORDER, fake.crew())
+    fake = ScriptedTrial(scene_of(ORDER, CELL), rejects=frozenset({"pick"}))
+    result = run_trial(ORDER, fake.interfaces())
     write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})
     output = read_order(tmp_path / "output.json", CELL)
     assert output.kind is OrderKind.OUTPUT
@@ -49,7 +49,9 @@ def test_an_empty_output_is_read_as_such(tmp_path: Path) -> None:
 
 def test_the_record_keeps_the_levels_of_reality(tmp_path: Path) -> None:
     levels = replace(DEFAULT, mass_error=0.25, look_time=3.0)
-    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew(), TrialSettings(reality=levels))
+    result = run_trial(
+        ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces(), TrialSettings(reality=levels)
+    )
     written = json.loads(record_text(trial_record(result, "order.json", wall_s=0.5)))
     assert Reality(**written["reality"]) == levels
 
@@ -65,13 +67,13 @@ def test_a_folder_with_files_needs_a_word(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
     with pytest.raises(InputError, match="cannot be made"):
         write_folder(tmp_path / "file" / "sub", result, {}, {})
 
 
 def test_a_folder_that_was_filled_meanwhile_stays_as_it_is(tmp_path: Path) -> None:
-    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
     picture = np.zeros((4, 6, 3), np.uint8)
     record, pictures = trial_record(result, "order.json", wall_s=0.5), {"before": picture, "after": picture}
     for name in NAMES:
@@ -82,7 +84,7 @@ def test_a_folder_that_was_filled_meanwhile_stays_as_it_is(tmp_path: Path) -> No
 
 
 def test_what_could_not_be_written_keeps_nothing_else_back(tmp_path: Path) -> None:
-    result = run_trial(ORDER, FakeCrew(scene_of(ORDER, CELL)).crew())
+    result = run_trial(ORDER, ScriptedTrial(scene_of(ORDER, CELL)).interfaces())
     (tmp_path / "after.json").mkdir()
     with pytest.raises(InputError) as told:
         write_folder(tmp_path, result, trial_record(result, "order.json", wall_s=0.5), {})

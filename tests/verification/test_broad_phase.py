@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from pickcli.cell.shapes import Shape, ShapeKind, hull
 from pickcli.geometry import Array, pose
-from pickcli.verification.broad_phase import Stretches, own_bounds, tightened, windows, world_bounds
+from pickcli.verification.broad_phase import Stretches, own_bounds, state_intervals, tightened, world_bounds
 from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts_of_segments
 from pickcli.verification.separation import half_width_terms, widest_gaps
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import States
-from pickcli.verification.static_solids import standing
+from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.verify import sampled
 from support.handmade_plans import pick
 
@@ -77,7 +77,7 @@ def carried() -> tuple[States, SolidArrays, list[int], list[int]]:
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
     k = next(k for k, segment in enumerate(plan.segments) if segment.held is not None)
-    solids = SolidArrays.of((*moving[k], *standing(plan, scene, T_tip_item).of(k)))
+    solids = SolidArrays.of((*moving[k], *plan_fixtures(plan, scene, T_tip_item).of(k)))
     n = len(moving[k])
     return sampled(plan, scene, moving), solids, list(range(n)), list(range(n, len(solids.solids)))
 
@@ -91,7 +91,7 @@ def distance_at(states: States, a: Part, b: Part | Fixture, i: int) -> float:
 
 def test_the_first_bounds_hold_all_over_their_windows() -> None:
     states, solids, moving, fixed = carried()
-    cut = windows(states, 0, len(states.times) - 1, solids.reach.max(axis=0))
+    cut = state_intervals(states, 0, len(states.times) - 1, solids.reach.max(axis=0))
     world = world_bounds(states, solids, np.array(moving), np.array(fixed), cut)
     own = own_bounds(states, solids, np.array(moving), cut)
     pairs = list(zip(*np.triu_indices(len(moving), 1), strict=True))

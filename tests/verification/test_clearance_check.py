@@ -29,7 +29,7 @@ from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts, parts_of_segments
 from pickcli.verification.solid_arrays import SolidArrays
 from pickcli.verification.state_sampling import MAX_STEP
-from pickcli.verification.static_solids import standing
+from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.verify import sampled, verify
 from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan, pick, place, solve, tip
 
@@ -37,7 +37,7 @@ from support.handmade_plans import CRAYOLA, Builder, cell, make_scene, move_plan
 def check(plan: Plan, scene: Scene) -> Clearance:
     T_tip_item = pose_in_tool(plan, scene)
     moving = parts_of_segments(plan, scene, T_tip_item)
-    world = standing(plan, scene, T_tip_item)
+    world = plan_fixtures(plan, scene, T_tip_item)
     states = sampled(plan, scene, moving)
     return check_clearance(plan, states, moving, world, exemptions(plan, scene, states, moving, world))
 
@@ -66,7 +66,10 @@ def brute_force(plan: Plan, scene: Scene, only: range, dt: float = 0.06) -> floa
 def distances(plan: Plan, scene: Scene, k: int, times: Array) -> list[float]:
     """The smallest distance at each time of segment k."""
     T_tip_item = pose_in_tool(plan, scene)
-    all_moving, standing_there = parts_of_segments(plan, scene, T_tip_item), standing(plan, scene, T_tip_item)
+    all_moving, standing_there = (
+        parts_of_segments(plan, scene, T_tip_item),
+        plan_fixtures(plan, scene, T_tip_item),
+    )
     states = sampled(plan, scene, all_moving)
     exempt = exemptions(plan, scene, states, all_moving, standing_there)[k]
     moving, world = parts(scene, plan.segments[k], T_tip_item), standing_there.of(k)
@@ -136,7 +139,7 @@ def test_the_lines_of_a_pick() -> None:
 def test_an_item_that_was_taken_is_not_an_obstacle_any_more() -> None:
     plan, scene = pick()
     held = [k for k, s in enumerate(plan.segments) if s.held is not None]
-    world = standing(plan, scene, pose_in_tool(plan, scene))
+    world = plan_fixtures(plan, scene, pose_in_tool(plan, scene))
     stands = [CRAYOLA in {f.name for f in world.of(k)} for k in range(len(plan.segments))]
     assert stands == [k < held[0] for k in range(len(plan.segments))]
 
@@ -220,7 +223,7 @@ def near_pairs() -> tuple[tuple[Pair, ...], Plan]:
     box = place("kleenex_tissue_box", (ahead[0] + 0.04, ahead[1], ahead[2]), "bin_H")
     scene = make_scene(box, noise=PoseNoise(0.002))
     plan = move_plan(scene, builder)
-    moving, world = parts_of_segments(plan, scene, None)[0], standing(plan, scene, None).of(0)
+    moving, world = parts_of_segments(plan, scene, None)[0], plan_fixtures(plan, scene, None).of(0)
     states = sampled(plan, scene, [moving])
     pairs = [Pair(0, a, b, states, a.reach) for a in moving for b in world]
     arrays = SolidArrays.of(moving)

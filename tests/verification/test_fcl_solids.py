@@ -1,4 +1,4 @@
-"""python-fcl's distances and depths against cases with a known answer, and the balls against the shapes."""
+"""python-fcl's distances and depths against cases with a known answer, and the spheres against the shapes."""
 
 from __future__ import annotations
 
@@ -111,9 +111,9 @@ def test_the_corner_of_a_hull_over_the_face_of_another() -> None:
 @given(shape=shapes(), seed=st.integers(0, 2**32 - 1))
 def test_balls_contain_the_shape(shape: Shape, seed: int) -> None:
     points = surface(shape, np.random.default_rng(seed))
-    balls = cover(shape)
-    away = np.linalg.norm(points[:, None] - balls.centers, axis=2).min(axis=1)
-    assert away.max() <= balls.radius + 1e-12
+    spheres = cover(shape)
+    away = np.linalg.norm(points[:, None] - spheres.centers, axis=2).min(axis=1)
+    assert away.max() <= spheres.radius + 1e-12
 
 
 def nearest(shape: Shape, x: Array) -> Array:

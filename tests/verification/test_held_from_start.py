@@ -10,7 +10,7 @@ import pytest
 from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
-from pickcli.planning.retrace import Bringing, StoppedMotion, bring_item
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion, bring_item
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.structure_check import check_structure
@@ -99,10 +99,10 @@ def test_a_lift_that_starts_clear_explains_nothing_by_where_it_ends() -> None:
         assert ("planned contact too deep" in told(plan, scene)) is is_refused
 
 
-@pytest.mark.parametrize("bringing", list(Bringing))
+@pytest.mark.parametrize("bringing", list(ItemRecovery))
 @pytest.mark.parametrize("kind", [SegmentKind.LIFT, SegmentKind.TRANSFER])
 def test_a_carry_that_stopped_goes_on_with_the_item_as_it_hangs(
-    bringing: Bringing, kind: SegmentKind
+    bringing: ItemRecovery, kind: SegmentKind
 ) -> None:
     """The cup is pressed 2 mm beyond the surface: so much nearer than the grasp says hangs the item."""
     plan, before = pick()

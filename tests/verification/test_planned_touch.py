@@ -16,7 +16,7 @@ from pickcli.scene.supports import supports_of
 from pickcli.verification.exemptions import exemptions
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import parts_of_segments
-from pickcli.verification.static_solids import standing
+from pickcli.verification.static_solids import plan_fixtures
 from pickcli.verification.verify import sampled, verify
 from support.handmade_plans import (
     CRAYOLA,
@@ -119,7 +119,7 @@ def test_what_is_named_but_far_is_kept_clear_of_like_anything_else() -> None:
     plan, scene = pick()
     k = next(k for k, s in enumerate(plan.segments) if s.kind is SegmentKind.LIFT)
     T = pose_in_tool(plan, scene)
-    moving, world = parts_of_segments(plan, scene, T), standing(plan, scene, T)
+    moving, world = parts_of_segments(plan, scene, T), plan_fixtures(plan, scene, T)
     every = tuple(fixture.name for fixture in world.before)
     named = [replace(s, touching=every) if j in (k - 1, k) else s for j, s in enumerate(plan.segments)]
     plan = replace(plan, segments=tuple(named))

@@ -14,7 +14,7 @@ from pickcli.grasping.surfaces import Face, into
 NEARLY_PARALLEL = 0.3  # of a unit vector across a cylinder's axis, below which the mantle does not face a way
 
 
-def aims(face: Face, item: Item, T_bin_item: Array, search: Search) -> Array:
+def face_poses(face: Face, item: Item, T_bin_item: Array, search: Search) -> Array:
     """Choose places on a face: a grid over a flat one, straight aims at a curved one.
 
     Args:

@@ -39,9 +39,9 @@ def learn_option(function: F) -> F:
 
 
 @contextmanager
-def learning(
+def experience_session(
     planner: PlanningContext, roadmap: Path | None, trajectories: Path | None, is_on: bool
-) -> Iterator[LearningSession]:
+) -> Iterator[ExperienceSession]:
     """Let a planner use what was learned, and keep in the end what it learns, also where it finds no plan.
 
     What a command is asked for is to be written before that end: learning takes its time, and may fail.
@@ -59,7 +59,7 @@ def learning(
     Raises:
         InputError: At once where nothing can be kept; in the end like ``ExperienceFiles``.
     """
-    session = LearningSession.of(planner, roadmap, trajectories) if is_on else LearningSession(planner)
+    session = ExperienceSession.of(planner, roadmap, trajectories) if is_on else ExperienceSession(planner)
     try:
         yield session
     except NoPlanError:
@@ -68,7 +68,7 @@ def learning(
     session.finish()
 
 
-class LearningSession:
+class ExperienceSession:
     """What one command learns.
 
     Args:
@@ -93,7 +93,9 @@ class LearningSession:
         self._failed: ApcError | None = None
 
     @classmethod
-    def of(cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None) -> LearningSession:
+    def of(
+        cls, planner: PlanningContext, roadmap: Path | None, trajectories: Path | None
+    ) -> ExperienceSession:
         """Begin to learn into the files beside these.
 
         Args:

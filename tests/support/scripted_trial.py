@@ -1,4 +1,4 @@
-"""A crew without physics: plans are empty motions, executions follow a script per item."""
+"""A trial without physics: plans are empty motions, executions follow a script per item."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pickcli.geometry import Array, pose
 from pickcli.motion.plan import Certificate, Grasp, GraspKind, Plan, RecoveryLevel
 from pickcli.motion.trajectory import Trajectory
 from pickcli.planning.pick_problem import PickQuery
-from pickcli.planning.retrace import Bringing, StoppedMotion
+from pickcli.planning.retrace import ItemRecovery, StoppedMotion
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
 from pickcli.simulation.contacts import Collision
 from pickcli.simulation.places import OUTSIDE
 from pickcli.trial.disturbance import Disturbance
 from pickcli.trial.order_file import Order
-from pickcli.trial.trial_interfaces import Execution, TrialInterfaces
+from pickcli.trial.trial_interfaces import ExecutionResult, TrialInterfaces
 from pickcli.verification.verdict import Verdict
 from support.tool_states import STRAIGHT
 
@@ -49,7 +49,7 @@ def middle_of(cell: Cell, place: str) -> Array:
 
 
 @dataclass
-class FakeCrew:
+class ScriptedTrial:
     """Plans and executes by script. What is not scripted works.
 
     no_plan: items for which no plan exists; rejects: queries that the verifier refuses (by substring)
@@ -70,7 +70,7 @@ class FakeCrew:
     clogged: bool = False
     durations: dict[str, float] = field(default_factory=dict)
     stuck: list[frozenset[str]] = field(default_factory=list)
-    executions: dict[str, list[Execution]] = field(default_factory=dict)
+    executions: dict[str, list[ExecutionResult]] = field(default_factory=dict)
     duration: float = DURATION
     held: str | None = None
     releases_into: str | None = None
@@ -85,7 +85,7 @@ class FakeCrew:
     q: Array = field(default_factory=lambda: np.zeros(8))
     tool_state: ToolState = STRAIGHT
 
-    def crew(self) -> TrialInterfaces:
+    def interfaces(self) -> TrialInterfaces:
         """This fake in all four roles."""
         return TrialInterfaces(self.plan, self.recover, self.bring, self.verify, self)
 
@@ -126,7 +126,7 @@ class FakeCrew:
             raise NoPlanError("the way out", [Reason("collision", "retreat", "")])
         return self._motion(f"recover {level}", seed, None)
 
-    def bring(self, scene: Scene, stopped: StoppedMotion, bringing: Bringing, seed: int) -> Plan:
+    def bring(self, scene: Scene, stopped: StoppedMotion, bringing: ItemRecovery, seed: int) -> Plan:
         assert stopped.plan.grasp is not None
         assert scene.held is not None, "a plan that carries says what"
         if f"bring {bringing}" in self.no_plan:
@@ -138,28 +138,28 @@ class FakeCrew:
             return Verdict(None, (Reason("clearance", "lift", "1 mm to bin_A"),))
         return Verdict(Certificate("m", "s", "c", 1, 0.005, 0.01, 0.5, 0.5, 0.5, ("clearance",)), ())
 
-    def execute(self, plan: Plan) -> Execution:
+    def execute(self, plan: Plan) -> ExecutionResult:
         assert plan.certificate is not None, "nothing uncertified may be executed"
         self.executed.append(plan)
         if plan.grasp is None:
             assert self.held is None, "recoveries are planned for the empty tool"
             script = self.executions.get(plan.query, [])
-            return script.pop(0) if script else Execution(plan.trajectory.duration)
+            return script.pop(0) if script else ExecutionResult(plan.trajectory.duration)
         if plan.query.startswith("bring"):
             self.releases_into = TOTE if plan.query.startswith("bring on") else None
-            return Execution(plan.trajectory.duration)
+            return ExecutionResult(plan.trajectory.duration)
         script = self.executions.get(plan.grasp.item, [])
         if script:
             self.held = plan.grasp.item if plan.grasp.item in self.clings else None
             return script.pop(0)
         self.put(plan.grasp.item, plan.query.partition(" into ")[2] or TOTE)
-        return Execution(plan.trajectory.duration, has_item=True)
+        return ExecutionResult(plan.trajectory.duration, has_item=True)
 
-    def release(self) -> Execution:
+    def release(self) -> ExecutionResult:
         if self.held is not None and self.releases_into is not None:
             self.put(self.held, self.releases_into)
         self.held = None
-        return Execution(0.5)
+        return ExecutionResult(0.5)
 
     def put(self, item: str, location: str) -> None:
         """An item gets elsewhere."""
