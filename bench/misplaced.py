@@ -112,7 +112,7 @@ def meet(warm: PlanningContext, pick: Pick, nearer: float) -> Met | None:
 
     def watch(world: World) -> None:
         nonlocal force, depth
-        for touch in world.suction.touches:
+        for touch in world.suction.contact_points:
             force, depth = max(force, touch.force), max(depth, touch.depth)
 
     run = execute(plan, world, on_step=watch)

@@ -76,7 +76,7 @@ def press(cell: Cell, build_world: BuildWorld) -> Press:
         touches = [(0.0, 0.0)]
 
         def watch(world: World) -> None:
-            touches.extend((touch.depth, touch.force) for touch in world.suction.touches)
+            touches.extend((touch.depth, touch.force) for touch in world.suction.contact_points)
 
         record = execute(press_plan(cell), world, on_step=watch)
         depths, forces = zip(*touches, strict=True)

@@ -87,7 +87,7 @@ def test_lost_vacuum_is_recovered_and_retried_with_a_grasp_of_another_kind(cell:
 
 
 def test_what_was_seen_wrongly_is_picked_by_the_same_grasp_once_it_is_seen_again(cell: Cell) -> None:
-    fake = FakeCrew(scene_of(ORDER, cell), executions={"scotch_duct_tape": [EARLY]})
+    fake = ScriptedTrial(scene_of(ORDER, cell), executions={"scotch_duct_tape": [EARLY]})
     result = play(fake)
     assert outcomes(result)["scotch_duct_tape"] is Outcome.IN_TOTE
     assert [exclude for item, _, exclude in fake.planned if item == "scotch_duct_tape"] == [(), ()]
