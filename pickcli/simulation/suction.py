@@ -308,7 +308,7 @@ class NoSuction(Suction):
     def __init__(self) -> None:
         self.vacuum = Vacuum(pump_lead=0.0, valve_lead=0.0)
         self.held, self.load, self.ratio, self.max_ratio = None, NO_LOAD, 0.0, 0.0
-        self.releases, self.touches = [], []
+        self.releases, self.contact_points = [], []
 
     def before_step(self, T_world_tip: Array) -> None:
         """Nothing changes.
