@@ -457,6 +457,21 @@ def smoothed_pace(t: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArra
         between.
     """
 
+def estimated_duration(waypoints: numpy.typing.NDArray[numpy.float64], velocity: numpy.typing.NDArray[numpy.float64], acceleration: numpy.typing.NDArray[numpy.float64], corner_deviation: float) -> float:
+    """
+    About how many seconds a polyline with blended corners takes from rest to rest.
+
+    The look-ahead of machine tools: on each edge the speed is bounded by the slowest joint, in each corner by the
+    acceleration that a blend needs; a pass backwards and one forwards make the speeds reachable; each edge then
+    takes its trapezoid. Jerk is left out.
+
+    Args:
+        waypoints: (N, n) vertices, rad or m.
+        velocity: (n,) > 0, rad/s or m/s.
+        acceleration: (n,) > 0, rad/s^2 or m/s^2.
+        corner_deviation: rad or m, by which a blend may leave its corner.
+    """
+
 def quintic_peaks(times: numpy.typing.NDArray[numpy.float64], positions: numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], accelerations: numpy.typing.NDArray[numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
     """
     Largest values on the quintics between points in time.

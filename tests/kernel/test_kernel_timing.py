@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.kernel import fastest_pace, quintic_peaks
+from pickcli.kernel import estimated_duration, fastest_pace, quintic_peaks
+from support import duration_reference
 
 Rows = tuple[Array, Array, Array, Array]
 
@@ -98,3 +99,23 @@ def test_times_that_do_not_increase_are_refused() -> None:
     times[2] = times[1]
     with pytest.raises(ValueError, match="times"):
         quintic_peaks(times, *rest)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 9), st.integers(1, 8))
+def test_the_estimated_duration_is_that_of_numpy(seed: int, n_points: int, n: int) -> None:
+    """Also where waypoints repeat, or lie on one line."""
+    rng = np.random.default_rng(seed)
+    bent = rng.normal(size=(n_points, n))
+    limits = rng.uniform(0.5, 3.0, n), rng.uniform(1.0, 9.0, n), 0.02
+    for waypoints in (bent, bent.repeat(2, axis=0), rng.random((n_points, 1)) * np.ones(n)):
+        expected = duration_reference.estimated_duration(waypoints, *limits)
+        assert estimated_duration(waypoints, *limits) == pytest.approx(expected, rel=1e-9)
+
+
+def test_limits_that_are_none_are_refused() -> None:
+    for bad, name in ((-1.0, "velocity"), (0.0, "acceleration"), (0.0, "corner_deviation")):
+        given = {"velocity": np.ones(2), "acceleration": np.ones(2), "corner_deviation": 0.02}
+        given[name] = bad * given[name]
+        with pytest.raises(ValueError, match=name):
+            estimated_duration(np.zeros((3, 2)), **given)  # type: ignore[arg-type]

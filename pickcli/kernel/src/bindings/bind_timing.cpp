@@ -1,10 +1,11 @@
 //! \file
-//! pickcli.kernel.fastest_pace and quintic_peaks.
+//! pickcli.kernel.fastest_pace, smoothed_pace, estimated_duration and quintic_peaks.
 #include "bindings/bindings.hpp"
 
 #include <algorithm>
 
 #include "bindings/arrays.hpp"
+#include "timing/look_ahead.hpp"
 #include "timing/quintic.hpp"
 #include "timing/topp.hpp"
 
@@ -116,6 +117,18 @@ nb::tuple peaks_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::ha
                         to_numpy(std::move(acceleration), {N - 1, n}), to_numpy(std::move(jerk), {N - 1, n}));
 }
 
+double duration_of(nb::handle waypoints_in, nb::handle velocity_in, nb::handle acceleration_in,
+                   double corner_deviation) {
+  const Doubles velocity(velocity_in, "velocity", {kAny}),
+      acceleration(acceleration_in, "acceleration", {velocity.rows()});
+  const Doubles waypoints(waypoints_in, "waypoints", {kAny, velocity.rows()});
+  check_positive(velocity, "velocity");
+  check_positive(acceleration, "acceleration");
+  if (!(corner_deviation > 0.0)) throw nb::value_error("corner_deviation: not positive");
+  return estimated_duration({static_cast<std::size_t>(waypoints.rows()), velocity.size(), waypoints.data(),
+                             velocity.data(), acceleration.data(), corner_deviation});
+}
+
 }  // namespace
 
 void bind_timing(nb::module_& m) {
@@ -153,6 +166,21 @@ Args:
 Returns:
     s, ds/dt and d2s/dt2 at even times, each (K,): a window and a step longer than the motion, d2s/dt2 linear in
     between.)");
+  m.def("estimated_duration", &duration_of, "waypoints"_a, "velocity"_a, "acceleration"_a,
+        "corner_deviation"_a,
+        nb::sig("def estimated_duration(waypoints: " APC_F64 ", velocity: " APC_F64 ", acceleration: " APC_F64
+                ", corner_deviation: float) -> float"),
+        R"(About how many seconds a polyline with blended corners takes from rest to rest.
+
+The look-ahead of machine tools: on each edge the speed is bounded by the slowest joint, in each corner by the
+acceleration that a blend needs; a pass backwards and one forwards make the speeds reachable; each edge then
+takes its trapezoid. Jerk is left out.
+
+Args:
+    waypoints: (N, n) vertices, rad or m.
+    velocity: (n,) > 0, rad/s or m/s.
+    acceleration: (n,) > 0, rad/s^2 or m/s^2.
+    corner_deviation: rad or m, by which a blend may leave its corner.)");
   m.def("quintic_peaks", &peaks_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a,
         nb::sig("def quintic_peaks(times: " APC_F64 ", positions: " APC_F64 ", velocities: " APC_F64
                 ", accelerations: " APC_F64 ") -> tuple[" APC_F64 ", " APC_F64 ", " APC_F64 "]"),
