@@ -41,6 +41,17 @@ class FollowEnd(enum.IntEnum):
     OFF_LINE = 4
     """The tip would leave the line on the way to the next one."""
 
+def line_deviation(T_world_tips: numpy.typing.NDArray[numpy.float64]) -> tuple[float, float]:
+    """
+    How far poses leave the straight line from the first to the last, at most.
+
+    Args:
+        T_world_tips: (N, 4, 4) m, N at least 2.
+
+    Returns:
+        m from the nearest point of the line; rad from how a steady turn about one axis stands there.
+    """
+
 class Chain:
     """
     A serial chain: at most 63 joints, of which at most 32 entries of q move any.
@@ -485,6 +496,22 @@ def quintic_peaks(times: numpy.typing.NDArray[numpy.float64], positions: numpy.t
     Returns:
         Of every piece, each (N-1, n): the largest abs(velocity), from above; abs(acceleration) and abs(jerk),
         exact.
+    """
+
+def quintic_states(times: numpy.typing.NDArray[numpy.float64], positions: numpy.typing.NDArray[numpy.float64], velocities: numpy.typing.NDArray[numpy.float64], accelerations: numpy.typing.NDArray[numpy.float64], t: numpy.typing.NDArray[numpy.float64], highest: int = 2) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    States on the quintics between points in time.
+
+    Args:
+        times: (N,) s, increasing.
+        positions: (N, n) rad or m.
+        velocities: (N, n) per s.
+        accelerations: (N, n) per s^2.
+        t: (M,) s, clamped to the first and the last time.
+        highest: Derivative by time, 0 to 2.
+
+    Returns:
+        (highest + 1, M, n).
     """
 
 class BlendedPolyline:

@@ -15,11 +15,14 @@ from pickcli.cell.device import Device, DeviceKind
 from pickcli.cell.tool import ToolState
 from pickcli.collision.motion_segment import MotionSegment
 from pickcli.errors import Reason
-from pickcli.geometry import Array, rotation_vector
+from pickcli.geometry import Array
+from pickcli.kernel import line_deviation
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
+from pickcli.motion.trajectory import Trajectory
 from pickcli.timing.timed_run import TimedRun
+from pickcli.timing.trajectory_sampling import states_at
 
 CURVED = (SegmentKind.TRANSIT, SegmentKind.TRANSFER)  # everything else is a straight line
 STEP = 0.006  # s between two measured poses
@@ -99,7 +102,7 @@ def thrown(arm: Arm, plan: Plan, devices: Mapping[str, Device]) -> Reason | None
         if last is None or not is_release or event.t_trigger is None:
             continue
         times = np.arange(event.t_trigger, last.t_end + SPEED_STEP, SPEED_STEP)
-        p = arm.tips(plan.trajectory.sample(times), last.tool_state)[:, :3, 3]
+        p = _tips(arm, plan.trajectory, times, last.tool_state)[:, :3, 3]
         speed = float(np.linalg.norm(np.diff(p, axis=0), axis=1).max(initial=0.0)) / SPEED_STEP
         if speed > RELEASE_SPEED:
             detail = f"{speed:.3f} m/s where the command is given, at most {RELEASE_SPEED}"
@@ -124,38 +127,11 @@ def not_straight(arm: Arm, run: TimedRun, segments: Sequence[MotionSegment]) -> 
         return
     times = [np.linspace(*spans[k], int(np.diff(spans[k])[0] / STEP) + 2) for k in lines]
     # The cup turns on coarse motions only: all lines of a run have it in the same place.
-    tips = _tips(arm, run, np.concatenate(times), segments[lines[0]].mode.tool_state)
+    tips = _tips(arm, run.trajectory, np.concatenate(times), segments[lines[0]].mode.tool_state)
     for k, mine in zip(lines, np.split(tips, np.cumsum([len(t) for t in times])[:-1]), strict=True):
-        distance, angle = off_line(mine)
+        distance, angle = line_deviation(mine)
         if distance > OFF_LINE or angle > OFF_ANGLE:
             yield k, f"{distance * 1e3:.2f} mm and {np.degrees(angle):.2f} deg off the line"
-
-
-def off_line(tips: Array) -> tuple[float, float]:
-    """How far poses leave the straight line from the first to the last.
-
-    Args:
-        tips: (N, 4, 4) poses of the tool frame.
-
-    Returns:
-        Largest distance in m and largest angle in rad.
-    """
-    off, along = tips[:, :3, 3] - tips[0, :3, 3], tips[-1, :3, 3] - tips[0, :3, 3]
-    length = float(np.linalg.norm(along))
-    s = np.clip(off @ along / length**2, 0.0, 1.0) if length > 1e-6 else np.linspace(0.0, 1.0, len(tips))
-    distance = float(np.linalg.norm(off - s[:, None] * along, axis=1).max())
-    traces = np.einsum("nij,nij->n", _evenly_turned(tips[0], tips[-1], s), tips[:, :3, :3])
-    return distance, float(np.arccos(np.clip((traces.min() - 1.0) / 2.0, -1.0, 1.0)))
-
-
-def _evenly_turned(T_a: Array, T_b: Array, s: Array) -> Array:
-    """Rotations (N, 3, 3) at shares s (N,) of the shortest turn between two poses (Rodrigues)."""
-    v = rotation_vector(T_a[:3, :3].T @ T_b[:3, :3])
-    angle = float(np.linalg.norm(v))
-    x, y, z = v / max(angle, 1e-12)
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    sine, cosine = np.sin(s * angle)[:, None, None], np.cos(s * angle)[:, None, None]
-    return np.asarray(T_a[:3, :3] @ (np.eye(3) + sine * K + (1.0 - cosine) * (K @ K)))
 
 
 def _too_fast(
@@ -167,12 +143,12 @@ def _too_fast(
             continue
         start, end = run.part_times[k], run.part_times[k + 1]
         times = np.linspace(start, end, max(2, int(np.ceil((end - start) / SPEED_STEP)) + 1))
-        p = _tips(arm, run, times, segment.mode.tool_state)[:, :3, 3]
+        p = _tips(arm, run.trajectory, times, segment.mode.tool_state)[:, :3, 3]
         speed = float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max(initial=0.0))
         if speed > contact_speed:
             yield k, speed
 
 
-def _tips(arm: Arm, run: TimedRun, times: Array, tool_state: ToolState) -> Array:
-    """Poses (N, 4, 4) of the tool on the run's curve."""
-    return arm.tips(run.trajectory.sample(times), tool_state)
+def _tips(arm: Arm, trajectory: Trajectory, times: Array, tool_state: ToolState) -> Array:
+    """Poses (N, 4, 4) of the tool on a trajectory."""
+    return arm.tips(states_at(trajectory, times, highest=0)[0], tool_state)

@@ -4,5 +4,5 @@ Read `timed_run`, which times one run from stop to stop: `polyline_simplificatio
 `blend_validation` make a smooth path that is proven free; `path_limits` and `path_constraint` say what limits
 the speed along it; `time_parameterization` times it with `toppra_closed_form` or `toppra_solver` and
 `jerk_smoothing`; `limit_check` judges the result. `concatenation` joins runs, `stopping_trajectory` brakes,
-`trajectory_chords` serves proofs.
+`trajectory_chords` serves proofs, `trajectory_sampling` what is measured on a motion.
 """

@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 
 from pickcli.geometry import Array
-from pickcli.kernel import Chain, Checker, fastest_pace, quintic_peaks, rrt_connect, shorten, smoothed_pace
+from pickcli.kernel import (
+    Chain,
+    Checker,
+    fastest_pace,
+    quintic_peaks,
+    quintic_states,
+    rrt_connect,
+    shorten,
+    smoothed_pace,
+)
 from support.kernel_cases import random_arm, random_world
 
 ARM = random_arm(np.random.default_rng(7))
@@ -66,6 +75,7 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "centers of set_cloud": (_cloud, (3,)),
     "held radii": (lambda a: _checker().set_held(np.zeros((5, 3)), a, np.zeros(0, np.int32)), ()),
     "positions": (_peaks, (N,)),
+    "t": (lambda a: quintic_states(np.arange(2.0), *np.zeros((3, 2, N)), a, 0)[0], ()),
     "dq": (_pace, (N,)),
     "v": (lambda a: smoothed_pace(np.arange(5.0), np.arange(5.0), a, 0.1, 3), ()),
     "joint_types": (lambda a: Chain(a, np.zeros((5, 4, 4)), np.ones((5, 3)), np.zeros(5, np.int32)), ()),

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pickcli.geometry import Array
-from pickcli.kernel import estimated_duration, fastest_pace, quintic_peaks
+from pickcli.kernel import estimated_duration, fastest_pace, quintic_peaks, quintic_states
+from pickcli.motion.trajectory import Trajectory
 from support import duration_reference
 
 Rows = tuple[Array, Array, Array, Array]
@@ -99,6 +100,19 @@ def test_times_that_do_not_increase_are_refused() -> None:
     times[2] = times[1]
     with pytest.raises(ValueError, match="times"):
         quintic_peaks(times, *rest)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 9), st.integers(1, 8))
+def test_states_are_those_of_the_trajectory(seed: int, n_points: int, n: int) -> None:
+    """Between its points, at them, and beyond its ends."""
+    rows = states(seed, n_points, n)
+    trajectory = Trajectory((), *rows)
+    t = np.concatenate([rows[0], np.linspace(-0.1, rows[0][-1] + 0.1, 40)])
+    for found, expected in zip(quintic_states(*rows, t), trajectory.states(t), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_array_equal(quintic_states(*rows, t, 0)[0], quintic_states(*rows, t)[0])
+    np.testing.assert_array_equal(quintic_states(*rows, rows[0][:-1])[0], rows[1][:-1])
 
 
 @settings(max_examples=100, deadline=None)

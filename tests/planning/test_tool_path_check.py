@@ -13,11 +13,12 @@ from pickcli.cell.cell import Cell
 from pickcli.collision.motion_segment import Mode, MotionSegment
 from pickcli.errors import Failures
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.kernel import line_deviation
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning import certified_timing
 from pickcli.planning.certified_timing import proven_run
 from pickcli.planning.planning_context import PlanningContext
-from pickcli.planning.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended, off_line
+from pickcli.planning.tool_path_check import OFF_ANGLE, OFF_LINE, broken_promise, mended
 from pickcli.scene.scene import PoseNoise, Scene
 from support.tool_states import STRAIGHT
 
@@ -96,13 +97,13 @@ def test_coarse_motions_promise_no_line(planner: PlanningContext, scene: Scene) 
 
 @pytest.mark.parametrize("bow", [0.0, 0.001, 0.003])
 @pytest.mark.parametrize("twist", [0.0, 0.02])
-def test_off_line_measures_what_a_bow_and_a_twist_are(bow: float, twist: float) -> None:
+def test_the_line_deviation_measures_what_a_bow_and_a_twist_are(bow: float, twist: float) -> None:
     s = np.linspace(0.0, 1.0, 101)
     R = pose(rpy=[0.1, 0.2, 0.3])[:3, :3]
     hump = 4 * s * (1 - s)
     turns = [R @ rotation_axis_angle([0, 0, 1], 0.3 * a + twist * h) for a, h in zip(s, hump, strict=True)]
     tips = np.stack([pose([0.2 * a, bow * h, 0.0], R=T) for a, h, T in zip(s, hump, turns, strict=True)])
-    distance, angle = off_line(tips)
+    distance, angle = line_deviation(tips)
     assert distance == pytest.approx(bow, abs=1e-9)
     assert angle == pytest.approx(twist, abs=1e-6)
     assert (distance > OFF_LINE) == (bow > OFF_LINE) and (angle > OFF_ANGLE) == (twist > OFF_ANGLE)

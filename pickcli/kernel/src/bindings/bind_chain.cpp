@@ -169,6 +169,13 @@ nb::object chords_of_line(const Chain& chain, nb::handle Q_in, nb::handle poses_
   return to_numpy(std::move(kept), {n_kept});
 }
 
+nb::tuple deviation_of(nb::handle poses_in) {
+  const Doubles poses(poses_in, "T_world_tips", {kAny, 4, 4});
+  if (poses.rows() < 2) throw nb::value_error("T_world_tips: a line has two ends");
+  const Deviation most = line_deviation(to_poses(poses, "T_world_tips"));
+  return nb::make_tuple(most.position, most.angle);
+}
+
 nb::tuple follow_targets(const Chain& chain, nb::handle targets_in, nb::handle tip, nb::handle q0_in,
                          nb::handle lower, nb::handle upper, nb::handle weights, nb::handle max_step_in,
                          double position, double angle) {
@@ -200,6 +207,15 @@ void bind_chain(nb::module_& m) {
       .value("LIMIT", FollowEnd::limit,
              "None was found for the next one, with a joint pressed against a limit.")
       .value("OFF_LINE", FollowEnd::off_line, "The tip would leave the line on the way to the next one.");
+  m.def("line_deviation", &deviation_of, "T_world_tips"_a,
+        nb::sig("def line_deviation(T_world_tips: " APC_F64 ") -> tuple[float, float]"),
+        R"(How far poses leave the straight line from the first to the last, at most.
+
+Args:
+    T_world_tips: (N, 4, 4) m, N at least 2.
+
+Returns:
+    m from the nearest point of the line; rad from how a steady turn about one axis stands there.)");
   nb::class_<Chain>(m, "Chain",
                     R"(A serial chain: at most 63 joints, of which at most 32 entries of q move any.
 

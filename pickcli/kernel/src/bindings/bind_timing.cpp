@@ -1,5 +1,5 @@
 //! \file
-//! pickcli.kernel.fastest_pace, smoothed_pace, estimated_duration and quintic_peaks.
+//! pickcli.kernel.fastest_pace, smoothed_pace, estimated_duration, quintic_peaks and quintic_states.
 #include "bindings/bindings.hpp"
 
 #include <algorithm>
@@ -117,6 +117,24 @@ nb::tuple peaks_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::ha
                         to_numpy(std::move(acceleration), {N - 1, n}), to_numpy(std::move(jerk), {N - 1, n}));
 }
 
+nb::object states_of(nb::handle times_in, nb::handle p_in, nb::handle v_in, nb::handle a_in, nb::handle t_in,
+                     int highest) {
+  const Doubles times(times_in, "times", {kAny}), p(p_in, "positions", {times.rows(), kAny});
+  check_increasing(times, "times");
+  const std::size_t N = times.size(), n = p.size() / N;
+  const Py_ssize_t rows = times.rows(), columns = static_cast<Py_ssize_t>(n);
+  const Doubles v(v_in, "velocities", {rows, columns}), a(a_in, "accelerations", {rows, columns});
+  const Doubles t(t_in, "t", {kAny});
+  if (highest < 0 || highest > 2) throw nb::value_error("highest: derivatives 0 to 2 are known");
+  const std::size_t M = t.size(), orders = static_cast<std::size_t>(highest) + 1;
+  std::vector<double> out(orders * M * n);
+  {
+    nb::gil_scoped_release unlocked;
+    quintic_states({N, n, times.data(), p.data(), v.data(), a.data()}, t.data(), M, highest, out.data());
+  }
+  return to_numpy(std::move(out), {orders, M, n});
+}
+
 double duration_of(nb::handle waypoints_in, nb::handle velocity_in, nb::handle acceleration_in,
                    double corner_deviation) {
   const Doubles velocity(velocity_in, "velocity", {kAny}),
@@ -195,6 +213,22 @@ Args:
 Returns:
     Of every piece, each (N-1, n): the largest abs(velocity), from above; abs(acceleration) and abs(jerk),
     exact.)");
+  m.def("quintic_states", &states_of, "times"_a, "positions"_a, "velocities"_a, "accelerations"_a, "t"_a,
+        "highest"_a = 2,
+        nb::sig("def quintic_states(times: " APC_F64 ", positions: " APC_F64 ", velocities: " APC_F64
+                ", accelerations: " APC_F64 ", t: " APC_F64 ", highest: int = 2) -> " APC_F64),
+        R"(States on the quintics between points in time.
+
+Args:
+    times: (N,) s, increasing.
+    positions: (N, n) rad or m.
+    velocities: (N, n) per s.
+    accelerations: (N, n) per s^2.
+    t: (M,) s, clamped to the first and the last time.
+    highest: Derivative by time, 0 to 2.
+
+Returns:
+    (highest + 1, M, n).)");
 }
 
 }  // namespace apc

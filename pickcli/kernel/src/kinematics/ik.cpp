@@ -174,6 +174,23 @@ bool is_straight(const Chain& chain, const Pose& T_last_tip, const double* Q, co
 
 }  // namespace
 
+Deviation line_deviation(const std::vector<Pose>& poses) {
+  const Pose &first = poses.front(), &last = poses.back();
+  const Vec3 along = last.p - first.p, turn = rotation_vector(transposed(first.R) * last.R);
+  const double length = norm(along), angle = norm(turn);
+  const Vec3 axis = (1.0 / std::max(angle, 1e-12)) * turn;
+  Deviation most;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Vec3 off = poses[i].p - first.p;
+    // A tool that turns where it stands makes steady progress.
+    const double s = length > 1e-6 ? std::clamp(dot(off, along) / (length * length), 0.0, 1.0)
+                                   : static_cast<double>(i) / static_cast<double>(poses.size() - 1);
+    most.position = std::max(most.position, norm(off - s * along));
+    most.angle = std::max(most.angle, angle_between(first.R * rotation(axis, s * angle), poses[i].R));
+  }
+  return most;
+}
+
 IkResult solve(const IkProblem& problem, const Pose& T_world_target, double* q) {
   return Descent(problem, T_world_target, q).run();
 }

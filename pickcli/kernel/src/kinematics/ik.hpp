@@ -43,6 +43,10 @@ inline bool is_within(const Deviation& off, const Deviation& most) {
   return off.position <= most.position && off.angle <= most.angle;
 }
 
+//! How far poses leave the straight line from the first to the last at most: by position from the nearest point
+//! of it, by angle from how a steady turn about one axis stands there.
+Deviation line_deviation(const std::vector<Pose>& poses);
+
 //! Why following a row of targets ended.
 enum class FollowEnd : int { done = 0, no_convergence = 1, joint_step = 2, limit = 3, off_line = 4 };
 
