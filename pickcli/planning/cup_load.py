@@ -9,6 +9,7 @@ from pickcli.geometry import Array
 from pickcli.grasping.holding import CupLoad, Hold
 from pickcli.kinematics.arm import Arm
 from pickcli.motion.trajectory import Trajectory
+from pickcli.timing.trajectory_sampling import states_at
 
 STEP = (
     0.004  # s between two evaluated states; a jerk of 200 rad/s^3 changes the acceleration by under a tenth
@@ -29,7 +30,7 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     """
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
-    return hold.in_motion(arm.tip_motion(*trajectory.states(t), tool_state))
+    return hold.in_motion(arm.tip_motion(*states_at(trajectory, t), tool_state))
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> CupLoad:
