@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
@@ -40,14 +43,19 @@ class DropPlacement:
     """One way to release the item.
 
     Attributes:
-        above: (4, 4) pose of the tool frame in the world above the place.
         release: (4, 4) pose of the tool frame in the world at release.
+        rise: m of the straight way down to it and up again.
         cost: m, height of the pile and turns of the wrist weighed together; the least is best.
     """
 
-    above: Array
     release: Array
+    rise: float
     cost: float
+
+    @property
+    def above(self) -> Array:
+        """(4, 4) pose of the tool frame in the world above the place."""
+        return shifted(self.release, np.array([0.0, 0.0, self.rise]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,24 +86,71 @@ class _Pile:
         return cls(at[:, :2], half[:, :2], tops, items, middle, room.size[:2] / 2, floor, rim)
 
     def heights(self, centres: Array, half: Array) -> Array:
-        """(M,) height in the world of the highest item under each footprint, else the floor.
+        """(...) height in the world of the highest item under each footprint, else the floor.
 
-        centres: (M, 2); half: (2,) half extents of the footprint
+        centres: (..., 2); half: (..., 2) half extents of the footprints
         """
-        return np.asarray(self._under(centres, half).max(axis=1, initial=self.floor))
+        return np.asarray(self._under(centres, half).max(axis=-1, initial=self.floor))
 
     def highest(self, centre: Array, half: Array) -> str:
         """Id of the highest item under a footprint, "" where there is none.
 
         centre: (2,); half: (2,) half extents of the footprint
         """
-        tops = self._under(centre[None], half)[0]
+        tops = self._under(centre, half)
         return self.items[int(np.argmax(tops))] if tops.max(initial=self.floor) > self.floor else ""
 
     def _under(self, centres: Array, half: Array) -> Array:
-        """(M, K) top of each item under each footprint, the floor where it is beside it."""
-        apart = np.abs(self.centres - centres[:, None])
-        return np.where((apart < self.half + half).all(axis=2), self.tops, self.floor)
+        """(..., K) top of each item under each footprint, the floor where it is beside it."""
+        apart = np.abs(self.centres - centres[..., None, :])
+        return np.where((apart < self.half + half[..., None, :]).all(axis=-1), self.tops, self.floor)
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Release poses for A tool orientations at G places each. In m, in the world."""
+
+    centres: Array  # (A, G, 2) of the item
+    tip: Array  # (A, G) height of the tip
+    drop: Array  # (A, G) from the item's lowest point to the floor
+    rise: Array  # (A, G) of the straight way up again
+    cost: Array  # (A, G), infinite where no place is tried
+
+    @classmethod
+    def of(
+        cls, pile: _Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool
+    ) -> _Grid:
+        """Weigh the height of the pile, the drop, the way up and the turn of the wrist.
+
+        T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
+        room: (A, 2) to either side of the middle; prices: (A,) of the turns
+        """
+        shares, are_tried = _places(room)
+        centres = pile.middle + room[:, None] * shares
+        height = pile.heights(centres, reach[:, None, :2])
+        tip = height + ABOVE_PILE + reach[:, None, 2] - T_item[:, None, 2, 3]
+        if is_level:
+            tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
+        lowest = tip + T_item[:, None, 2, 3] - reach[:, None, 2]
+        rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
+        cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
+        return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
+
+    def best(self, orientations: NDArray[np.intp]) -> list[tuple[int, int]]:
+        """Orientation and place of the best few of each orientation that do not drop too far, best first.
+
+        orientations: those that count
+        """
+        cost = np.where(self.drop <= MAX_DROP, self.cost, np.inf)[orientations]
+        few = np.argsort(cost, axis=1, kind="stable")[:, :PER_ORIENTATION]
+        cost = np.take_along_axis(cost, few, axis=1).ravel()
+        order = [k for k in np.argsort(cost, kind="stable").tolist() if np.isfinite(cost[k])]
+        return [(int(orientations[k // few.shape[1]]), int(few.flat[k])) for k in order]
+
+    def placement(self, R: Array, T_item: Array, a: int, g: int) -> DropPlacement:
+        """Orientation a at its place g."""
+        release = pose([*(self.centres[a, g] - T_item[:2, 3]), self.tip[a, g]], R=R)
+        return DropPlacement(release, float(self.rise[a, g]), float(self.cost[a, g]))
 
 
 def plan_drops(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMotion, ...] | Failures:
@@ -187,21 +242,20 @@ def drop_placements(
     """
     pile = _Pile.of(scene, place)
     is_level = not scene.cell.robot.tool.has_lance(tool_state, IN_LINE)
-    found: list[DropPlacement] = []
-    failures = Failures()
-    for price, R in _orientations(is_level):
-        best = _best(held, is_level, R, price, pile)
-        if isinstance(best, Reason):
-            failures += best
-        else:
-            found += best
-    if not found:
-        return Failures(tuple(dict.fromkeys(failures.within(place.name))))
-    return tuple(sorted(found, key=lambda s: s.cost)[:n_most])
+    prices, R = _orientations(is_level)
+    T_item = _posed(R) @ held.T_tip_item
+    reach = held.item.shape.reach(T_item[:, :3, :3]) + held.inflate
+    room = pile.half_room - reach[:, :2]
+    grid = _Grid.of(pile, T_item, reach, room - np.clip(0.8 * room, LEAST_WALL, WALL), prices, is_level)
+    chosen = grid.best(np.flatnonzero(room.min(axis=1) >= LEAST_WALL))
+    if not chosen:
+        return Failures(tuple(dict.fromkeys(_why_none(held, reach[:, :2], grid, pile, place))))
+    return tuple(grid.placement(R[a], T_item[a], a, g) for a, g in chosen[:n_most])
 
 
-def _orientations(is_level: bool) -> list[tuple[float, Array]]:
-    """Tool orientations with the cup pointing straight down, and what each costs.
+@cache
+def _orientations(is_level: bool) -> tuple[Array, Array]:
+    """Tool orientations (A, 3, 3) with the cup pointing straight down, after what each costs (A,).
 
     A level lance that points across the place, as the arm comes, is the easiest to reach.
 
@@ -209,45 +263,36 @@ def _orientations(is_level: bool) -> list[tuple[float, Array]]:
         is_level: Whether the lance lies level then, or stands upright.
     """
     down = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])  # x of the tool = +y of the world
-    turns = [a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE]
+    turns = np.array([a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE])
     price = LANCE_TURN_COST if is_level else 0.0
-    return [(price * abs(float(a)), rotation_axis_angle((0.0, 0.0, 1.0), float(a)) @ down) for a in turns]
+    return price * np.abs(turns), np.stack([rotation_axis_angle((0.0, 0.0, 1.0), a) @ down for a in turns])
 
 
-def _best(
-    held: AttachedItem, is_level: bool, R: Array, price: float, pile: _Pile
-) -> list[DropPlacement] | Reason:
-    """The best few release poses, on a grid, for one tool orientation; or why there is none."""
-    T = pose(R=R) @ held.T_tip_item
-    reach = held.item.shape.reach(T[:3, :3]) + held.inflate
-    spare = pile.half_room - reach[:2]
-    if spare.min() < LEAST_WALL:
-        size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
-        return Reason("does not fit between the walls", "", f"{held.item.name}, {size} mm")
-    room = spare - np.clip(0.8 * spare, LEAST_WALL, WALL)
-    centres = pile.middle + room * _places(room)
-    height = pile.heights(centres, reach[:2])
-    tip = height + ABOVE_PILE + reach[2] - T[2, 3]
-    if is_level:
-        tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
-    lowest = tip + T[2, 3] - reach[2]
-    rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
-    cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + price
-    order = [i for i in np.argsort(cost, kind="stable") if lowest[i] - pile.floor <= MAX_DROP]
-    if not order:
-        best = int(np.argmin(cost))
-        far = f"{lowest[best] - pile.floor:.2f} m to the floor, at most {MAX_DROP}"
-        return Reason("would drop too far", "", far, pile.highest(centres[best], reach[:2]))
-    found = []
-    for i in order[:PER_ORIENTATION]:
-        release = pose([*(centres[i] - T[:2, 3]), tip[i]], R=R)
-        above = shifted(release, np.array([0.0, 0.0, rise[i]]))
-        found.append(DropPlacement(above, release, float(cost[i])))
-    return found
+def _posed(R: Array) -> Array:
+    """Poses (A, 4, 4) at the origin with orientations (A, 3, 3)."""
+    T = np.tile(np.eye(4), (len(R), 1, 1))
+    T[:, :3, :3] = R
+    return T
 
 
-def _places(room: Array) -> Array:
-    """(M, 2) places to try as shares of the room to either side."""
-    along_x = np.linspace(-1.0, 1.0, 5 if room[0] > 0.04 else 1)
-    along_y = np.linspace(-1.0, 1.0, 3 if room[1] > 0.04 else 1)
-    return np.stack(np.meshgrid(along_x, along_y, indexing="ij"), axis=-1).reshape(-1, 2)
+def _places(room: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Places (G, 2) to try as shares of the room (A, 2) to either side, and which are tried (A, G).
+
+    Where there is hardly any room, the first place along that side is as good as the others.
+    """
+    x, y = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 3)
+    shares = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    is_first = shares == -1.0
+    return shares, np.asarray(((room[:, None] > 0.04) | is_first).all(axis=2))
+
+
+def _why_none(held: AttachedItem, reach: Array, grid: _Grid, pile: _Pile, place: Place) -> Iterator[Reason]:
+    """Why each orientation has no place; reach: (A, 2) half extents of the item."""
+    for a, half in enumerate(reach):
+        if (pile.half_room - half).min() < LEAST_WALL:
+            size = " x ".join(f"{e * 1e3:.0f}" for e in held.item.shape.extents)
+            yield Reason("does not fit between the walls", place.name, f"{held.item.name}, {size} mm")
+            continue
+        best = int(np.argmin(grid.cost[a]))
+        far = f"{grid.drop[a, best]:.2f} m to the floor, at most {MAX_DROP}"
+        yield Reason("would drop too far", place.name, far, pile.highest(grid.centres[a, best], half))
