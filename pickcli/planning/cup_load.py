@@ -30,7 +30,8 @@ def carried_load(arm: Arm, tool_state: ToolState, trajectory: Trajectory, hold: 
     """
     n = max(3, int(np.ceil(trajectory.duration / STEP)) + 1)
     t = np.union1d(np.linspace(0.0, trajectory.duration, n), trajectory.times)
-    return hold.in_motion(arm.tip_motion(*states_at(trajectory, t), tool_state))
+    q, velocity, acceleration = states_at(trajectory, t)
+    return hold.in_motion(arm.tip_motion(q, velocity, acceleration, tool_state))
 
 
 def path_load(arm: Arm, tool_state: ToolState, waypoints: Array, hold: Hold) -> CupLoad:

@@ -49,6 +49,9 @@ def _cloud(centers: Any) -> None:
     _checker().set_cloud(centers, 0.01)
 
 
+REST = np.zeros((2, N))
+
+
 def _robot(radii: Array) -> object:
     return Checker(ARM.chain(), np.zeros((5, 3)), radii, np.zeros(5, np.int32), np.zeros((0, 2), np.int32))
 
@@ -75,7 +78,7 @@ ROWS: dict[str, tuple[Callable[[Any], Any], tuple[int, ...]]] = {
     "centers of set_cloud": (_cloud, (3,)),
     "held radii": (lambda a: _checker().set_held(np.zeros((5, 3)), a, np.zeros(0, np.int32)), ()),
     "positions": (_peaks, (N,)),
-    "t": (lambda a: quintic_states(np.arange(2.0), *np.zeros((3, 2, N)), a, 0)[0], ()),
+    "t": (lambda a: quintic_states(np.arange(2.0), REST, REST, REST, a, 0)[0], ()),
     "dq": (_pace, (N,)),
     "v": (lambda a: smoothed_pace(np.arange(5.0), np.arange(5.0), a, 0.1, 3), ()),
     "joint_types": (lambda a: Chain(a, np.zeros((5, 4, 4)), np.ones((5, 3)), np.zeros(5, np.int32)), ()),

@@ -127,9 +127,8 @@ def test_the_estimated_duration_is_that_of_numpy(seed: int, n_points: int, n: in
         assert estimated_duration(waypoints, *limits) == pytest.approx(expected, rel=1e-9)
 
 
-def test_limits_that_are_none_are_refused() -> None:
-    for bad, name in ((-1.0, "velocity"), (0.0, "acceleration"), (0.0, "corner_deviation")):
-        given = {"velocity": np.ones(2), "acceleration": np.ones(2), "corner_deviation": 0.02}
-        given[name] = bad * given[name]
-        with pytest.raises(ValueError, match=name):
-            estimated_duration(np.zeros((3, 2)), **given)  # type: ignore[arg-type]
+@pytest.mark.parametrize("bad", ["velocity", "acceleration", "corner_deviation"])
+def test_limits_that_are_none_are_refused(bad: str) -> None:
+    limits = {name: np.zeros(2) if name == bad else np.ones(2) for name in ("velocity", "acceleration")}
+    with pytest.raises(ValueError, match=bad):
+        estimated_duration(np.zeros((3, 2)), **limits, corner_deviation=0.0 if bad[0] == "c" else 0.02)
