@@ -75,10 +75,7 @@ class SceneChecker(KernelValidator):
 
     def _touching(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """What may be touched only so deep: cup and held item as they are, nothing else of the robot."""
-        state, cup = self._model.state(self._tool_state), self._cup
-        mine = state.frames == cup
-        none = np.zeros((0, 2), np.int32)
-        kernel = Checker(state.chain, state.centers[mine], state.radii[mine], state.frames[mine], none)
+        kernel, cup = self._model.state(self._tool_state).cup.checker(), self._cup
         kept = contacts.enter(kernel, world, cup, cup + 1)
         if self.held is not None:
             shape, no_frames = self.held.item.shape, np.zeros(0, np.int32)

@@ -75,6 +75,13 @@ class KernelRobot:
         return self._bare.bare()
 
     @cached_property
+    def cup(self) -> KernelRobot:
+        """The last frame alone, which is the cup: the others move it, and have no spheres."""
+        of_cup = self.frames == self.chain.n_frames - 1
+        none = np.zeros((0, 2), np.int32)
+        return KernelRobot(self.chain, self.centers[of_cup], self.radii[of_cup], self.frames[of_cup], none)
+
+    @cached_property
     def _bare(self) -> Checker:
         """What all checkers are copied from: to cut the spheres into trees takes longer than to copy them."""
         return Checker(self.chain, self.centers, self.radii, self.frames, self.self_pairs)

@@ -59,17 +59,17 @@ TEST_CASE("the distance of two solids is below every sample's, and near to the s
 
 TEST_CASE("distances known by hand") {
   const double inf = std::numeric_limits<double>::infinity();
-  const Solid cube = make_solid({}, {0.1, 0.1, 0.1}, SolidKind::box, 0.0, "cube");
+  const Solid cube = make_solid({}, {0.1, 0.1, 0.1}, SolidKind::box, 0.0);
   const auto box_at = [](const Vec3& p) {
-    return make_solid({{}, p}, {0.1, 0.1, 0.1}, SolidKind::box, 0.0, "box");
+    return make_solid({{}, p}, {0.1, 0.1, 0.1}, SolidKind::box, 0.0);
   };
   CHECK_LE(std::abs(signed_distance(cube, box_at({0.5, 0.0, 0.0}), inf) - 0.3), 1e-9);
   CHECK_LE(std::abs(signed_distance(cube, box_at({0.5, 0.5, 0.0}), inf) - 0.3 * std::sqrt(2.0)), 1e-9);
   CHECK_LE(std::abs(signed_distance(cube, box_at({0.5, 0.5, 0.5}), inf) - 0.3 * std::sqrt(3.0)), 1e-9);
   CHECK_LE(std::abs(signed_distance(cube, box_at({0.15, 0.0, 0.0}), inf) + 0.05), 1e-9);
-  const Solid ball = make_solid({{}, {0.3, 0.4, 0.1}}, {0.05, 0.05, 0.05}, SolidKind::sphere, 0.0, "ball");
+  const Solid ball = make_solid({{}, {0.3, 0.4, 0.1}}, {0.05, 0.05, 0.05}, SolidKind::sphere, 0.0);
   CHECK_LE(std::abs(signed_distance(cube, ball, inf) - (std::hypot(0.2, 0.3) - 0.05)), 1e-9);
-  const Solid can = make_solid({{}, {0.0, 0.0, 0.4}}, {0.05, 0.05, 0.1}, SolidKind::cylinder, 0.0, "can");
+  const Solid can = make_solid({{}, {0.0, 0.0, 0.4}}, {0.05, 0.05, 0.1}, SolidKind::cylinder, 0.0);
   CHECK_LE(std::abs(signed_distance(cube, can, inf) - 0.2), 1e-9);
 }
 
@@ -83,8 +83,8 @@ TEST_CASE("the order of two solids does not matter") {
 }
 
 TEST_CASE("what is no solid is refused") {
-  CHECK_THROWS(make_solid({}, {-0.1, 0.1, 0.1}, SolidKind::box, 0.0, "box"));
-  CHECK_THROWS(make_solid({}, {0.1, 0.1, 0.1}, SolidKind::box, -1e-3, "box"));
-  CHECK_THROWS(make_solid({}, {0.1, 0.2, 0.1}, SolidKind::cylinder, 0.0, "can"));
-  CHECK_THROWS(make_solid({}, {0.1, 0.1, 0.2}, SolidKind::sphere, 0.0, "ball"));
+  CHECK_THROWS(make_solid({}, {-0.1, 0.1, 0.1}, SolidKind::box, 0.0));
+  CHECK_THROWS(make_solid({}, {0.1, 0.1, 0.1}, SolidKind::box, -1e-3));
+  CHECK_THROWS(make_solid({}, {0.1, 0.2, 0.1}, SolidKind::cylinder, 0.0));
+  CHECK_THROWS(make_solid({}, {0.1, 0.1, 0.2}, SolidKind::sphere, 0.0));
 }

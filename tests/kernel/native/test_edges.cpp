@@ -72,7 +72,7 @@ TEST_CASE("a tube that is proven free is free at its corners") {
 TEST_CASE("a wall in the middle of a doubtful edge is seen before anything is proven") {
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 0.05}}, {0}, {}));
-  const Solid wall = make_solid({{}, {0.5, 0.0, 0.0}}, {0.1, 1.0, 1.0}, SolidKind::box, 0.0, "wall");
+  const Solid wall = make_solid({{}, {0.5, 0.0, 0.0}}, {0.1, 1.0, 1.0}, SolidKind::box, 0.0);
   checker.world() = World({{wall, 0, 3}});
   const double from = 0.0, to = 1.0;
   for (const double slack : {0.0, 0.01}) {
@@ -90,7 +90,7 @@ TEST_CASE("a thin plate between two samples is found") {
   test::Random random(23);
   for (int i = 0; i < 50; ++i) {
     const double x = random.between(0.05, 0.95);
-    const Solid plate = make_solid({{}, {x, 0.0, 0.0}}, {1e-5, 1.0, 1.0}, SolidKind::box, 0.0, "plate");
+    const Solid plate = make_solid({{}, {x, 0.0, 0.0}}, {1e-5, 1.0, 1.0}, SolidKind::box, 0.0);
     checker.world() = World({{plate, 0, 7}});
     const double from = 0.0, to = 1.0;
     const EdgeReport report = checker.check_edge(&from, &to, 0.0, nullptr, 2e-4);
@@ -126,8 +126,8 @@ TEST_CASE("a long search of RRT-Connect begins anew and stays the same to the bi
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0},
                      {JointKind::prismatic, {}, {0.0, 1.0, 0.0}, 1}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 1e-3}}, {1}, {}));
-  const Solid low = make_solid({{}, {0.5, -0.5, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0, "low");
-  const Solid high = make_solid({{}, {0.5, 1.12, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0, "high");
+  const Solid low = make_solid({{}, {0.5, -0.5, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0);
+  const Solid high = make_solid({{}, {0.5, 1.12, 0.0}}, {0.1, 0.8, 1.0}, SolidKind::box, 0.0);
   checker.world() = World({{low, 0, 0}, {high, 0, 1}});
   const std::vector<double> start{0.05, 0.9}, goals{0.95, 0.9, 0.95, 0.1}, lower{0.0, 0.0}, upper{1.0, 1.0};
   const int n_attempt = 494;  // of a diagonal that is 2.8 steps long

@@ -39,7 +39,7 @@ TEST_CASE("a configuration that is free with the rounding's margin is free in do
 TEST_CASE("the margin is rounded the safe way: a sphere at exactly the margin is not free") {
   const Chain chain({{JointKind::prismatic, {}, {1.0, 0.0, 0.0}, 0}});
   Checker checker(Robot(chain, {{{0.0, 0.0, 0.0}, 0.1}}, {0}, {}));
-  const Solid wall = make_solid({{}, {1.5, 0.0, 0.0}}, {0.5, 1.0, 1.0}, SolidKind::box, 0.0, "wall");
+  const Solid wall = make_solid({{}, {1.5, 0.0, 0.0}}, {0.5, 1.0, 1.0}, SolidKind::box, 0.0);
   checker.world() = World({{wall, 0, 0}});
   for (const double margin : {0.0, 1e-3, 0.01, 0.1, 0.3}) {
     const double touching = 1.0 - 0.1 - margin;

@@ -74,7 +74,7 @@ TEST_CASE("a cloud is as far away as its nearest point, filtered or not") {
     const double radius = random.between(0.0, 0.03);
     std::vector<Obstacle> balls;
     for (const Vec3& p : points)
-      balls.push_back({make_solid({{}, p}, {radius, radius, radius}, SolidKind::sphere, 0.0, "ball"), 0,
+      balls.push_back({make_solid({{}, p}, {radius, radius, radius}, SolidKind::sphere, 0.0), 0,
                        static_cast<int>(balls.size())});
     for (const double voxel : {0.0, 0.1}) {
       Checker with_balls(test::Random(robot).robot()), with_cloud(test::Random(robot).robot());

@@ -138,13 +138,21 @@ nb::object to_numpy(std::vector<T> values, std::initializer_list<std::size_t> sh
   return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape.size(), shape.begin(), owner));
 }
 
+//! Name of an array, or of one of its rows: put together when an error has to tell it.
+struct Name {
+  Name(const char* array, Py_ssize_t row = kAny) : array(array), row(row) {}
+  std::string text() const { return array + (row == kAny ? "" : "[" + std::to_string(row) + "]"); }
+  const char* array;
+  Py_ssize_t row;
+};
+
 //! A rigid pose from 16 numbers, made orthonormal to the last digit (the proofs rely on it).
-inline Pose to_pose(const double* m, const std::string& name) {
+inline Pose to_pose(const double* m, const Name& name) {
   const Vec3 x{m[0], m[4], m[8]}, y{m[1], m[5], m[9]}, z{m[2], m[6], m[10]};
   const double off = std::abs(norm(x) - 1.0) + std::abs(norm(y) - 1.0) + norm(cross(x, y) - z) +
                      std::abs(dot(x, y)) + std::abs(m[12]) + std::abs(m[13]) + std::abs(m[14]) +
                      std::abs(m[15] - 1.0);
-  if (!(off < 1e-5)) throw nb::value_error((name + ": not a rigid pose (4, 4)").c_str());
+  if (!(off < 1e-5)) throw nb::value_error((name.text() + ": not a rigid pose (4, 4)").c_str());
   const Vec3 ex = (1.0 / norm(x)) * x;
   Vec3 ey = y - dot(ex, y) * ex;
   ey = (1.0 / norm(ey)) * ey;

@@ -19,9 +19,8 @@ Chain make_chain(nb::handle types_in, nb::handle poses_in, nb::handle axes_in, n
   for (Py_ssize_t k = 0; k < n; ++k) {
     if (types[k] < 0 || types[k] > 2)
       throw nb::value_error("joint_types: 0 is revolute, 1 prismatic, 2 fixed; there is nothing else");
-    const std::string name = "T_parent_joint[" + std::to_string(k) + "]";
     joints.push_back({static_cast<JointKind>(types[k]),
-                      to_pose(&poses[16 * k], name),
+                      to_pose(&poses[16 * k], {"T_parent_joint", k}),
                       {axes[3 * k], axes[3 * k + 1], axes[3 * k + 2]},
                       q_index[k]});
   }
@@ -124,10 +123,10 @@ nb::object ik(const Chain& chain, nb::handle target_in, nb::handle tip, nb::hand
   return to_numpy_rows(found, chain.n());
 }
 
-std::vector<Pose> to_poses(const Doubles& rows, const std::string& name) {
+std::vector<Pose> to_poses(const Doubles& rows, const char* name) {
   std::vector<Pose> poses;
   for (int i = 0; i < rows.rows(); ++i)
-    poses.push_back(to_pose(&rows[16 * static_cast<std::size_t>(i)], name + "[" + std::to_string(i) + "]"));
+    poses.push_back(to_pose(&rows[16 * static_cast<std::size_t>(i)], {name, i}));
   return poses;
 }
 

@@ -31,9 +31,18 @@ Robot make_robot(const Chain& chain, nb::handle centers_in, nb::handle radii_in,
   return Robot(chain, to_spheres(centers, radii), to_ints(frame), self_pairs);
 }
 
-SolidKind to_kind(int kind, const std::string& what) {
-  if (kind < 0 || kind > 2) throw nb::value_error((what + ": 0 is a box, 1 a cylinder, 2 a sphere").c_str());
+SolidKind to_kind(int kind, const Name& name) {
+  if (kind < 0 || kind > 2)
+    throw nb::value_error((name.text() + ": 0 is a box, 1 a cylinder, 2 a sphere").c_str());
   return static_cast<SolidKind>(kind);
+}
+
+Solid to_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding, const Name& name) {
+  try {
+    return make_solid(T, half, kind, rounding);
+  } catch (const std::invalid_argument& error) {
+    throw nb::value_error((name.text() + ": " + error.what()).c_str());
+  }
 }
 
 //! A row of numbers, or none: then all are zero.
@@ -59,10 +68,9 @@ void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::ha
   const Optional<double> rounding(rounding_in, "rounding", n);
   std::vector<Obstacle> obstacles;
   for (Py_ssize_t b = 0; b < n; ++b) {
-    const std::string i = "[" + std::to_string(b) + "]";
-    const Solid solid = make_solid(to_pose(&poses[16 * b], "T_world_box" + i),
-                                   {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
-                                   to_kind(kind[b], "kind" + i), rounding[b], "half_extents" + i);
+    const Solid solid =
+        to_solid(to_pose(&poses[16 * b], {"T_world_box", b}), {half[3 * b], half[3 * b + 1], half[3 * b + 2]},
+                 to_kind(kind[b], {"kind", b}), rounding[b], {"half_extents", b});
     obstacles.push_back({solid, ignored[b], static_cast<int>(b)});
   }
   checker.world().set_obstacles(std::move(obstacles));
@@ -85,8 +93,8 @@ void set_held_solid(Checker& checker, nb::handle pose_in, nb::handle half_in, nb
                     double rounding) {
   const Doubles pose(pose_in, "T_last_solid", {4, 4}), half(half_in, "half_extents", {3});
   const Integers tested(tested_in, "tested_frames", {kAny});
-  const Solid solid = make_solid(to_pose(pose.data(), "T_last_solid"), {half[0], half[1], half[2]},
-                                 to_kind(kind, "kind"), rounding, "half_extents");
+  const Solid solid = to_solid(to_pose(pose.data(), "T_last_solid"), {half[0], half[1], half[2]},
+                               to_kind(kind, "kind"), rounding, "half_extents");
   checker.robot().set_held(solid, to_ints(tested));
 }
 

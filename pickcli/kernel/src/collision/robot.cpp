@@ -96,7 +96,8 @@ Robot::Robot(Chain chain, const std::vector<Sphere>& spheres, const std::vector<
   }
   for (FrameCover& cover : covers_) cover.tree = build_ball_tree(cover.spheres);
   prepare_bodies();
-  prepare_covers();
+  for (std::size_t f = 0; f < covers_.size(); ++f) prepare_cover(f);
+  prepare_single();
 }
 
 Robot Robot::bare() const {
@@ -122,7 +123,11 @@ void Robot::replace_held(FrameCover held) {
       throw std::invalid_argument("tested frame " + std::to_string(f) + " is not in 0.." +
                                   std::to_string(chain_.n_frames() - 1));
   covers_.back() = std::move(held);
-  prepare_covers();
+  balls_.resize(static_cast<std::size_t>(frames_.back().first_ball));
+  tested_.resize(static_cast<std::size_t>(frames_.back().first_tested));
+  frames_.pop_back();
+  prepare_cover(frames_.size());
+  prepare_single();
 }
 
 void Robot::place(const double* q, Pose* frames) const {
@@ -163,29 +168,29 @@ void Robot::prepare_bodies() {
   R_world_base_ = about_z(first_turn.front());
 }
 
-void Robot::prepare_covers() {
-  frames_.clear();
-  balls_.clear();
-  tested_.clear();
-  simd8::Frames covered = 0;
-  for (std::size_t f = 0; f < covers_.size(); ++f) {
-    const FrameCover& cover = covers_[f];
-    simd8::FrameData frame = bounded(f);
-    frame.first_ball = static_cast<int>(balls_.size());
-    for (const BallNode& node : cover.tree) {
-      const Vec3 center = T_body_frame_[f] * node.ball.center;
-      // What bounds the spheres must still do so after rounding.
-      const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
-      balls_.push_back(
-          to_single(center, node.ball.radius + slop, frame.first_ball + node.next, node.is_sphere));
-    }
-    frame.last_ball = static_cast<int>(balls_.size());
-    frame.first_tested = static_cast<int>(tested_.size()),
-    frame.n_tested = static_cast<int>(cover.tested.size());
-    tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
-    frames_.push_back(frame);
-    if (!cover.tree.empty()) covered |= simd8::Frames{1} << f;
+//! What single precision has of a frame goes behind that of the frames before it.
+void Robot::prepare_cover(std::size_t f) {
+  const FrameCover& cover = covers_[f];
+  simd8::FrameData frame = bounded(f);
+  frame.first_ball = static_cast<int>(balls_.size());
+  for (const BallNode& node : cover.tree) {
+    const Vec3 center = T_body_frame_[f] * node.ball.center;
+    // What bounds the spheres must still do so after rounding.
+    const double slop = node.is_sphere ? 0.0 : 8.0 * u * (norm(center) + node.ball.radius);
+    balls_.push_back(
+        to_single(center, node.ball.radius + slop, frame.first_ball + node.next, node.is_sphere));
   }
+  frame.last_ball = static_cast<int>(balls_.size());
+  frame.first_tested = static_cast<int>(tested_.size());
+  frame.n_tested = static_cast<int>(cover.tested.size());
+  tested_.insert(tested_.end(), cover.tested.begin(), cover.tested.end());
+  frames_.push_back(frame);
+}
+
+void Robot::prepare_single() {
+  simd8::Frames covered = 0;
+  for (std::size_t f = 0; f < covers_.size(); ++f)
+    if (!covers_[f].tree.empty()) covered |= simd8::Frames{1} << f;
   held_.clear();
   if (std::optional<Solid> solid = covers_.back().solid) {
     solid->T = T_body_frame_.back() * solid->T;

@@ -59,10 +59,11 @@ class Robot {
   double reach(double travel) const { return reach_ + travel; }
 
  private:
-  Robot(const Robot&) = default;  // single_ points into the other until the covers are prepared anew
+  Robot(const Robot&) = default;  // single_ points into the other until it is prepared anew
   void replace_held(FrameCover held);
   void prepare_bodies();
-  void prepare_covers();
+  void prepare_cover(std::size_t f);
+  void prepare_single();
   simd8::FrameData bounded(std::size_t f) const;
   void bound_rounding();
 

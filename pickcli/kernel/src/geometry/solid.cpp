@@ -46,13 +46,12 @@ double widest_gap(const Solid& a, const Solid& b) {
 
 }  // namespace
 
-Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding, const std::string& what) {
+Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding) {
   if (!(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0))
-    throw std::invalid_argument(what + ": negative half extent");
-  if (!(rounding >= 0.0)) throw std::invalid_argument(what + ": negative rounding");
+    throw std::invalid_argument("negative half extent");
+  if (!(rounding >= 0.0)) throw std::invalid_argument("negative rounding");
   if ((kind != SolidKind::box && half.x != half.y) || (kind == SolidKind::sphere && half.y != half.z))
-    throw std::invalid_argument(what +
-                                ": the half extents of a round solid must be its radius where it is round");
+    throw std::invalid_argument("the half extents of a round solid must be its radius where it is round");
   if (kind == SolidKind::sphere) return {T, {}, half.x + rounding, kind};
   return {T, half, rounding, kind};
 }

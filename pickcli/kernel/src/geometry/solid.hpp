@@ -21,8 +21,8 @@ struct Solid {
 };
 
 //! From the half extents of the solid itself: a cylinder's are (r, r, half length), a sphere's (r, r, r).
-//! Throws std::invalid_argument, naming the solid by what, for what is none.
-Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding, const std::string& what);
+//! Throws std::invalid_argument for what is none.
+Solid make_solid(const Pose& T, const Vec3& half, SolidKind kind, double rounding);
 
 //! The same in single precision.
 simd8::SolidData to_single(const Solid& solid);
