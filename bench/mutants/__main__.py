@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.mutants.mutate import Mutant, mutants
+from bench.mutants.reach import Reach, measured
 from bench.mutants.trial import ROOT, survives
 from pickcli.seeds import derived_rng
 
@@ -142,12 +143,13 @@ def _options() -> argparse.Namespace:
 def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -> Tried:
     """Try mutants in their order until the time is over; tells each that is left, and how it stands."""
     tests = [test for test in package.tests if (ROOT / test).exists()]
-    began, usual, tried = time.monotonic(), _usual(package, tests), Tried()
+    began, reach, tried = time.monotonic(), _reach(package, tests), Tried()
     for module, mutant in chosen:
         if time.monotonic() - began > seconds:
             break
-        ordered = own_first(tests, module)
-        is_left, _ = survives(_path(module), mutant.source, ordered, PATIENCE * usual + 5.0)
+        first = reach.first(module, mutant.line)
+        ordered, most = own_first(tests, module), PATIENCE * reach.cpu_s + 5.0
+        is_left, _ = survives(_path(module), mutant.source(), ordered, most, first)
         if is_left:
             tried = replace(tried, left=(*tried.left, (module, mutant)))
             print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
@@ -170,13 +172,12 @@ def own_first(tests: Sequence[str], module: str) -> list[str]:
     return sorted(tests, key=lambda test: name not in (ROOT / test).read_text())
 
 
-def _usual(package: Package, tests: list[str]) -> float:
-    """CPU time of the tests as things are, s. Ends the program where they fail: then they find nothing."""
-    path = _path(package.modules[0])
-    passes, seconds = survives(path, path.read_text(), tests, 600.0)
-    if not passes:
+def _reach(package: Package, tests: list[str]) -> Reach:
+    """What the tests reach as things are. Ends the program where they fail: then they find nothing."""
+    reach = measured(package.modules, tests)
+    if reach is None:
         sys.exit(f"{package.name}: its tests fail without any fault; mend that first")
-    return seconds
+    return reach
 
 
 def _path(module: str) -> Path:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ast
-import copy
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, cast
 
 _COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
@@ -29,57 +28,68 @@ class Mutant:
 
     line: of the original
     was, now: the piece of code before and after
-    source: the whole module with the fault
+    tree: of the whole module, without the fault
+    place: where the fault is put
+    fault: what is put there
     """
 
     line: int
     was: str
     now: str
-    source: str
+    tree: ast.Module = field(compare=False, repr=False)
+    place: _Place = field(compare=False, repr=False)
+    fault: ast.AST = field(compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.line}: {self.was} -> {self.now}"
+
+    def source(self) -> str:
+        """The whole module with the fault."""
+        was = self.place.put(self.fault)
+        try:
+            return ast.unparse(self.tree)
+        finally:
+            self.place.put(was)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A part of a syntax tree: a field of a node, or an entry of a list there."""
+
+    parent: ast.AST
+    field: str
+    index: int | None
+
+    def put(self, new: ast.AST) -> ast.AST:
+        """Put another part here; returns the one that was."""
+        held = getattr(self.parent, self.field)
+        if self.index is None:
+            setattr(self.parent, self.field, new)
+            return cast(ast.AST, held)
+        was, held[self.index] = held[self.index], new
+        return cast(ast.AST, was)
 
 
 def mutants(source: str) -> list[Mutant]:
     """Every fault that can be put into a module, in the order of its lines."""
     tree = ast.parse(source)
     found = []
-    for path, edit in _sites(tree):
-        changed = copy.deepcopy(tree)
-        parent, field, index = _followed(changed, path)
-        node = getattr(parent, field) if index is None else getattr(parent, field)[index]
-        was, line = _told(node), node.lineno
-        new = ast.copy_location(edit(node), node)
-        if index is None:
-            setattr(parent, field, new)
-        else:
-            getattr(parent, field)[index] = new
-        found.append(Mutant(line, was, _told(new), ast.unparse(ast.fix_missing_locations(changed))))
+    for place, node, edit in _sites(tree):
+        fault = ast.fix_missing_locations(ast.copy_location(edit(node), node))
+        found.append(Mutant(node.lineno, _told(node), _told(fault), tree, place, fault))
     return sorted(found, key=lambda mutant: (mutant.line, mutant.was, mutant.now))
 
 
-Step = tuple[str, int | None]
-
-
-def _sites(node: ast.AST, path: tuple[Step, ...] = ()) -> Iterator[tuple[tuple[Step, ...], Edit]]:
-    """Places where something can be changed, and how; nothing that is only said to people."""
-    for field, value in ast.iter_fields(node):
+def _sites(node: ast.AST) -> Iterator[tuple[_Place, Any, Edit]]:
+    """Places where something can be changed, what is there, and how; nothing that is only said to people."""
+    for name, value in ast.iter_fields(node):
         children = value if isinstance(value, list) else [value]
         for i, child in enumerate(children):
-            if not isinstance(child, ast.AST) or _is_words(node, field, child):
+            if not isinstance(child, ast.AST) or _is_words(node, name, child):
                 continue
-            step = (*path, (field, i if isinstance(value, list) else None))
-            yield from ((step, edit) for edit in _edits(child))
-            yield from _sites(child, step)
-
-
-def _followed(tree: ast.AST, path: tuple[Step, ...]) -> tuple[ast.AST, str, int | None]:
-    node = tree
-    for field, index in path[:-1]:
-        value = getattr(node, field)
-        node = value if index is None else value[index]
-    return node, *path[-1]
+            place = _Place(node, name, i if isinstance(value, list) else None)
+            yield from ((place, child, edit) for edit in _edits(child))
+            yield from _sites(child)
 
 
 def _is_words(parent: ast.AST, field: str, child: ast.AST) -> bool:
@@ -115,7 +125,7 @@ def _edits(node: ast.AST) -> Iterator[Edit]:
     elif isinstance(node, ast.Raise) or (
         isinstance(node, ast.Expr) and isinstance(node.value, (ast.Yield, ast.YieldFrom))
     ):
-        yield lambda n: ast.If(ast.Constant(False), [copy.deepcopy(n)], [])
+        yield lambda n: ast.If(ast.Constant(False), [n], [])
     elif isinstance(node, (ast.If, ast.IfExp)):
         yield lambda n: _with_test(n, False)
 
@@ -125,9 +135,7 @@ def _with_op(k: int, op: type[ast.cmpop]) -> Edit:
 
 
 def _with_test(node: ast.If | ast.IfExp, value: bool) -> ast.AST:
-    changed: ast.If | ast.IfExp = copy.deepcopy(node)
-    changed.test = ast.Constant(value)
-    return changed
+    return type(node)(ast.Constant(value), node.body, node.orelse)  # type: ignore[arg-type]
 
 
 def _other_number(value: float) -> float:
@@ -135,12 +143,10 @@ def _other_number(value: float) -> float:
 
 
 def _other_call(node: ast.Call) -> ast.AST:
-    changed = copy.deepcopy(node)
-    if isinstance(changed.func, ast.Attribute):
-        changed.func.attr = _CALLS[changed.func.attr]
-    elif isinstance(changed.func, ast.Name):
-        changed.func.id = _CALLS[changed.func.id]
-    return changed
+    name = _CALLS[_name(node.func)]
+    if isinstance(node.func, ast.Attribute):
+        return ast.Call(ast.Attribute(node.func.value, name, ast.Load()), node.args, node.keywords)
+    return ast.Call(ast.Name(name, ast.Load()), node.args, node.keywords)
 
 
 def _is_text(node: ast.BinOp) -> bool:

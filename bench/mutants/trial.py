@@ -8,8 +8,11 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+
+import hypothesis
+import pytest
 
 ROOT = Path(__file__).parents[2]
 
@@ -33,20 +36,47 @@ class _InPlace(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.source, str(self.path), "exec"), module.__dict__)
 
 
-def survives(path: Path, source: str, tests: Sequence[str], seconds: float) -> tuple[bool, float]:
+class _InOrder:
+    """A plugin of pytest: some tests first, in this order, and all others after them."""
+
+    def __init__(self, first: Sequence[str]) -> None:
+        self._ranks = {name: rank for rank, name in enumerate(first)}
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Sort what was collected."""
+        items.sort(key=lambda item: self._ranks.get(item.nodeid, len(self._ranks)))
+
+
+def survives(
+    path: Path, source: str, tests: Sequence[str], seconds: float, first: Sequence[str] = ()
+) -> tuple[bool, float]:
     """Whether all tests pass with this source in place of the module's, and the CPU time they took, s.
 
     seconds: CPU time after which a mutant counts as found: it runs on for ever
+    first: names of tests that run before the others
+    """
+
+    def run() -> int:
+        sys.meta_path.insert(0, _InPlace(path, source))
+        return tested(tests, [_InOrder(first)])
+
+    return in_child(run, seconds)
+
+
+def in_child(run: Callable[[], int], seconds: float) -> tuple[bool, float]:
+    """Whether a silent process ends with 0, and the CPU time that it took, s.
+
+    run: gives what the process ends with
+    seconds: CPU time after which it is ended
     """
     pid = os.fork()
     if pid == 0:
-        _run(path, source, tests, seconds)
+        _be_child(run, seconds)
     _, status, usage = os.wait4(pid, 0)
     return status == 0, usage.ru_utime + usage.ru_stime
 
 
-def _run(path: Path, source: str, tests: Sequence[str], seconds: float) -> None:
-    """Run the tests in this process, which ends with their result."""
+def _be_child(run: Callable[[], int], seconds: float) -> None:
     code = 1
     try:
         null = os.open(os.devnull, os.O_RDWR)
@@ -55,15 +85,16 @@ def _run(path: Path, source: str, tests: Sequence[str], seconds: float) -> None:
         limit = max(1, round(seconds))
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
         signal.signal(signal.SIGXCPU, signal.SIG_DFL)
-        sys.meta_path.insert(0, _InPlace(path, source))
-        import hypothesis
-        import pytest
-
-        # Every mutant meets the same examples: none kept from others, none found too slow on a busy machine.
-        phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
-        hypothesis.settings.register_profile("mutants", database=None, deadline=None, phases=phases)
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
-        options += ["--hypothesis-profile=mutants", "--hypothesis-seed=0"]
-        code = int(pytest.main([*options, *(str(ROOT / test) for test in tests)]))
+        code = run()
     finally:
         os._exit(code)
+
+
+def tested(tests: Sequence[str], plugins: Sequence[object]) -> int:
+    """Run tests in this process until one fails; returns pytest's exit code."""
+    # Every mutant meets the same examples: none kept from others, none found too slow on a busy machine.
+    phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+    hypothesis.settings.register_profile("mutants", database=None, deadline=None, phases=phases)
+    options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", f"--rootdir={ROOT}"]
+    options += ["--hypothesis-profile=mutants", "--hypothesis-seed=0"]
+    return int(pytest.main([*options, *(str(ROOT / test) for test in tests)], plugins))
