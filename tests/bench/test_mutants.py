@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import ast
+
 from bench.mutants.__main__ import PACKAGES, own_first, sample
+from bench.mutants.mutate import mutants
+from bench.mutants.reach import Reach
 
 LOADS, VERIFIER = (next(p for p in PACKAGES if p.name == name) for name in ("load rules", "verifier"))
 
@@ -20,3 +24,26 @@ def test_the_tests_that_name_a_module_come_first() -> None:
     assert ordered[0] == "tests/verification/test_tipping_check.py"
     assert sorted(ordered) == sorted(VERIFIER.tests)
     assert own_first(VERIFIER.tests, "verification/nothing") == list(VERIFIER.tests)
+
+
+MODULE = """
+def f(x):
+    if x > 1 and not x == 3:
+        return max(x, 2) + 1
+    raise ValueError(x)
+"""
+
+
+def test_every_mutant_is_another_module_and_has_no_fault_but_its_own() -> None:
+    tried = mutants(MODULE)
+    sources = [mutant.source() for mutant in tried]
+    assert len(tried) == len({ast.unparse(ast.parse(MODULE)), *sources}) - 1 == 12
+    assert [mutant.source() for mutant in reversed(tried)] == sources[::-1]
+
+
+def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what_an_import_runs() -> None:
+    lines = {1: frozenset({""}), 4: frozenset({"slow", "quick"}), 5: frozenset({"slow"})}
+    reach = Reach({"slow": 2.0, "other": 1.0, "quick": 0.5}, {"m": lines}, cpu_s=3.5)
+    assert reach.first("m", 4) == ["quick", "slow"]
+    assert reach.first("m", 1) == ["quick", "other", "slow"]
+    assert reach.first("m", 9) == []
