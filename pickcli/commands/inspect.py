@@ -16,6 +16,7 @@ from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
+from pickcli.commands.stored_motion import motion_text, motions_between
 from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
@@ -33,12 +34,15 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
                    "[default: the one under data/cells]")  # fmt: skip
 @click.option("--all", "is_all", is_flag=True,
               help="Of a roadmap or database also its solids, and every list to its end.")  # fmt: skip
+@click.option("--motion", "ends", nargs=2, metavar="START GOAL",
+              help="Of a database only the motions between two named configurations.")  # fmt: skip
 @click.option("--plot", type=PATH, metavar="FILE",
               help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
 @overwrite_option
 @json_option
 def command(
-    path: Path, cell_name: str | None, is_all: bool, plot: Path | None, overwrite: bool, as_json: bool
+    path: Path, cell_name: str | None, is_all: bool, ends: tuple[str, str] | None, plot: Path | None,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
@@ -50,11 +54,14 @@ def command(
       apc inspect scene.json
       apc inspect apc2016_delft --json
       apc inspect roadmap.h5 --plot roadmap.html
+      apc inspect trajectories.h5 --motion home bin_A
     """
+    if plot is not None and ends is not None:
+        raise click.UsageError("--plot draws the whole file; leave out --motion, or --plot")
     if plot is not None:
         _check_plot(plot, overwrite, path, cell_name)
     with stage("reading"):
-        summary = _summary(path, cell_name)
+        summary = _summary(path, cell_name) if ends is None else motions_between(path, *ends, cell_name)
     if plot is not None:
         _draw(path, plot, cell_name, summary, overwrite)
     if as_json:
@@ -231,6 +238,8 @@ def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
     """The summary for people: of what rests on what only where others are concerned."""
     if "segments" in summary:
         return _plan_in_words(summary)
+    if "motions" in summary and "start" in summary:
+        return {**summary, "motions": {load: motion_text(m) for load, m in summary["motions"].items()}}
     if "supports" not in summary:
         return summary
     lines = []

@@ -163,7 +163,7 @@ def read_missing(path: Path) -> tuple[Missing, ...]:
 def read_motion(path: Path, key: MotionKey, cell: Cell | None = None) -> CoarseMotion | None:
     """Read one motion with its timed points; the others are not read.
 
-    For those who need single motions out of many: queries read the whole database, without its points.
+    For who looks at single motions of many: queries read the whole database, without its points.
     Damage elsewhere in the data does not matter.
 
     Args:

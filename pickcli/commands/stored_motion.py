@@ -1,0 +1,83 @@
+"""``apc inspect --motion``: single motions of a trajectory database."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pickcli.roadmap.trajectory_database import CoarseMotion
+
+
+def motions_between(path: Path, start: str, goal: str, cell_name: str | None) -> dict[str, Any]:
+    """Read what a database holds from one named configuration to another; nothing else of it is read.
+
+    Args:
+        path: The file of the database.
+        start: Name of the configuration where the motions begin.
+        goal: Name of the configuration where they end.
+        cell_name: The cell that the file has to be of; None for any.
+
+    Returns:
+        JSON values: the two ends, and the motions by payload class.
+
+    Raises:
+        InputError: The file is missing or of another kind, or holds no such motion.
+        DamagedError: What was read of it is not what was written.
+        StaleError: It was made for another cell or by another version of the format.
+    """
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.errors import InputError, shortened
+    from pickcli.roadmap.store import read_motion
+    from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
+
+    cell = None if cell_name is None else load_cell(cell_name)
+    found = {load: read_motion(path, MotionKey(start, goal, load), cell) for load in PayloadClass}
+    told = {str(load): _values(motion) for load, motion in found.items() if motion is not None}
+    if not told:
+        ends = f"{shortened(start)!r} and {shortened(goal)!r}"
+        raise InputError(
+            f"{path}: holds no motion between {ends}; without --motion, --all lists what could not be had "
+            "and why, and apc inspect CELL the names of configurations"
+        )
+    return {"format": "trajectory database", "start": start, "goal": goal, "motions": told}
+
+
+def _values(motion: CoarseMotion) -> dict[str, Any]:
+    """A stored motion with its timed points, as in trajectory_msgs/JointTrajectory."""
+    timed = motion.trajectory
+    assert timed is not None  # read_motion reads the points too
+    rows = zip(timed.times, timed.positions, timed.velocities, timed.accelerations, strict=True)
+    return {
+        "tool_state": str(motion.tool_state),
+        "duration_s": motion.duration,
+        "lower_bound_s": motion.lower_bound,
+        "clearance_mm": 1e3 * motion.clearance,
+        "pod_poses": str(motion.mark.pod_poses),
+        "why_nominal": motion.mark.why_nominal,
+        "waypoints": motion.path.waypoints.tolist(),
+        "joint_names": list(timed.joint_names),
+        "points": [
+            {"time_from_start": float(t), "positions": q.tolist(), "velocities": v.tolist(),
+             "accelerations": a.tolist()}
+            for t, q, v, a in rows
+        ],
+    }  # fmt: skip
+
+
+def motion_text(told: Mapping[str, Any]) -> str:
+    """Tell a stored motion in a sentence.
+
+    Args:
+        told: Its JSON values, as ``motions_between`` has them.
+
+    Returns:
+        The sentence.
+    """
+    why = f" ({told['why_nominal']})" if told["why_nominal"] else ""
+    return (
+        f"{told['duration_s']:.3f} s, {told['lower_bound_s']:.3f} s at least; "
+        f"{len(told['waypoints'])} waypoints, {len(told['points'])} timed points; "
+        f"tool {told['tool_state']}, {told['clearance_mm']:.0f} mm clear, pod {told['pod_poses']}{why}"
+    )
