@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -147,10 +146,8 @@ def _tried(package: Package, chosen: list[tuple[str, Mutant]], seconds: float) -
     for module, mutant in chosen:
         if time.monotonic() - began > seconds:
             break
-        first = reach.first(module, mutant.line)
-        ordered, most = own_first(tests, module), PATIENCE * reach.cpu_s + 5.0
-        is_left, _ = survives(_path(module), mutant.source(), ordered, most, first)
-        if is_left:
+        names, most = reach.of(module, mutant.line), PATIENCE * reach.cpu_s + 5.0
+        if survives(_path(module), mutant.source(), names, most):
             tried = replace(tried, left=(*tried.left, (module, mutant)))
             print(f"  survived: pickcli/{module}.py:{mutant}", flush=True)
         else:
@@ -164,12 +161,6 @@ def sample(package: Package, n: int, seed: int) -> list[tuple[str, Mutant]]:
     everything = [(m, mutant) for m in package.modules for mutant in mutants(_path(m).read_text())]
     rng = derived_rng("mutants", seed, package.name)
     return [everything[i] for i in rng.permutation(len(everything))[:n].tolist()]
-
-
-def own_first(tests: Sequence[str], module: str) -> list[str]:
-    """Files of tests, those first that name a module: most faults are found by them."""
-    name = module.replace("/", ".")
-    return sorted(tests, key=lambda test: name not in (ROOT / test).read_text())
 
 
 def _reach(package: Package, tests: list[str]) -> Reach:

@@ -1,4 +1,4 @@
-"""Which tests run a line: measured once for a package, to try those first that may notice a fault there."""
+"""Which tests run a line: measured once for a package, to try only those that may notice a fault there."""
 
 from __future__ import annotations
 
@@ -29,15 +29,18 @@ class Reach:
     names: dict[str, dict[int, frozenset[str]]]
     cpu_s: float
 
-    def first(self, module: str, line: int) -> list[str]:
-        """Names of the tests to run first for a fault in a line: those that ran it, the quick ones first.
+    def of(self, module: str, line: int) -> list[str]:
+        """Names of the tests that may notice a fault in a line: those that ran it, the quick ones first.
 
-        All tests reach what runs when the module is imported.
+        What runs when the module is imported may matter to all tests; those that run the module come first.
+        A line without code of its own belongs to the one before.
         """
-        ran = self.names[module].get(line, frozenset())
-        return sorted(
-            self.seconds if _IMPORT in ran else ran & self.seconds.keys(), key=self.seconds.__getitem__
-        )
+        lines = self.names[module]
+        ran = lines.get(max((known for known in lines if known <= line), default=0), frozenset())
+        if _IMPORT not in ran:
+            return sorted(ran & self.seconds.keys(), key=self.seconds.__getitem__)
+        runs = frozenset[str]().union(*lines.values())
+        return sorted(self.seconds, key=lambda name: (name not in runs, self.seconds[name]))
 
 
 def measured(modules: Sequence[str], tests: Sequence[str]) -> Reach | None:

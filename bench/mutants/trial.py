@@ -36,31 +36,33 @@ class _InPlace(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.source, str(self.path), "exec"), module.__dict__)
 
 
-class _InOrder:
-    """A plugin of pytest: some tests first, in this order, and all others after them."""
+class _Only:
+    """A plugin of pytest: these tests, in this order, and no others."""
 
-    def __init__(self, first: Sequence[str]) -> None:
-        self._ranks = {name: rank for rank, name in enumerate(first)}
+    def __init__(self, names: Sequence[str]) -> None:
+        self._ranks = {name: rank for rank, name in enumerate(names)}
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Sort what was collected."""
-        items.sort(key=lambda item: self._ranks.get(item.nodeid, len(self._ranks)))
+        """Choose and sort among what was collected."""
+        chosen = [item for item in items if item.nodeid in self._ranks]
+        items[:] = sorted(chosen, key=lambda item: self._ranks[item.nodeid])
 
 
-def survives(
-    path: Path, source: str, tests: Sequence[str], seconds: float, first: Sequence[str] = ()
-) -> tuple[bool, float]:
-    """Whether all tests pass with this source in place of the module's, and the CPU time they took, s.
+def survives(path: Path, source: str, names: Sequence[str], seconds: float) -> bool:
+    """Whether tests pass with this source in place of the module's.
 
+    names: of the tests, in the order in which they run
     seconds: CPU time after which a mutant counts as found: it runs on for ever
-    first: names of tests that run before the others
     """
+    if not names:
+        return True
 
     def run() -> int:
         sys.meta_path.insert(0, _InPlace(path, source))
-        return tested(tests, [_InOrder(first)])
+        return tested(sorted({name.split("::")[0] for name in names}), [_Only(names)])
 
-    return in_child(run, seconds)
+    passes, _ = in_child(run, seconds)
+    return passes
 
 
 def in_child(run: Callable[[], int], seconds: float) -> tuple[bool, float]:

@@ -1,14 +1,14 @@
-"""Which mutants are tried, and which tests first."""
+"""Which mutants are tried, and which tests may notice them."""
 
 from __future__ import annotations
 
 import ast
 
-from bench.mutants.__main__ import PACKAGES, own_first, sample
+from bench.mutants.__main__ import PACKAGES, sample
 from bench.mutants.mutate import mutants
 from bench.mutants.reach import Reach
 
-LOADS, VERIFIER = (next(p for p in PACKAGES if p.name == name) for name in ("load rules", "verifier"))
+LOADS = next(p for p in PACKAGES if p.name == "load rules")
 
 
 def test_fewer_mutants_are_the_first_of_more_so_that_what_time_leaves_is_a_sample() -> None:
@@ -17,13 +17,6 @@ def test_fewer_mutants_are_the_first_of_more_so_that_what_time_leaves_is_a_sampl
     assert len({module for module, _ in few}) == len(LOADS.modules)
     assert [m.line for _, m in many] != sorted(m.line for _, m in many)
     assert few != sample(LOADS, 20, 8)
-
-
-def test_the_tests_that_name_a_module_come_first() -> None:
-    ordered = own_first(VERIFIER.tests, "verification/tipping_check")
-    assert ordered[0] == "tests/verification/test_tipping_check.py"
-    assert sorted(ordered) == sorted(VERIFIER.tests)
-    assert own_first(VERIFIER.tests, "verification/nothing") == list(VERIFIER.tests)
 
 
 MODULE = """
@@ -42,8 +35,9 @@ def test_every_mutant_is_another_module_and_has_no_fault_but_its_own() -> None:
 
 
 def test_of_the_tests_that_run_a_line_the_quick_ones_come_first_and_all_run_what_an_import_runs() -> None:
-    lines = {1: frozenset({""}), 4: frozenset({"slow", "quick"}), 5: frozenset({"slow"})}
-    reach = Reach({"slow": 2.0, "other": 1.0, "quick": 0.5}, {"m": lines}, cpu_s=3.5)
-    assert reach.first("m", 4) == ["quick", "slow"]
-    assert reach.first("m", 1) == ["quick", "other", "slow"]
-    assert reach.first("m", 9) == []
+    lines = {1: frozenset({""}), 4: frozenset({"slow", "quick"}), 6: frozenset({"slow"})}
+    reach = Reach({"slow": 2.0, "other": 0.1, "quick": 0.5}, {"m": lines}, cpu_s=2.6)
+    assert reach.of("m", 4) == ["quick", "slow"]
+    assert reach.of("m", 5) == reach.of("m", 4), "a continued line"
+    assert reach.of("m", 6) == ["slow"]
+    assert reach.of("m", 2) == ["quick", "slow", "other"]
