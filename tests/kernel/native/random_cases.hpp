@@ -34,9 +34,9 @@ class Random {
   Solid solid(const Pose& T, double rounding = 0.0) {
     const auto kind = static_cast<SolidKind>(below(3));
     const double r = between(0.02, 0.3), h = between(0.02, 0.3);
-    if (kind == SolidKind::cylinder) return make_solid(T, {r, r, h}, kind, rounding, "random");
-    if (kind == SolidKind::sphere) return make_solid(T, {r, r, r}, kind, rounding, "random");
-    return make_solid(T, {r, between(0.02, 0.3), h}, kind, rounding, "random");
+    if (kind == SolidKind::cylinder) return make_solid(T, {r, r, h}, kind, rounding);
+    if (kind == SolidKind::sphere) return make_solid(T, {r, r, r}, kind, rounding);
+    return make_solid(T, {r, between(0.02, 0.3), h}, kind, rounding);
   }
 
   //! Six joints, one of them a rail, with three spheres in every second frame.
