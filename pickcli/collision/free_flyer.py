@@ -155,10 +155,8 @@ class FreeToolChecker(KernelValidator):
         # The axes of the lance become x, y, z of the turning joints: x into the bin, and z away from where a
         # cup that stands across points, so that yaw and pitch stay far from where they jump.
         self._R_axes, self._R_tool = R_world_axes, model.robot.tool.R_tip_lance(tool_state)
-        spheres = _tool_spheres(model, tool_state)
-        chain = _floating_chain(np.zeros(3), R_world_axes)
         world = build_world(model, scene)
-        kernel = Checker(chain, *spheres, np.zeros((0, 2), np.int32))
+        kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
         contacts = contacts.of_present
         clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
         world.enter(kernel, clear.kept, contacts.ignored(world, CUP, CUP + 1))
@@ -178,7 +176,9 @@ class FreeToolChecker(KernelValidator):
         d = np.empty((len(T_world_tip), N_FREE))
         d[:, :3] = T_world_tip[:, :3, 3] @ self._R_axes
         d[:, 3] = np.arctan2(R[:, 1, 0], R[:, 0, 0])
-        d[:, 4] = np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))
+        d[:, 4] = np.arcsin(
+            np.maximum(np.minimum(-R[:, 2, 0], 1.0), -1.0)
+        )  # np.clip takes longer than the rest
         roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
         d[:, 5] = (roll + ROLL_JUMPS) % (2 * np.pi) - ROLL_JUMPS  # as no quarter turn is there
         return d
@@ -191,6 +191,13 @@ def _floating_chain(origin: Array, R_world_axes: Array) -> Chain:
     z, y, x = np.eye(3)[::-1]
     axes = np.vstack([np.eye(3), z, y, x, z])
     return Chain(kinds, frames, axes, np.array([*range(N_FREE), -1], np.int32))
+
+
+@lru_cache(maxsize=32)
+def _floating_tool(model: CollisionModel, tool_state: ToolState, axes: bytes) -> Checker:
+    """The tool with nothing around it, of which copies are cheap; axes: the bytes of R_world_axes. Cached."""
+    chain = _floating_chain(np.zeros(3), np.frombuffer(axes).reshape(3, 3))
+    return Checker(chain, *_tool_spheres(model, tool_state), np.zeros((0, 2), np.int32))
 
 
 @lru_cache(maxsize=32)

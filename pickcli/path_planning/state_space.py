@@ -79,9 +79,7 @@ class JointSpace:
         Returns:
             True if it is.
         """
-        return bool(
-            np.shape(q) == (self.n,)
-            and np.all(np.isfinite(q))
-            and np.all(q >= self.lower - LIMIT_TOLERANCE)
-            and np.all(q <= self.upper + LIMIT_TOLERANCE)
-        )
+        if np.shape(q) != (self.n,):
+            return False
+        is_within = (q >= self.lower - LIMIT_TOLERANCE) & (q <= self.upper + LIMIT_TOLERANCE)
+        return bool((is_within & np.isfinite(q)).all())

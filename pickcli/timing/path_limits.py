@@ -55,6 +55,8 @@ class PathBounds:
         Returns:
             (M,).
         """
+        if (values == values[0]).all():
+            return np.full(len(start), values[0])
         start, end = np.minimum(start, self.edges[-1]), np.maximum(end, self.edges[0])
         touched = (self.edges[:-1, None] <= end) & (self.edges[1:, None] >= start)
         return np.asarray(np.where(touched, values[:, None], np.inf).min(axis=0))
