@@ -113,7 +113,7 @@ class Cell:
         if lacking:
             raise InputError(
                 f"{self.path / 'cell.yaml'}: states no {' and no '.join(lacking)}; this command needs pod, "
-                "tote and tool (docs/formats/cell.md), apc plan-move and apc verify do not"
+                "tote and tool (docs/formats/cell.md), apc plan-move, verify and execute do not"
             )
 
     def T_world_place(self, place: Place) -> Array:

@@ -63,8 +63,8 @@ class RobotModel(FileModel):
         {}, description="folders by the name that package:// calls them in the URDF"
     )
     T_world_base: PoseModel = Field(description="where the root link stands")
-    joints: Annotated[tuple[Name, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
-    tip: Name | None = Field(None, description="the last link of the chain, where the cell has no tool")
+    joints: Annotated[tuple[Text, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
+    tip: Text | None = Field(None, description="the last link of the chain, where the cell has no tool")
     posture: Annotated[dict[Text, Number], Len(0, MAX_LINKS)] = Field(
         {}, description="where the URDF's other joints stand, in rad or m"
     )
@@ -77,7 +77,7 @@ class RobotModel(FileModel):
     joint_limits: FilePath | None = Field(
         None, description="a ROS joint_limits.yaml, from this file's folder"
     )
-    motor_forces: dict[Name, Force] = Field(description="N or Nm by joint, for simulation")
+    motor_forces: dict[Text, Force] = Field(description="N or Nm by joint, for simulation")
 
 
 class JointLimitModel(FileModel):
@@ -201,8 +201,8 @@ class DeviceModel(FileModel):
 class AllowedPairModel(FileModel):
     """Two bodies never tested against each other."""
 
-    a: Name = Field(description="a link's name")
-    b: Name = Field(description="a link's or an obstacle's name")
+    a: Text = Field(description="a link's name")
+    b: Text = Field(description="a link's or an obstacle's name")
     reason: Annotated[str, Field(min_length=10, max_length=1000)] = Field(
         description="why they may touch, in a sentence"
     )
@@ -228,7 +228,7 @@ class CellModel(FileModel):
     version: Literal[2] = Field(description="2, the only version that is read")
     name: Name = Field(description="the cell's name")
     robot: RobotModel = Field(description="the robot")
-    joint_limits: dict[Name, JointLimitModel] = Field(description="limits by planned joint")
+    joint_limits: dict[Text, JointLimitModel] = Field(description="limits by planned joint")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(description="a factor in (0, 1]")
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     max_tool_speed: Annotated[float, Field(ge=0.01, le=10)] | None = Field(

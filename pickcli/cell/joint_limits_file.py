@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pickcli.files.file_kind import JOINT_LIMITS
 from pickcli.files.yaml_reader import Source, read_yaml
 
 _LIMITS = ("velocity", "acceleration", "jerk")
@@ -30,7 +31,7 @@ def add_joint_limits(cell: Source) -> None:
     if not (folder / name).resolve().is_relative_to(folder.resolve()):
         cell.add(("robot", "joint_limits"), f"expected a path inside the cell's folder, got {name!r}")
         cell.check()
-    source = read_yaml(folder / name)
+    source = read_yaml(folder / name, JOINT_LIMITS)
     stated = source.data.get("joint_limits") if isinstance(source.data, dict) else None
     if not isinstance(stated, dict):
         source.add((), "expected joint_limits with an entry by joint, as ROS has it")

@@ -135,8 +135,8 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
     return CollisionWorld(
         tuple(solid.name for solid in solids),
         tuple(solid.kind for solid in solids),
-        np.array([solid.T_world_shape for solid in solids]),
-        np.array([solid.shape.extents / 2 for solid in solids]),
+        np.array([solid.T_world_shape for solid in solids]).reshape(-1, 4, 4),
+        np.array([solid.shape.extents / 2 for solid in solids]).reshape(-1, 3),
         np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
         np.array([solid.rounding for solid in solids]),
         np.array([_ignored(model, solid) for solid in solids], dtype=np.uint64),

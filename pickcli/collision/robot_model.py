@@ -118,6 +118,11 @@ class CollisionModel:
         return len(self.frame_names)
 
     @property
+    def covers(self) -> dict[str, Cover]:
+        """Spheres of the shapes of every link, in its frame, by its name; none for those that stand still."""
+        return dict(zip(self.frame_names, self._covers, strict=True))
+
+    @property
     def cup_excess(self) -> float:
         """How far in m the cup's spheres stick out of it, at most."""
         return self._covers[-1].excess

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from pickcli.precompute.repair import Repair
     from pickcli.storage.integrity_scan import IntegrityReport
 
+YARDSTICK = "yardstick"  # the kind of configurations that no motion goes to
+HEAD = 4096  # bytes, in which a cell file names its format
 MOST_LINES = 20  # damaged blocks that are listed for people
 
 
@@ -30,18 +33,24 @@ MOST_LINES = 20  # damaged blocks that are listed for people
 @jobs_option
 @json_option
 def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_json: bool) -> None:
-    """Find damage in a roadmap or trajectory database.
+    """Find damage in a roadmap or trajectory database, or mistakes in a cell.
 
-    Every damaged block is named, and what is lost with it. With --repair the file is made whole again: what
-    is intact is kept, the rest computed anew, for the same cell. Exit code 4 where damage is left.
+    Of a cell (its name, folder or cell.yaml) everything is read, and whether the arm can stand in its named
+    configurations; exit code 3 where not. Of a stored file every damaged block is named, and what is lost
+    with it. With --repair the file is made whole again: what is intact is kept, the rest computed anew, for
+    the same cell. Exit code 4 where damage is left.
 
     \b
     Example:
       apc check trajectories.h5 --repair
+      apc check my_robot
     """
     from pickcli.cell.cell_file import load_cell
     from pickcli.roadmap.store import describe, surveyed
 
+    if _is_cell(path):
+        _check_cell(path, as_json)
+        return
     cell = load_cell(cell_name)
     with stage("reading of every byte"):
         found = surveyed(path, cell)
@@ -57,6 +66,43 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     if found.damage and done is None:
         what = found.cut_off or f"damaged in {_places(len(found.damage))}"
         raise DamagedError(f"{path}: {what}; add --repair, or build it again")
+
+
+def _is_cell(path: Path) -> bool:
+    """Whether a path means a cell: a folder, the name of one under data/cells, or a cell file."""
+    from pickcli.cell.cell_file import cell_names
+    from pickcli.files.bounded_reading import refuse_special_file
+    from pickcli.files.file_kind import CELL, kind_of
+
+    if path.is_dir() or str(path) in cell_names():
+        return True
+    with suppress(OSError):  # who reads it then says why it cannot be
+        refuse_special_file(path)
+        with path.open("rb") as file:
+            return kind_of(file.read(HEAD)) == CELL
+    return False
+
+
+def _check_cell(path: Path, as_json: bool) -> None:
+    """Read a cell, and have the arm stand in its configurations. Raises InputError with every mistake."""
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.errors import InputError
+    from pickcli.precompute.empty_cell_checkers import why_not_free
+
+    cell = load_cell(path)
+    with stage("standing in every configuration"):
+        reasons = why_not_free(cell)
+    for name in [n for n in reasons if cell.configurations[n].kind == YARDSTICK]:
+        del reasons[name]  # where others had their tool
+    if reasons:
+        told = (f"configuration {name} is not free, {reason}" for name, reason in reasons.items())
+        raise InputError("\n".join(f"{cell.path / 'cell.yaml'}: {text}" for text in told))
+    if as_json:
+        emit_json(
+            {"path": str(path), "fingerprint": cell.fingerprint, "configurations": len(cell.configurations)}
+        )
+    else:
+        click.echo(f"{path}: a cell without mistakes; all {len(cell.configurations)} configurations are free")
 
 
 def _places(n: int) -> str:

@@ -84,7 +84,6 @@ def command(
         refuse_output(video, overwrite, *inputs)
     reality = read_reality(reality_path)
     plan, scene = read_plan(plan_path), scene_or_empty(scene_path, cell_name)
-    scene.cell.require_places()
     believed = scene if planned_in is None else open_scene(planned_in, cell_name)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)

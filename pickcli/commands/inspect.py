@@ -144,6 +144,7 @@ def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str) -> None:
 def _cell(path: Path) -> dict[str, Any]:
     from pickcli.cell.cell_file import cell_names, load_cell
     from pickcli.errors import InputError, UnknownNameError
+    from pickcli.precompute.empty_cell_checkers import why_not_free
 
     try:
         cell = load_cell(path)
@@ -163,6 +164,7 @@ def _cell(path: Path) -> dict[str, Any]:
         "joints": list(robot.joint_names),
         "links": len(robot.links),
         "link_shapes": sum(len(link.shapes) for link in robot.links),
+        "spheres": _spheres(cell),
         "bins": list(cell.pod.bins),
         "pod_may_be_off_by": allowed(cell),
         "bodies": {
@@ -172,7 +174,7 @@ def _cell(path: Path) -> dict[str, Any]:
         },
         "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
         "configurations": by_kind,
-        "not_free": _not_free(cell),
+        "not_free": why_not_free(cell),
         "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
         "items": len(cell.items),
         "speed_scale": cell.speed_scale,
@@ -181,18 +183,18 @@ def _cell(path: Path) -> dict[str, Any]:
     }
 
 
-def _not_free(cell: Cell) -> dict[str, str]:
-    """Why the arm cannot stand in a configuration, its tool in the configuration's state, by name."""
+def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:
+    """By link that moves: its spheres, and how far they stick out of its shapes."""
     from pickcli.collision.robot_model import CollisionModel
-    from pickcli.precompute.empty_cell_checkers import checker
-    from pickcli.roadmap.trajectory_database import PayloadClass
+    from pickcli.robot_setup.sphere_excess import sphere_excess
 
-    model = CollisionModel(cell)
-    checkers = {state: checker(model, state, PayloadClass.EMPTY) for state in cell.robot.tool.states}
     return {
-        named.name: f"tool {named.tool_state}: {checkers[named.tool_state].explain(named.q)}"
-        for named in cell.configurations.values()
-        if not checkers[named.tool_state].is_valid(named.q)
+        each.link: {
+            "count": each.n_spheres,
+            "mean_excess_m": round(each.mean_excess, 5),
+            "max_excess_m": round(each.max_excess, 5),
+        }
+        for each in sphere_excess(cell, CollisionModel(cell))
     }
 
 
@@ -240,6 +242,8 @@ def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
         return _plan_in_words(summary)
     if "motions" in summary and "start" in summary:
         return {**summary, "motions": {load: motion_text(m) for load, m in summary["motions"].items()}}
+    if "spheres" in summary:
+        return {**summary, "spheres": _spheres_in_words(summary["spheres"])}
     if "supports" not in summary:
         return summary
     lines = []
@@ -250,6 +254,15 @@ def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
         phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
         lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
     return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
+
+
+def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
+    """The spheres of each link in a line."""
+    return {
+        link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside in the mean, "
+        f"{1e3 * each['max_excess_m']:.1f} mm at most"
+        for link, each in spheres.items()
+    }
 
 
 def _on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:

@@ -23,6 +23,7 @@ _log = logging.getLogger(__name__)
 # name -> what it does, in one line. The command lives in pickcli.commands.<name with underscores>
 # as an object called ``command``.
 COMMANDS: dict[str, str] = {
+    "init": "Write a cell for a robot, from its URDF.",
     "build-roadmap": "Offline: KTH's roadmap of the named configurations.",
     "build-trajectories": "Offline: Delft's database of coarse motions.",
     "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
@@ -34,7 +35,7 @@ COMMANDS: dict[str, str] = {
     "verify": "Let the independent verifier check a plan.",
     "execute": "Run a plan in pybullet.",
     "run-trial": "Play a whole order by the rules and keep score.",
-    "check": "Find damage in a roadmap or trajectory database.",
+    "check": "Find damage in a roadmap or trajectory database, or mistakes in a cell.",
     "refresh": "Make a roadmap or trajectory database right for a cell that changed.",
     "cache": "Show what is in the cache of built files, or delete it.",
     "inspect": "Show what is in a roadmap, database, plan, scene or cell.",

@@ -45,8 +45,9 @@ ITEMS = FileKind("a file of items", "those of both years are under data/items")
 REALITY = FileKind("a file of reality levels", "docs/reality.md describes it")
 URDF = FileKind("a URDF file", "the robot of a cell is one")
 SRDF = FileKind("an SRDF file", "MoveIt's setup assistant writes one beside the URDF")
+JOINT_LIMITS = FileKind("a file of joint limits", "ROS's joint_limits.yaml")
 PICTURE = FileKind("a picture", "--picture, --plot and --video make some")  # no command reads one
-KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF, SRDF)
+KINDS = (STORE, PLAN, SCENE, ORDER, TRIAL, CELL, ITEMS, REALITY, URDF, SRDF, JOINT_LIMITS)
 
 _BY_FORMAT = {
     b"plan": PLAN,
@@ -60,8 +61,9 @@ _FORMAT = re.compile(_KEY % rb"format" + rb"\s*[\"']?apc (\w+)", re.MULTILINE)
 _BY_MARK = (  # where no format is stated
     (re.compile(_KEY % rb"max_score", re.MULTILINE), TRIAL),
     (re.compile(_KEY % rb"(?:bin_contents|tote_contents|work_order)", re.MULTILINE), ORDER),
-    (re.compile(rb"<(?:disable_collisions|group_state|end_effector)\b"), SRDF),
+    (re.compile(rb"<(?:disable_collisions|group|group_state|end_effector)\b"), SRDF),
     (re.compile(rb"<robot\b"), URDF),
+    (re.compile(_KEY % rb"joint_limits", re.MULTILINE), JOINT_LIMITS),
 )
 
 

@@ -93,6 +93,24 @@ def checkers(
     }
 
 
+def why_not_free(cell: Cell) -> dict[str, str]:
+    """Tell why the arm cannot stand in named configurations of the empty cell.
+
+    Args:
+        cell: The cell.
+
+    Returns:
+        By name of every configuration that is not free: the state of its tool, and what meets what.
+    """
+    model = CollisionModel(cell)
+    by_state = {state: checker(model, state, PayloadClass.EMPTY) for state in cell.robot.tool.states}
+    return {
+        named.name: f"tool {named.tool_state}: {by_state[named.tool_state].explain(named.q)}"
+        for named in cell.configurations.values()
+        if not by_state[named.tool_state].is_valid(named.q)
+    }
+
+
 @cache
 def representative_item(payload: PayloadClass) -> AttachedItem | None:
     """Make what is held for a payload class: a cube with a face on the cup or its centre there.

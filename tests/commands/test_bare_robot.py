@@ -66,8 +66,22 @@ def test_what_needs_places_says_so_in_a_sentence(
     assert not list(tmp_path.iterdir())
 
 
-def test_what_has_no_cup_is_not_simulated(cell: Path, move: Path) -> None:
-    refused(apc("execute", move, "--cell", cell), 3, "states no pod and no tote and no tool")
+def test_a_move_without_a_tool_is_simulated(cell: Path, move: Path) -> None:
+    ran = apc("execute", move, "--cell", cell, "--json")
+    assert ran.code == 0, ran.err
+
+
+def test_spheres_and_configurations_are_told(cell: Path, tmp_path: Path) -> None:
+    told = json.loads(apc("inspect", cell, "--json").out)["spheres"]
+    assert told["lower"]["count"] > 1
+    assert 0.0 < told["lower"]["mean_excess_m"] < told["lower"]["max_excess_m"] < 0.02
+    assert "mm outside in the mean" in apc("inspect", cell).out
+    assert "all 2 configurations are free" in apc("check", cell).out
+    bent = write_bare_robot(tmp_path)
+    content = yaml.safe_load((bent / "cell.yaml").read_text())
+    content["obstacles"].append({"name": "box", "lower": [-1.5, -0.2, 1.2], "upper": [-0.9, 0.6, 2.0]})
+    (bent / "cell.yaml").write_text(yaml.safe_dump(content))
+    refused(apc("check", bent), 3, "cell.yaml: configuration home is not free", "box")
 
 
 def test_a_robot_without_tool_says_where_its_chain_ends(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pickcli.commands import main as cli
 from pickcli.files.file_kind import (
     CELL,
     ITEMS,
+    JOINT_LIMITS,
     KINDS,
     ORDER,
     PLAN,
@@ -30,6 +31,7 @@ from support.command_line import ITEM, Made, apc, refused
 
 # What every command reads, by the name of the parameter.
 READ: dict[str, dict[str, FileKind | None]] = {
+    "init": {"urdf": URDF, "srdf": SRDF, "joint_limits": JOINT_LIMITS},
     "build-roadmap": {"cell_name": CELL},
     "build-trajectories": {"cell_name": CELL},
     "suggest-configurations": {"cell_name": CELL},
@@ -52,8 +54,9 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "cache": {},
     "inspect": {"path": None, "cell_name": CELL},
 }  # fmt: skip
-WRITTEN = ("output", "picture", "video", "plot")  # and are told apart by refuse_output
+WRITTEN = ("output", "folder", "picture", "video", "plot")  # and are told apart by refuse_output
 UNREAD = ("check", "cell_name")  # but where a file is damaged
+CHECKED = (STORE, CELL)  # by apc check
 SHOWN = (STORE, PLAN, SCENE, CELL)  # by apc inspect
 
 
@@ -74,6 +77,7 @@ def files(made: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[FileKind
     )  # fmt: skip
     found[REALITY].write_text("format: apc reality\nversion: 1\n")
     found[TRIAL].write_text('{\n  "score": 10,\n  "max_score": 20\n}\n')
+    found[JOINT_LIMITS].write_text("joint_limits:\n  joint_s: {}\n")
     found[SRDF].write_text('<robot name="arm">\n  <disable_collisions link1="a" link2="b"/>\n</robot>\n')
     return found | {
         PLAN: made.plan, SCENE: made.scene, ORDER: made.order, CELL: cell.path / "cell.yaml",
@@ -85,6 +89,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
     """A right call of a command but for one file."""
     right: dict[str, object] = {
         "bin_name": "bin_C", "item": ITEM, "start": "home", "goal": "bin_C", "output": out,
+        "folder": out,
     }  # fmt: skip
     argv: list[object] = [command]
     if command == "execute":  # a planner is needed only for the way to where the plan begins
@@ -96,7 +101,7 @@ def _call(command: str, name: str, given: Path, files: dict[FileKind, Path], out
         value = right.get(str(parameter.name))
         if parameter.name == name:
             value = given
-        elif is_argument or parameter.name == "scene_path":
+        elif value is None and (is_argument or parameter.name in ("scene_path", "urdf")):
             value = files[kind or SCENE]
         if value is not None:
             argv += [value] if is_argument else [parameter.opts[-1], value]
@@ -120,7 +125,7 @@ def test_every_other_kind_is_refused_in_one_line(
 ) -> None:
     wanted = READ[command][name]
     for kind in KINDS:
-        if kind in ((wanted,) if wanted is not None else SHOWN):
+        if kind in (CHECKED if command == "check" else (wanted,) if wanted is not None else SHOWN):
             continue
         answer = apc(*_call(command, name, files[kind], files, out))
         refused(answer, 3, f"{files[kind]}: is {kind.name}, but", "is wanted here")

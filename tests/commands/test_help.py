@@ -20,6 +20,7 @@ HEAVY = {
 }
 EVERYWHERE = {"--verbose", "--debug"}  # described once for all commands
 RANDOM = {
+    "init",
     "build-roadmap",
     "build-trajectories",
     "compare-planners",

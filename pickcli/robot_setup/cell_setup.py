@@ -1,0 +1,292 @@
+"""Making a cell: everything that can be found out is, and what cannot is listed."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.srdf import Srdf, read_srdf
+from pickcli.cell.urdf import Urdf, read_urdf
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import InputError
+from pickcli.precompute.empty_cell_checkers import checker
+from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.robot_setup.cell_text import SCHEMA, CellText, JointPosture
+from pickcli.robot_setup.chain_selection import PlannedChain, choose_chain
+from pickcli.robot_setup.collision_sampling import CollisionCount, CollisionFrequency, count_collisions
+from pickcli.robot_setup.package_search import PackageSearch
+from pickcli.robot_setup.robot_files import RobotFiles, find_robot_files
+from pickcli.robot_setup.stated_limits import (
+    StatedLimits,
+    limits_of_urdf,
+    with_figure,
+    without_those_of_file,
+)
+from pickcli.robot_setup.suggested_configurations import N_CANDIDATES, samples, states_of_srdf, suggest
+
+URDF, SRDF, LIMITS, CELL = "robot.urdf", "robot.srdf", "joint_limits.yaml", "cell.yaml"
+STEPS = 3  # that are told of as progress
+STAND_IN = 1.0  # of limits that are missing, while nothing but the robot's shape is looked at
+
+
+@dataclass(frozen=True)
+class StatedLimit:
+    """A limit that whoever makes a cell states.
+
+    Attributes:
+        kind: "velocity", "acceleration", "jerk" or "effort".
+        joint: Whose it is; None for every planned joint that has none.
+        value: In rad or m per s, s2 or s3; of an effort N or Nm.
+    """
+
+    kind: str
+    joint: str | None
+    value: float
+
+
+@dataclass(frozen=True)
+class SetupOptions:
+    """What a cell is to be made from.
+
+    Attributes:
+        urdf: A URDF or xacro file.
+        srdf: An SRDF file, if there is one.
+        group: Name of the SRDF group that is to be planned.
+        tip: Name of the link at the end of what is to be planned.
+        package_path: Folders in which packages are looked for first.
+        packages: Folders of packages by name.
+        arguments: Of a xacro, by name.
+        joint_limits: A ROS ``joint_limits.yaml``.
+        figures: Limits that are stated on top of these.
+        accepts_unshaped: Whether links without a collision shape may stay untested.
+        seed: Of all samples.
+    """
+
+    urdf: Path
+    srdf: Path | None = None
+    group: str | None = None
+    tip: str | None = None
+    package_path: Sequence[Path] = ()
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    joint_limits: Path | None = None
+    figures: Sequence[StatedLimit] = ()
+    accepts_unshaped: bool = False
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class CellSetup:
+    """A cell that was made.
+
+    Attributes:
+        folder: Where it lies.
+        draft: What stands in it.
+        cell: The cell itself; where something is left to fill in with stand-ins for limits.
+        collisions: How often links meet.
+        notes: What the SRDF says that could not be used.
+        left: What only its owner can fill in.
+        meshes: Number of mesh files.
+    """
+
+    folder: Path
+    draft: CellText
+    cell: Cell
+    collisions: tuple[CollisionCount, ...]
+    notes: tuple[str, ...]
+    left: tuple[str, ...]
+    meshes: int
+
+    @property
+    def n_pairs(self) -> dict[CollisionFrequency, int]:
+        """Number of pairs of links whose spheres meet always, sometimes and never."""
+        return {how: sum(pair.spheres is how for pair in self.collisions) for how in CollisionFrequency}
+
+
+def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserver = nobody) -> CellSetup:
+    """Make the folder of a new cell. It is there whole, in the end, or not at all.
+
+    Args:
+        folder: Where; nothing may be there.
+        request: What it is made from.
+        on_progress: Told of each step.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: With every mistake in the files, or with the list of what could be meant.
+    """
+    if folder.exists():
+        raise InputError(f"{folder}: exists already; name another folder, or remove this one first")
+    if not folder.parent.is_dir():
+        raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
+    with _staging(folder, request.urdf) as staging:
+        made = _made(staging, folder, request, on_progress)
+        staging.rename(folder)
+    return replace(made, cell=replace(made.cell, path=folder))
+
+
+@contextmanager
+def _staging(folder: Path, urdf: Path) -> Iterator[Path]:
+    """A folder beside the one to come. Messages that name it are of that one, or of the URDF as given."""
+    staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    staging.chmod(0o755)
+    try:
+        yield staging
+    except InputError as error:
+        told = str(error).replace(str(staging / URDF), str(urdf)).replace(str(staging), str(folder))
+        raise InputError(told) from None
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: ProgressObserver) -> CellSetup:
+    """Everything in its folder."""
+    on_progress(Progress(0, STEPS, "reading the robot"))
+    with tempfile.TemporaryDirectory() as scratch:
+        packages = PackageSearch(request.urdf, request.package_path, request.packages)
+        files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
+    _copy(files, staging)
+    roots = {name: staging / path for name, path in files.packages.items()}
+    robot = read_urdf(staging / URDF, staging, roots)
+    srdf = _srdf(request.srdf, robot, staging)
+    draft = _draft(folder, request, files, robot, srdf, staging)
+    on_progress(Progress(1, STEPS, "sampling which links collide"))
+    collisions = count_collisions(_probed(staging, draft), request.seed)
+    draft = replace(draft, pairs=tuple(pair.allowed for pair in collisions if pair.allowed is not None))
+    on_progress(Progress(2, STEPS, "looking for configurations"))
+    draft, notes = _with_configurations(draft, srdf, _probed(staging, draft), request.seed)
+    cell = _probed(staging, draft)
+    (staging / CELL).write_text(draft.text())
+    left = tuple(draft.left())
+    if not left:
+        cell = load_cell(staging)
+    notes += [
+        f"{pair.a} and {pair.b} are allowed or nothing could be planned, but their shapes do collide in some "
+        "configurations; smaller collision shapes in the URDF would tell these apart"
+        for pair in collisions
+        if pair.is_doubtful
+    ]
+    return CellSetup(folder, draft, cell, tuple(collisions), tuple(notes), left, len(files.meshes))
+
+
+def _with_configurations(
+    draft: CellText, srdf: Srdf | None, cell: Cell, seed: int
+) -> tuple[CellText, list[str]]:
+    """The draft with named configurations, and what of the SRDF's states is none, or that none was found."""
+    empty = checker(CollisionModel(cell), cell.robot.tool.default_state, PayloadClass.EMPTY)
+    known, notes = ([], []) if srdf is None else states_of_srdf(srdf, cell, empty)
+    found = suggest(cell, empty, known, seed)
+    if not known and not found:
+        met = empty.explain(samples(cell, seed)[0])
+        notes.append(f"none of {N_CANDIDATES} sampled configurations is free, e.g. {met}")
+    return replace(draft, configurations=(*known, *found)), notes
+
+
+def _copy(files: RobotFiles, staging: Path) -> None:
+    (staging / URDF).write_text(files.urdf)
+    schema = {"$schema": "http://json-schema.org/draft-07/schema#", **CellModel.model_json_schema()}
+    (staging / SCHEMA).write_text(json.dumps(schema, indent=1) + "\n")
+    for target, path in files.meshes.items():
+        (staging / target).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, staging / target)
+
+
+def _srdf(path: Path | None, robot: Urdf, staging: Path) -> Srdf | None:
+    """The SRDF, copied. Raises InputError for one of another robot."""
+    if path is None:
+        return None
+    srdf = read_srdf(path)
+    named = {name for pair in srdf.disabled for name in (pair.a, pair.b)}
+    named |= {name for state in srdf.states for name in state.positions}
+    named |= {name for group in srdf.groups.values() for name in (*group.joints, *group.links)}
+    named |= {name for group in srdf.groups.values() for chain in group.chains for name in chain}
+    if named and not named & {*robot.links, *(joint.name for joint in robot.joints.values())}:
+        raise InputError(
+            f"{path}: names no link or joint of the robot {robot.name!r}, e.g. {min(named)!r}; is it the "
+            "SRDF of another one?"
+        )
+    shutil.copyfile(path, staging / SRDF)
+    return srdf
+
+
+def _draft(
+    folder: Path, request: SetupOptions, files: RobotFiles, robot: Urdf, srdf: Srdf | None, staging: Path
+) -> CellText:
+    """All but pairs and configurations, for which the robot has to stand."""
+    chain = choose_chain(robot, srdf, request.group, request.tip)
+    limits = limits_of_urdf(robot, staging / URDF, chain.joints)
+    if request.joint_limits is not None:
+        shutil.copyfile(request.joint_limits, staging / LIMITS)
+        limits = without_those_of_file(limits, request.joint_limits)
+    for figure in request.figures:
+        limits = with_figure(limits, figure.kind, figure.joint, figure.value)
+    return CellText(
+        name=_cell_name(folder),
+        source=request.urdf.name,
+        srdf=None if srdf is None else SRDF,
+        packages=files.packages,
+        chain=chain,
+        standing=tuple(_standing(robot, srdf, chain)),
+        unshaped=_unshaped(robot, chain),
+        accepts_unshaped=request.accepts_unshaped,
+        limits=limits,
+        limits_file=None if request.joint_limits is None else LIMITS,
+    )
+
+
+def _cell_name(folder: Path) -> str:
+    plain = re.sub(r"\W", "_", folder.name, flags=re.ASCII)
+    return plain if re.match("[A-Za-z]", plain) else f"cell_{plain}"
+
+
+def _standing(robot: Urdf, srdf: Srdf | None, chain: PlannedChain) -> Iterator[JointPosture]:
+    """Where the joints stand that are not planned: as a state of the SRDF says, else at 0 or next to it."""
+    for name, joint in robot.driven(robot.joints.values()).items():
+        if name in chain.joints:
+            continue
+        states = [] if srdf is None else [s for s in srdf.states if name in s.positions]
+        state = next((s for s in states if joint.lower <= s.positions[name] <= joint.upper), None)
+        if state is not None:
+            yield JointPosture(name, state.positions[name], f"state {state.name} of the SRDF")
+        else:
+            yield JointPosture(name, float(np.clip(0.0, joint.lower, joint.upper)), "as near to 0 as it goes")
+
+
+def _unshaped(robot: Urdf, chain: PlannedChain) -> tuple[str, ...]:
+    """Links of which nothing would be tested: drawn without a shape, or alone on their joint without one."""
+    found = list(robot.unshaped)
+    moved: dict[str, list[str]] = {}
+    for link in robot.links:
+        movers = [joint.name for joint in robot.way(link) if joint.name in chain.joints]
+        if movers:
+            moved.setdefault(movers[-1], []).append(link)
+    for links in moved.values():
+        if not any(robot.links[link].shapes for link in links) and not set(links) & set(found):
+            found.append(links[0])
+    return tuple(found)
+
+
+def _probed(staging: Path, draft: CellText) -> Cell:
+    """The cell as far as its shape goes, with stand-ins for limits that are missing."""
+    limits = {name: _stood_in(each) for name, each in draft.limits.items()}
+    (staging / CELL).write_text(replace(draft, limits=limits, accepts_unshaped=True).text())
+    return load_cell(staging)
+
+
+def _stood_in(limits: StatedLimits) -> StatedLimits:
+    values: dict[str, float | None] = {kind: value or STAND_IN for kind, value in limits.values.items()}
+    return replace(limits, effort=limits.effort or STAND_IN, values=values, sources=dict.fromkeys(values, ""))

@@ -1,0 +1,205 @@
+"""A new cell: what is known of it so far, and its text with a comment on where each figure is from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pickcli.cell.cell import AllowedPair
+from pickcli.robot_setup.chain_selection import PlannedChain
+from pickcli.robot_setup.stated_limits import FILL_IN, KINDS, StatedLimits
+
+SCHEMA = "cell.schema.json"
+
+HEAD = """\
+# yaml-language-server: $schema={schema}
+#
+# {name}: written by `apc init` from {source}. Units: m, rad, s, kg, N.
+# World frame: that of the robot's base until T_world_base says otherwise. Every key: docs/formats/cell.md.
+
+format: apc cell
+version: 2
+name: {name}
+"""
+TAIL = """
+speed_scale: 1.0  # of velocity and acceleration limits, for everything that moves
+clearance: 0.003  # kept by every planned motion from everything around it, and by the robot from itself
+
+# Boxes that stand still, e.g. the table that the robot stands on:
+#   - {name: table, lower: [-0.5, -0.5, -0.05], upper: [0.5, 0.5, -0.01]}
+obstacles: []
+
+# Switched devices of a tool, e.g. its pump; tool, pod and tote are added as docs/formats/cell.md says.
+devices: {}
+"""
+
+
+@dataclass(frozen=True)
+class JointPosture:
+    """A joint that is not planned.
+
+    Attributes:
+        name: Of the joint.
+        position: rad or m.
+        source: Where the position is from.
+    """
+
+    name: str
+    position: float
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class SuggestedConfiguration:
+    """A configuration with a name.
+
+    Attributes:
+        name: Unique in the cell.
+        kind: As in the cell file.
+        q: rad or m of the planned joints.
+        source: Where it is from.
+    """
+
+    name: str
+    kind: str
+    q: tuple[float, ...]
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class CellText:
+    """What is known of a cell.
+
+    Attributes:
+        name: Of the cell.
+        source: Name of the file that it is made from.
+        srdf: Path of its SRDF from its folder; None without one.
+        packages: Folders by the name that ``package://`` calls them.
+        chain: What is planned.
+        standing: Joints that are not planned.
+        unshaped: Links without a collision shape.
+        accepts_unshaped: Whether they may stay untested.
+        limits: Of the planned joints, by name.
+        limits_file: Path of a ``joint_limits.yaml`` from its folder; None without one.
+        pairs: Links that are never tested against each other.
+        configurations: Named configurations.
+    """
+
+    name: str
+    source: str
+    srdf: str | None
+    packages: dict[str, str]
+    chain: PlannedChain
+    standing: tuple[JointPosture, ...]
+    unshaped: tuple[str, ...]
+    accepts_unshaped: bool
+    limits: dict[str, StatedLimits]
+    limits_file: str | None
+    pairs: tuple[AllowedPair, ...] = ()
+    configurations: tuple[SuggestedConfiguration, ...] = ()
+
+    def text(self) -> str:
+        """The cell file.
+
+        Returns:
+            YAML with comments.
+        """
+        lines = [HEAD.format(name=self.name, source=self.source, schema=SCHEMA), *self._robot(), ""]
+        lines += [*self._limits(), TAIL, *self._pairs(), "", *self._configurations()]
+        return "\n".join(lines) + "\n"
+
+    def left(self) -> Iterator[str]:
+        """What only the owner of the cell can fill in.
+
+        Yields:
+            Each key once, with the joints that it is blank of, and how to state it.
+        """
+        if self.unshaped and not self.accepts_unshaped:
+            yield (
+                f"robot.unshaped: {', '.join(self.unshaped)}: without a collision shape nothing of them is "
+                "tested; give them one in the URDF, or accept that with --accept-unshaped"
+            )
+        weak = [name for name, limits in self.limits.items() if limits.effort is None]
+        if weak:
+            listed = ", ".join(weak)
+            yield f"robot.motor_forces in N or Nm of {listed}: the URDF states no effort; add --motor-force"
+        for kind in KINDS:
+            blank = [name for name, limits in self.limits.items() if limits.values.get(kind, 0.0) is None]
+            if blank:
+                yield (
+                    f"joint_limits: max_{kind} of {', '.join(blank)}: no file states it; add --joint-limits "
+                    f"FILE, or --max-{kind} with your figure"
+                )
+
+    def _robot(self) -> Iterator[str]:
+        chain = self.chain
+        why = f"of the SRDF group {chain.group}" if chain.group else "the longest chain of the robot"
+        yield "robot:"
+        yield "  urdf: robot.urdf"
+        if self.srdf is not None:
+            yield f"  srdf: {self.srdf}  # its disabled pairs of links are never tested against each other"
+        if self.packages:
+            yield f"  packages: {_mapping(self.packages)}"
+        yield "  T_world_base: {xyz: [0, 0, 0], rpy: [0, 0, 0]}"
+        yield f"  joints: [{', '.join(map(_quoted, chain.joints))}]  # the order of every q; {why}"
+        others = f"; {', '.join(chain.other_tips)} would do as well" if chain.other_tips else ""
+        yield f"  tip: {_quoted(chain.tip)}  # the frame at the end{others}"
+        if self.standing:
+            yield "  posture:  # where the joints stand that are not planned"
+            yield from (f"    {_quoted(j.name)}: {j.position:g}  # {j.source}" for j in self.standing)
+        if self.unshaped:
+            listed = ", ".join(map(_quoted, self.unshaped))
+            yield "  # Without a collision shape: nothing of these links is tested."
+            accepted = f"[{listed}]" if self.accepts_unshaped else f"[]  # {FILL_IN}: {listed}"
+            yield f"  unshaped: {accepted}"
+        if self.limits_file is not None:
+            yield f"  joint_limits: {self.limits_file}  # what it states need not stand below"
+        yield "  motor_forces:  # N or Nm, for simulation only"
+        for name, limits in self.limits.items():
+            yield f"    {_line(_quoted(name), limits.effort)}"
+
+    def _limits(self) -> Iterator[str]:
+        yield "# No limit is ever assumed: what is blank only you know. Data sheets state velocities, some of"
+        yield "# them accelerations, few a jerk. Delft's cell builds the whole acceleration up in 0.05 s."
+        stated = {name: list(limits.lines()) for name, limits in self.limits.items()}
+        if not any(stated.values()):
+            yield "joint_limits: {}"
+            return
+        yield "joint_limits:"
+        for name, lines in stated.items():
+            if lines:
+                yield f"  {_quoted(name)}:"
+                yield from (f"    {line}" for line in lines)
+
+    def _pairs(self) -> Iterator[str]:
+        yield "# Links that are never tested against each other. Those that a joint connects need none. Pairs"
+        yield "# that never met in a sample stay tested: a sample proves nothing, and testing costs little."
+        if not self.pairs:
+            yield "allowed_pairs: []"
+            return
+        yield "allowed_pairs:"
+        for pair in self.pairs:
+            yield f"  - {{a: {_quoted(pair.a)}, b: {_quoted(pair.b)}, reason: {json.dumps(pair.reason)}}}"
+
+    def _configurations(self) -> Iterator[str]:
+        if not self.configurations:
+            yield "configurations: []"
+            return
+        yield "configurations:"
+        for each in self.configurations:
+            q = ", ".join(f"{value:.4f}" for value in each.q)
+            yield f"  - {{name: {each.name}, kind: {each.kind}, q: [{q}]}}  # {each.source}"
+
+
+def _line(name: str, figure: float | None) -> str:
+    return f"{name}:  # {FILL_IN}: N or Nm" if figure is None else f"{name}: {figure:g}"
+
+
+def _quoted(name: str) -> str:
+    """A name as YAML has it, in quotes where it is no plain word."""
+    return name if name.replace("_", "a").isalnum() and name[0].isalpha() else json.dumps(name)
+
+
+def _mapping(values: dict[str, str]) -> str:
+    return "{" + ", ".join(f"{_quoted(key)}: {_quoted(value)}" for key, value in values.items()) + "}"

@@ -1,0 +1,166 @@
+"""Which links of a robot collide: always, never or sometimes, counted over sampled configurations.
+
+As MoveIt's Setup Assistant does, but the answer is used otherwise. That two links never collided in a sample
+does not prove that they never do, so such pairs stay tested: it costs little. Only pairs that meet in every
+sample would leave nothing to plan; they are allowed, with what was counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.cell.cell import AllowedPair, Cell
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.collision.collision_world import KERNEL_KINDS
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.geometry import Array
+from pickcli.kernel import Checker
+from pickcli.kinematics.arm import Arm
+from pickcli.seeds import derived_rng
+from pickcli.verification.fcl_solids import Solid
+from pickcli.verification.forward_kinematics import link_poses
+
+N_SPHERES = 10_000  # configurations at which spheres are tested
+N_FIRST = 500  # of these, that already tell of most pairs that they meet sometimes
+N_SHAPES = 200  # of these, at which shapes are measured
+
+
+class CollisionFrequency(StrEnum):
+    """How often two links are nearer to each other than the clearance of the cell."""
+
+    ALWAYS = "always"
+    SOMETIMES = "sometimes"
+    NEVER = "never"
+
+
+@dataclass(frozen=True)
+class CollisionCount:
+    """How often two links are nearer to each other than the clearance of the cell.
+
+    Attributes:
+        a: Name of one link.
+        b: Name of the other.
+        spheres: How often their spheres are, which planning tests.
+        shapes: How often their shapes are, which the verifier measures; None where nobody asked.
+        least: m, the smallest distance of the shapes that was measured.
+        clearance: m.
+    """
+
+    a: str
+    b: str
+    spheres: CollisionFrequency
+    shapes: CollisionFrequency | None
+    least: float
+    clearance: float
+
+    @property
+    def allowed(self) -> AllowedPair | None:
+        """The pair as the cell has to allow it so that anything can be planned; None where that is not so."""
+        if self.spheres is not CollisionFrequency.ALWAYS:
+            return None
+        near = f"{1e3 * self.clearance:g} mm"
+        if self.shapes is CollisionFrequency.ALWAYS:
+            reason = f"within {near} of each other in all of {N_SHAPES} sampled configurations"
+            return AllowedPair(self.a, self.b, reason)
+        shapes = f"in none, {1e3 * self.least:.1f} mm apart at least"
+        reason = (
+            f"spheres within {near} of each other in all of {N_SPHERES} sampled configurations, "
+            f"shapes {'in some' if self.is_doubtful else shapes}"
+        )
+        return AllowedPair(self.a, self.b, reason)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether the pair is allowed although its shapes collide in some configurations only."""
+        return self.spheres is CollisionFrequency.ALWAYS and self.shapes is CollisionFrequency.SOMETIMES
+
+
+def count_collisions(cell: Cell, seed: int) -> list[CollisionCount]:
+    """Count over sampled configurations how often the links of a robot collide.
+
+    Args:
+        cell: The cell. Pairs that it allows are left out.
+        seed: Of the configurations.
+
+    Returns:
+        Every pair of links that planning tests against each other, base first.
+    """
+    model, robot = CollisionModel(cell), cell.robot
+    Q = Arm(robot).random_seeds(derived_rng(seed, "collisions of links"), N_SPHERES)
+    poses = link_poses(robot, Q[:N_SHAPES])
+    found = []
+    for a, b, checker in (*_with_base(model), *_moving(model)):
+        spheres = _spheres_colliding(checker, Q, cell.clearance)
+        shapes, least = None, np.inf
+        if spheres is CollisionFrequency.ALWAYS:
+            distances = _distances(cell, a, b, poses)
+            shapes, least = _frequency(distances <= cell.clearance), float(distances.min())
+        found.append(CollisionCount(a, b, spheres, shapes, least, cell.clearance))
+    return found
+
+
+def _moving(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
+    """Links that move against each other, and a checker of each pair alone."""
+    robot, names = model.state(model.robot.tool.default_state), model.frame_names
+    for i, j in robot.self_pairs.tolist():
+        yield names[i], names[j], robot.of_frames([i, j])
+
+
+def _with_base(model: CollisionModel) -> Iterator[tuple[str, str, Checker]]:
+    """Links that stand still and links that move, and a checker of each pair alone."""
+    robot, solids = model.state(model.robot.tool.default_state), dict[str, list[tuple[Array, Shape]]]()
+    for link, T, body in model.static_bodies():
+        solids.setdefault(link, []).append((T @ body.T_parent_shape, body.shape))
+    for link, T, radius in model.static_spheres():
+        solids.setdefault(link, []).append((T, Shape(ShapeKind.SPHERE, (radius,))))
+    for frame in np.unique(robot.frames).tolist():
+        name = model.frame_names[frame]
+        for link, standing in solids.items():
+            if not model.are_joined(link, name) and not model.is_allowed(link, name):
+                checker = robot.of_frames([frame])
+                _surround(checker, standing)
+                yield link, name, checker
+
+
+def _surround(checker: Checker, solids: Sequence[tuple[Array, Shape]]) -> None:
+    """Put solids at poses (4, 4) around what a checker knows."""
+    checker.set_world(
+        np.array([T for T, _ in solids]),
+        np.array([shape.extents / 2 for _, shape in solids]),
+        np.zeros(len(solids), dtype=np.uint64),
+        np.array([KERNEL_KINDS[shape.kind] for _, shape in solids], dtype=np.int32),
+    )
+
+
+def _spheres_colliding(checker: Checker, Q: Array, clearance: float) -> CollisionFrequency:
+    """How often anything is nearer than the clearance, over Q (N, n)."""
+    collides = ~checker.are_free(Q[:N_FIRST], clearance)
+    if 0 < np.count_nonzero(collides) < N_FIRST:
+        return CollisionFrequency.SOMETIMES
+    return _frequency(~checker.are_free(Q, clearance))
+
+
+def _distances(cell: Cell, a: str, b: str, poses: Array) -> Array:
+    """Distances (N,) in m of the shapes of two links, the links at poses (L, N, 4, 4)."""
+    names = [link.name for link in cell.robot.links]
+    one, other = (
+        [(Solid(body.shape), body, names.index(name)) for body in cell.robot.link(name).shapes]
+        for name in (a, b)
+    )
+    distances = []
+    for k in range(poses.shape[1]):
+        for solid, body, link in (*one, *other):
+            solid.place(poses[link, k] @ body.T_parent_shape)
+        distances.append(min(first.distance(second) for first, _, _ in one for second, _, _ in other))
+    return np.array(distances)
+
+
+def _frequency(collides: NDArray[np.bool_]) -> CollisionFrequency:
+    if collides.all():
+        return CollisionFrequency.ALWAYS
+    return CollisionFrequency.SOMETIMES if collides.any() else CollisionFrequency.NEVER

@@ -1,0 +1,133 @@
+"""The files that a robot comes in: its URDF, expanded if it is a xacro, and the meshes that this names."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pickcli.files.bounded_reading import read_text
+from pickcli.files.file_kind import URDF
+from pickcli.files.xml_mistakes import XmlMistakes
+from pickcli.files.xml_reader import Element, read_xml
+from pickcli.robot_setup.package_search import PackageSearch
+from pickcli.robot_setup.xacro_file import expanded
+
+PACKAGE, FILE = "package://", "file://"
+PACKAGES, MESHES = "packages", "meshes"  # folders of a cell
+MAX_BYTES = 10_000_000
+
+
+@dataclass(frozen=True)
+class RobotFiles:
+    """What has to lie in a cell's folder so that it needs nothing outside of it.
+
+    Attributes:
+        urdf: Text of the URDF.
+        meshes: Files by the path, from the cell's folder, that they are to have there.
+        packages: Folders of the cell by the name that ``package://`` calls them.
+    """
+
+    urdf: str
+    meshes: dict[str, Path]
+    packages: dict[str, str]
+
+
+def find_robot_files(
+    urdf: Path, packages: PackageSearch, arguments: Mapping[str, str], scratch: Path
+) -> RobotFiles:
+    """Find everything that a URDF needs: the meshes of its collision shapes.
+
+    The text stays as it is but for meshes that it names by a path that leads out of its folder.
+
+    Args:
+        urdf: A URDF or xacro file.
+        packages: Finds the packages that it names.
+        arguments: Of a xacro, by name.
+        scratch: A folder for the expanded text of a xacro.
+
+    Returns:
+        The files.
+
+    Raises:
+        InputError: With every package and every mesh that is not found.
+    """
+    if urdf.suffix == ".xacro":
+        text, path = expanded(urdf, packages, arguments), scratch / f"{urdf.stem}.urdf"
+        path.write_text(text)
+    else:
+        text, path = read_text(urdf, MAX_BYTES, wanted=URDF), urdf
+    robot, mistakes = read_xml(path), XmlMistakes(path)
+    found = _Found(urdf, packages)
+    for mesh in _meshes(robot):
+        mistakes.tried(lambda mesh=mesh: found.add(mesh), None)  # type: ignore[misc]
+    mistakes.check()
+    for name, target in found.renamed.items():
+        text = re.sub(rf"(filename\s*=\s*[\"']){re.escape(name)}([\"'])", rf"\g<1>{target}\g<2>", text)
+    return RobotFiles(text, found.meshes, found.packages)
+
+
+def _meshes(robot: Element) -> Iterator[Element]:
+    """Every mesh of a collision shape."""
+    for link in robot.all("link"):
+        for collision in link.all("collision"):
+            for geometry in collision.all("geometry"):
+                yield from geometry.all("mesh")
+
+
+class _Found:
+    """The meshes found so far.
+
+    Args:
+        urdf: The file that names them.
+        packages: Finds packages.
+    """
+
+    def __init__(self, urdf: Path, packages: PackageSearch) -> None:
+        self.urdf, self._search = urdf, packages
+        self.meshes: dict[str, Path] = {}
+        self.packages: dict[str, str] = {}
+        self._missing = set[str]()
+        self.renamed: dict[str, str] = {}  # what the text calls a mesh: what it is to be called
+
+    def add(self, mesh: Element) -> None:
+        """Find the file of a mesh. Raises InputError."""
+        name = mesh.text("filename")
+        if name.startswith(PACKAGE):
+            package, _, rest = name.removeprefix(PACKAGE).partition("/")
+            root = self._search.find(package)
+            if root is None:
+                self._tell_missing(mesh, package)
+                return
+            inside = os.path.normpath(rest)
+            if inside.startswith(".."):
+                raise mesh.error(f"{rest!r} leads out of package {package!r}; expected a path inside of it")
+            self.packages[package] = f"{PACKAGES}/{package}"
+            self._keep(mesh, f"{PACKAGES}/{package}/{inside}", root / inside)
+            return
+        path = self.urdf.parent / name.removeprefix(FILE)
+        inside = os.path.normpath(name)
+        if name.startswith((FILE, "/", "..")) or inside.startswith(".."):
+            inside = self.renamed.setdefault(name, self._own_name(path))
+        self._keep(mesh, inside, path)
+
+    def _tell_missing(self, mesh: Element, package: str) -> None:
+        """Raise InputError for the first mesh of a package that was not found; one message is enough."""
+        if package not in self._missing:
+            self._missing.add(package)
+            raise mesh.error(self._search.why_none(package))
+
+    def _keep(self, mesh: Element, target: str, path: Path) -> None:
+        if not path.is_file():
+            raise mesh.error(f"{path}: no such file; copy it there or correct the name")
+        self.meshes[target] = path
+
+    def _own_name(self, path: Path) -> str:
+        """A name in the folder of meshes that no other file has."""
+        for k in range(len(self.meshes) + 1):
+            name = f"{MESHES}/{path.name}" if k == 0 else f"{MESHES}/{path.stem}_{k}{path.suffix}"
+            if self.meshes.get(name, path) == path:
+                return name
+        raise AssertionError("one name more than there are files is free")

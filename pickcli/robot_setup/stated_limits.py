@@ -1,0 +1,177 @@
+"""Limits of joints as somebody stated them: the URDF, a ``joint_limits.yaml``, or who writes the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pickcli.cell.robot import JointType
+from pickcli.cell.robot_consistency import ANGULAR, LINEAR
+from pickcli.cell.urdf import Urdf
+from pickcli.errors import InputError, UnknownNameError
+from pickcli.files.file_kind import JOINT_LIMITS
+from pickcli.files.xml_reader import Element, read_xml
+from pickcli.files.yaml_reader import read_yaml
+
+FILL_IN = "fill in"  # begins the comment on a value that only the owner of a cell knows
+KINDS = ("velocity", "acceleration", "jerk")
+EFFORT = "effort"
+
+
+@dataclass(frozen=True)
+class StatedLimits:
+    """What is stated of one joint, and by whom.
+
+    Attributes:
+        unit: "rad" or "m".
+        effort: N or Nm; None where nobody says.
+        values: By kind, in unit/s, unit/s2 and unit/s3; None where nobody says.
+        sources: Where each is from; a kind that the limits file of the cell states is not among the values.
+    """
+
+    unit: str
+    effort: float | None
+    values: dict[str, float | None]
+    sources: dict[str, str]
+
+    def most(self, kind: str) -> tuple[float, str]:
+        """The most of any joint that is built.
+
+        Args:
+            kind: "velocity", "acceleration" or "jerk".
+
+        Returns:
+            The limit, and in words the unit that it is in.
+        """
+        is_linear = self.unit == "m"
+        return (LINEAR if is_linear else ANGULAR)[
+            f"max_{kind}"
+        ], "m, not mm" if is_linear else "rad, not degrees"
+
+    def lines(self) -> Iterator[str]:
+        """The lines of a cell file that state them.
+
+        Yields:
+            One for each key, blank where nobody states its value.
+        """
+        for power, kind in enumerate(KINDS, start=1):
+            if kind in self.values:
+                unit = f"{self.unit}/s{power if power > 1 else ''}"
+                yield f"has_{kind}_limits: true"
+                value = self.values[kind]
+                said = f"{self.sources[kind]}, {unit}" if value is not None else f"{FILL_IN}: {unit}"
+                yield f"max_{kind}:{'' if value is None else f' {value:g}'}  # {said}"
+
+
+def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str, StatedLimits]:
+    """What a URDF states: velocity and effort. A velocity of 0 or beyond any motor's states nothing.
+
+    Args:
+        robot: The robot.
+        urdf: Its file.
+        joints: Names of the planned joints.
+
+    Returns:
+        By joint.
+    """
+    elements = {e.attributes.get("name", ""): e for e in read_xml(urdf).all("joint")}
+    by_name = {joint.name: joint for joint in robot.joints.values()}
+    found = {}
+    for name in joints:
+        limit = elements[name].optional("limit")
+        unit = "m" if by_name[name].type is JointType.PRISMATIC else "rad"
+        velocity = _positive(limit, "velocity")
+        values = dict[str, float | None].fromkeys(KINDS)
+        stated = StatedLimits(unit, _positive(limit, "effort"), values, {"velocity": "the URDF's"})
+        if velocity is not None and velocity <= stated.most("velocity")[0]:
+            values["velocity"] = velocity
+        found[name] = stated
+    return found
+
+
+def without_those_of_file(limits: Mapping[str, StatedLimits], path: Path) -> dict[str, StatedLimits]:
+    """The limits that a ``joint_limits.yaml`` does not state.
+
+    Args:
+        limits: By joint.
+        path: The file.
+
+    Returns:
+        By joint.
+
+    Raises:
+        InputError: The file states nothing of any of the joints.
+    """
+    data = read_yaml(path, JOINT_LIMITS).data
+    stated = data.get("joint_limits") if isinstance(data, dict) else None
+    if not isinstance(stated, dict) or not any(isinstance(stated.get(name), dict) for name in limits):
+        raise InputError(
+            f"{path}: states no limits of {', '.join(limits)}; expected joint_limits with an entry by "
+            "joint, as ROS has it"
+        )
+    return {name: _without(each, stated.get(name)) for name, each in limits.items()}
+
+
+def with_figure(
+    limits: Mapping[str, StatedLimits], kind: str, joint: str | None, value: float
+) -> dict[str, StatedLimits]:
+    """The limits with one that whoever writes the cell states. It goes before all others.
+
+    Args:
+        limits: By joint.
+        kind: "velocity", "acceleration", "jerk" or "effort".
+        joint: Whose it is; None for all joints that have none.
+        value: In the joint's unit per s, s2 or s3.
+
+    Returns:
+        By joint.
+
+    Raises:
+        UnknownNameError: There is no such joint.
+        InputError: It is more than any joint has.
+    """
+    if joint is not None and joint not in limits:
+        raise UnknownNameError("joint", joint, list(limits), option_of(kind))
+    for name in [name for name in limits if joint in (None, name) and kind != EFFORT]:
+        most, unit = limits[name].most(kind)
+        if value > most:
+            told = f"expected at most {most:g} for {name}, got {value:g}; limits are in {unit}"
+            raise InputError(f"{option_of(kind)}: {told}")
+    found = dict(limits)
+    for name, each in limits.items():
+        if kind == EFFORT:
+            is_meant = name == joint or (joint is None and each.effort is None)
+            found[name] = replace(each, effort=value) if is_meant else each
+        elif name == joint or (joint is None and kind in each.values and each.values[kind] is None):
+            values = {k: each.values.get(k) for k in KINDS if k in each.values or k == kind} | {kind: value}
+            found[name] = replace(each, values=values, sources={**each.sources, kind: "as asked for"})
+    return found
+
+
+def option_of(kind: str) -> str:
+    """The option of ``apc init`` that states figures of a kind.
+
+    Args:
+        kind: "velocity", "acceleration", "jerk" or "effort".
+
+    Returns:
+        Its name.
+    """
+    return "--motor-force" if kind == EFFORT else f"--max-{kind}"
+
+
+def _without(limits: StatedLimits, entry: Any) -> StatedLimits:
+    if not isinstance(entry, dict):
+        return limits
+    stated = [kind for kind in KINDS if entry.get(f"has_{kind}_limits") is True and f"max_{kind}" in entry]
+    return replace(limits, values={k: v for k, v in limits.values.items() if k not in stated})
+
+
+def _positive(limit: Element | None, attribute: str) -> float | None:
+    """An attribute that states something: more than 0."""
+    if limit is None or attribute not in limit.attributes:
+        return None
+    value = limit.number(attribute)
+    return value if value > 0.0 else None

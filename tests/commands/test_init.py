@@ -1,0 +1,179 @@
+"""``apc init``: from a robot's files to a first proven move, and what it says when it cannot."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from pickcli.cell.cell_file import load_cell
+from support.command_line import apc, refused
+from support.new_robots import write_branching, write_two_arms
+
+LIMITS = ("--max-acceleration", "5", "--max-jerk", "50", "--max-velocity", "1.5")
+
+
+@pytest.fixture
+def urdf(tmp_path: Path) -> Path:
+    return write_branching(tmp_path)
+
+
+def test_three_commands_lead_to_a_proven_move(
+    urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    made = apc(
+        "init", "arm", "--urdf", urdf, "--srdf", urdf.with_name("robot.srdf"), "--joint-limits",
+        urdf.with_name("joint_limits.yaml"), "--accept-unshaped", "--motor-force", "50",
+    )  # fmt: skip
+    assert made.code == 0, made.err
+    assert "(SRDF group arm)" in made.out and "left to fill in" not in made.out
+    move = made.out.splitlines()[-1].removeprefix("next: apc ").split()
+    planned = apc(*move)
+    assert planned.code == 0 and "certified" in planned.out, planned.err
+    assert apc("verify", move[-1], "--cell", "arm").code == 0
+
+
+def test_a_cell_needs_nothing_outside_of_its_folder(urdf: Path, tmp_path: Path) -> None:
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--motor-force", "50", "--accept-unshaped")
+    assert made.code == 0, made.err
+    for path in sorted(urdf.parents[1].rglob("*"), reverse=True):
+        path.unlink() if path.is_file() else path.rmdir()
+    moved = (tmp_path / "arm").rename(tmp_path / "moved")
+    cell = load_cell(moved)
+    assert cell.robot.joint_names == ("turn", "bend", "flange_joint")
+    assert cell.robot.tool.cup_link == "flange"
+    first, _ = (moved / "cell.yaml").read_text().split("\n", 1)
+    assert first == "# yaml-language-server: $schema=cell.schema.json"
+    assert set(json.loads((moved / "cell.schema.json").read_text())["required"]) >= {"robot", "joint_limits"}
+
+
+def test_what_nobody_states_is_left_blank_and_listed(urdf: Path, tmp_path: Path) -> None:
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, "--max-jerk", "bend=50", "--json")
+    assert made.code == 0, made.err
+    left = json.loads(made.out)["left_to_fill_in"]
+    for told in (
+        "robot.unshaped: flange", "robot.motor_forces in N or Nm of turn, bend, flange_joint",
+        "max_velocity of turn, bend, flange_joint", "max_acceleration of turn, bend, flange_joint",
+        "max_jerk of turn, flange_joint:",
+    ):  # fmt: skip
+        assert sum(told in each for each in left) == 1, told
+    path = tmp_path / "arm" / "cell.yaml"
+    refused(apc("inspect", path), 3, "joint_limits.turn.max_acceleration", "robot.motor_forces.turn")
+    filled = re.sub(r":  # fill in: (?:N or Nm|rad/s\d?)", ": 9.0", path.read_text())
+    path.write_text(filled.replace("unshaped: []  # fill in: flange", "unshaped: [flange]"))
+    assert apc("check", path).code == 0
+
+
+def test_the_same_seed_writes_the_same_bytes(urdf: Path, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        assert apc("init", tmp_path / name / "arm", "--urdf", urdf, *LIMITS).code == 3  # no such folder
+        (tmp_path / name).mkdir()
+        assert apc("init", tmp_path / name / "arm", "--urdf", urdf, *LIMITS).code == 0
+    one, two = (
+        {path.relative_to(tmp_path / name): path.read_bytes() for path in (tmp_path / name).rglob("*.*")}
+        for name in ("one", "two")
+    )
+    assert one and one == two
+
+
+def test_of_two_arms_one_has_to_be_named(tmp_path: Path) -> None:
+    urdf, cell = write_two_arms(tmp_path), tmp_path / "left"
+    refused(apc("init", cell, "--urdf", urdf, *LIMITS), 3, "which arm?", "--tip", "left_tool0", "right_tool0")
+    made = apc("init", cell, "--urdf", urdf, "--tip", "left_tool0", *LIMITS)
+    assert made.code == 0 and "stand still: right_shoulder at 0, right_elbow at 0" in made.out, made.err
+    assert (
+        apc("plan-move", "--cell", cell, "--from", "home", "--to", "parked", "-o", tmp_path / "m").code == 0
+    )
+
+
+MISTAKES = {
+    "a tip that is none": (("--tip", "flnage"), "--tip: unknown link 'flnage'; did you mean 'flange'?"),
+    "a tip that nothing moves": (("--tip", "column"), "--tip column: no joint moves this link"),
+    "a group without an SRDF": (("--group", "arm"), "--group arm: groups stand in an SRDF file"),
+    "a figure that is none": (("--max-jerk", "fast"), "--max-jerk fast: expected a number over 0"),
+    "a negative figure": (("--max-jerk", "-5"), "--max-jerk -5: expected a number over 0"),
+    "degrees": (
+        ("--max-acceleration", "5000"),
+        "--max-acceleration: expected at most 2000 for turn, got 5000",
+    ),
+    "a figure of no joint": (("--max-jerk", "bned=5"), "unknown joint 'bned'; did you mean 'bend'?"),
+    "a package path that is none": (("--package-path", "=there"), "--package-path =there: expected NAME="),
+    "a file that is not there": (("--srdf", "none.srdf"), "none.srdf"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_told_and_nothing_is_written(mistake: str, urdf: Path, tmp_path: Path) -> None:
+    words, told = MISTAKES[mistake]
+    before = sorted(tmp_path.rglob("*"))
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *words), 3, told)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("meshes/column.obj", "meshes/colunm.obj", "<mesh>: {maker}/meshes/colunm.obj: no such file"),
+        ("package://maker/", "package://makers/", "package 'makers' was not found in the folders above"),
+        ("package://maker/", "package://maker/../", "leads out of package 'maker'"),
+        ('lower="-2" upper="2"', 'lower="-120" upper="120"', "limits are in rad, not degrees"),
+        ('<joint name="bend" type="revolute">', '<joint name="bend" type="hinge">', "expected type"),
+        ("</robot>", "", "robot.urdf"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_urdf_names_the_file_as_it_was_given(
+    old: str, new: str, told: str, urdf: Path, tmp_path: Path
+) -> None:
+    assert old in urdf.read_text()
+    urdf.write_text(urdf.read_text().replace(old, new))
+    told = told.format(maker=urdf.parents[1])
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS), 3, urdf, told)
+    assert not (tmp_path / "arm").exists()
+
+
+def test_an_srdf_of_another_robot_is_none(urdf: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.srdf"
+    other.write_text('<robot name="x"><group name="arm"><joint name="j1"/></group></robot>')
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, "--srdf", other), 3, other, "SRDF of another one?")
+    other.write_text(
+        '<robot name="x"><group name="g"><joint name="pan"/><joint name="bend"/></group></robot>'
+    )
+    words = ("init", tmp_path / "arm", "--urdf", urdf, "--srdf", other)
+    refused(apc(*words, "--group", "g"), 3, "its joints are no single chain (pan and bend)")
+    refused(apc(*words, "--group", "h"), 3, "unknown group 'h'")
+
+
+def test_nothing_is_written_over(urdf: Path, tmp_path: Path) -> None:
+    (tmp_path / "arm").mkdir()
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf), 3, "arm: exists already")
+
+
+def test_meshes_may_be_named_by_paths_that_lead_out_of_the_folder(urdf: Path, tmp_path: Path) -> None:
+    text = urdf.read_text().replace("package://maker/meshes/column.obj", "../meshes/column.obj")
+    far = urdf.parents[1] / "meshes" / "arm.obj"
+    urdf.write_text(text.replace("package://maker/meshes/arm.obj", f"file://{far}"))
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS, "--motor-force", "9", "--accept-unshaped")
+    assert made.code == 0, made.err
+    assert sorted(p.name for p in (tmp_path / "arm" / "meshes").iterdir()) == ["arm.obj", "column.obj"]
+    assert load_cell(tmp_path / "arm").robot.link("upper").shapes
+
+
+def test_a_xacro_is_expanded(urdf: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    xacro = urdf.with_suffix(".urdf.xacro")
+    body = urdf.read_text().removeprefix('<robot name="branching">')
+    start = '<robot name="branching" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    start += '<xacro:arg name="reach" default="2"/>'
+    xacro.write_text(
+        start + body.replace('lower="-2" upper="2"', 'lower="-$(arg reach)" upper="$(arg reach)"')
+    )
+    words = ("--urdf", xacro, "--xacro-arg", "reach:=1.5", *LIMITS, "--motor-force", "9", "--accept-unshaped")
+    made = apc("init", tmp_path / "arm", *words)
+    assert made.code == 0, made.err
+    assert load_cell(tmp_path / "arm").robot.limits.upper[1] == 1.5
+    xacro.write_text(xacro.read_text().replace("$(arg reach)", "$(find nowhere)"))
+    refused(apc("init", tmp_path / "other", *words), 3, xacro, "package 'nowhere' was not found")
+    monkeypatch.setitem(__import__("sys").modules, "xacro", None)
+    refused(apc("init", tmp_path / "other", *words), 3, xacro, "pip install 'apc-pick[xacro]'")

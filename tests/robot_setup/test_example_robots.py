@@ -1,0 +1,81 @@
+"""Six robots that others prepared, with meshes: from URDF and SRDF to a verified move by three commands."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, files
+from pathlib import Path
+
+import pytest
+
+from support.command_line import Answer, apc
+
+MOST = 60.0  # s of processor time for each command; wall-clock time is the machine's business
+FIGURES = ("--max-acceleration", "5", "--max-jerk", "50")
+
+
+@dataclass(frozen=True)
+class Example:
+    """Files of a robot in the package, and what only its user can say."""
+
+    urdf: str
+    srdf: str | None = None
+    words: tuple[str, ...] = ()
+
+
+ROBOTS = {
+    "panda": Example("panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf"),
+    "ur5": Example("ur_description/urdf/ur5_robot.urdf", "ur_description/srdf/ur5.srdf"),
+    "ur10": Example("ur_description/urdf/ur10_robot.urdf"),
+    "xarm7": Example("xarm_description/urdf/xarm7.urdf", "xarm_description/srdf/xarm7.srdf"),
+    "jaco": Example("kinova_description/robots/kinova.urdf", "kinova_description/srdf/kinova.srdf"),
+    "baxter": Example(
+        "baxter_description/urdf/baxter.urdf",
+        "baxter_description/srdf/baxter_manipulation.srdf",
+        ("--tip", "left_gripper", "--accept-unshaped"),
+    ),
+}
+
+
+def robots() -> Path:
+    """The folder of the robots. Skips where the development extra is not installed."""
+    try:
+        listed = files("example-robot-data") or []
+    except PackageNotFoundError:
+        pytest.skip("example-robot-data is not installed (development extra)")
+    found = next(path for path in listed if path.name == "panda.urdf")
+    return Path(str(found.locate())).parents[2]
+
+
+def timed(words: Sequence[object]) -> Answer:
+    began = time.process_time()
+    answer = apc(*words)
+    assert answer.code == 0, answer.err
+    assert time.process_time() - began < MOST
+    return answer
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ROBOTS)
+def test_three_commands_lead_to_a_verified_move(name: str, tmp_path: Path) -> None:
+    folder, example = robots(), ROBOTS[name]
+    srdf = () if example.srdf is None else ("--srdf", folder / example.srdf)
+    cell, move = tmp_path / name, tmp_path / "move.json"
+    made = timed(("init", cell, "--urdf", folder / example.urdf, *srdf, *example.words, *FIGURES))
+    assert "left to fill in" not in made.out
+    planned = timed(("plan-move", "--cell", cell, "--from", "home", "--to", "parked", "-o", move))
+    assert "certified" in planned.out
+    assert "accepted" in timed(("verify", move, "--cell", cell)).out
+
+
+@pytest.mark.slow
+def test_without_an_srdf_pairs_that_always_meet_are_found(tmp_path: Path) -> None:
+    example = ROBOTS["baxter"]
+    words = ("init", tmp_path / "b", "--urdf", robots() / example.urdf, *example.words, *FIGURES)
+    made = timed(words)
+    assert (
+        "allowed: left_upper_elbow_visual and left_lower_elbow, within 3 mm of each other in all" in made.out
+    )
+    assert "note: left_upper_shoulder and left_upper_elbow are allowed" in made.out
