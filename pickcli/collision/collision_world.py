@@ -15,13 +15,42 @@ from pickcli.collision.robot_model import CollisionModel, KernelRobot
 from pickcli.errors import StaleError, UnknownNameError
 from pickcli.geometry import Array
 from pickcli.kernel import Checker, SolidKind
+from pickcli.scene.cloud import Cloud
 from pickcli.scene.scene import Scene
+
+# m: points in one cell of a grid this wide become one ball, which stands out by half its diagonal at most.
+VOXEL = 0.01
 
 KERNEL_KINDS = {
     ShapeKind.BOX: SolidKind.BOX,
     ShapeKind.CYLINDER: SolidKind.CYLINDER,
     ShapeKind.SPHERE: SolidKind.SPHERE,
 }
+
+
+@dataclass(frozen=True, eq=False)
+class KernelCloud:
+    """A cloud as the kernel has it: where points are close, balls around several.
+
+    Attributes:
+        points: (N, 3) m, in the world.
+        holder: A checker that has it as its cloud; others share that.
+    """
+
+    points: Array
+    holder: Checker
+
+    def name(self, i: int) -> str:
+        """What a point is called in messages.
+
+        Args:
+            i: Index of the point.
+
+        Returns:
+            Where it is.
+        """
+        x, y, z = self.points[i].tolist()
+        return f"point at ({x:.3f}, {y:.3f}, {z:.3f})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +65,7 @@ class CollisionWorld:
         shapes: (B,) kinds of solids as the kernel numbers them.
         rounding: (B,) m, what the pose may be off.
         ignored: (B,) bits: where bit f is set, frame f of the robot is never tested against the solid.
+        cloud: What a sensor saw besides them, None if nothing.
     """
 
     names: tuple[str, ...]
@@ -45,9 +75,10 @@ class CollisionWorld:
     shapes: NDArray[np.int32]
     rounding: Array
     ignored: NDArray[np.uint64]
+    cloud: KernelCloud | None = None
 
     def enter(self, kernel: Checker, kept: NDArray[np.intp], ignored: NDArray[np.uint64]) -> None:
-        """Give a checker some of the solids as its world.
+        """Give a checker some of the solids, and the cloud, as its world.
 
         Args:
             kernel: The checker.
@@ -58,6 +89,8 @@ class CollisionWorld:
             self.T_world_box[kept], self.half_extents[kept], ignored[kept], self.shapes[kept],
             self.rounding[kept],
         )  # fmt: skip
+        if self.cloud is not None:
+            kernel.share_cloud(self.cloud.holder)
 
     def indices(self, names: Iterable[str]) -> list[int]:
         """Find solids by name.
@@ -140,7 +173,15 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
         np.array([KERNEL_KINDS[solid.shape.kind] for solid in solids], dtype=np.int32),
         np.array([solid.rounding for solid in solids]),
         np.array([_ignored(model, solid) for solid in solids], dtype=np.uint64),
+        None if scene.cloud is None else _kernel_cloud(model, scene.cloud),
     )
+
+
+@lru_cache(maxsize=4)
+def _kernel_cloud(model: CollisionModel, cloud: Cloud) -> KernelCloud:
+    holder = model.state(model.robot.tool.default_state).checker()
+    holder.set_cloud(cloud.points, cloud.radius + cloud.error, voxel=VOXEL)
+    return KernelCloud(cloud.points, holder)
 
 
 def _pod(scene: Scene) -> Iterator[_Solid]:

@@ -109,7 +109,7 @@ class Contact:
         distance: m between spheres of the robot and what they are closest to, negative inside.
         a: Link name or "held <item>".
         b: Body name, item id, link name or "held <item>"; "" if nothing is near.
-        kind: What b is: "pod", "tote", "obstacle", "item", "base", "robot", or "".
+        kind: What b is: "pod", "tote", "obstacle", "item", "base", "robot", "cloud", or "".
     """
 
     distance: float
@@ -348,6 +348,9 @@ class KernelValidator:
             return Contact(float(distance), "", "")
         if kind is ContactKind.SELF:
             return Contact(float(distance), self.parts[frame], self.parts[index], "robot")
+        if kind is ContactKind.CLOUD:
+            assert self.world.cloud is not None
+            return Contact(float(distance), self.parts[frame], self.world.cloud.name(index), "cloud")
         solid = int(entered.kept[index])
         return Contact(float(distance), self.parts[frame], self.world.names[solid], self.world.kinds[solid])
 

@@ -307,6 +307,15 @@ class Checker:
             ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.
         """
 
+    def share_cloud(self, other: Checker, ignored_frames: int = 0) -> None:
+        """
+        Replace the cloud of the world by that of another checker, which is not copied.
+
+        Args:
+            other: The other checker.
+            ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.
+        """
+
     def set_held(self, centers: numpy.typing.NDArray[numpy.float64], radii: numpy.typing.NDArray[numpy.float64], tested_frames: numpy.typing.NDArray[numpy.int32]) -> None:
         """
         Replace the held item by spheres, rigid in frame L-1; empty arrays: nothing is held.

@@ -15,6 +15,7 @@ from pickcli.cell.shapes import Body
 from pickcli.cell.station import Pod
 from pickcli.cell.tote import TOTE as TOTE
 from pickcli.geometry import Array, inverse
+from pickcli.scene.cloud import Cloud
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,7 @@ class Scene:
         seed: Seed that the scene was made with.
         pod_error: How far the pod may stand from ``T_world_pod``.
         held: What the cup holds, None if nothing.
+        cloud: What a sensor saw besides all this, None if nothing.
     """
 
     cell: Cell
@@ -100,6 +102,7 @@ class Scene:
     seed: int = 0
     pod_error: Displacement = UNMOVED
     held: HeldItem | None = None
+    cloud: Cloud | None = None
 
     @cached_property
     def pod_bodies(self) -> tuple[Body, ...]:

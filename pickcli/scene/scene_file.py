@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from dataclasses import astuple
 from functools import lru_cache
 from pathlib import Path
@@ -21,15 +22,17 @@ from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.tool import SuctionCup
-from pickcli.errors import StaleError
+from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Source, read_yaml
 from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
+from pickcli.scene.cloud import Cloud
+from pickcli.scene.cloud_file import read_points
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
 from pickcli.scene.scene_checks import check_held, check_names, check_overlaps, check_places, check_standing
-from pickcli.scene.scene_schema import HeldModel, SceneModel, ScenePoseModel
+from pickcli.scene.scene_schema import CloudModel, HeldModel, SceneModel, ScenePoseModel
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
@@ -68,6 +71,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
         seed=model.seed,
         pod_error=Displacement(model.pod_error.x, model.pod_error.y, model.pod_error.yaw),
         held=_held(source, model.held, cell),
+        cloud=_cloud(source, model.cloud),
     )
     source.check()  # whether the poses are any, before it is asked where they are
     check_places(source, scene)
@@ -89,7 +93,7 @@ def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:
     Raises:
         InputError: If the file cannot be written.
     """
-    write_text(Path(path), _to_text(scene), replace)
+    write_text(Path(path), _to_text(scene, Path(path).parent), replace)
 
 
 @lru_cache(maxsize=32)
@@ -109,6 +113,7 @@ def scene_hash(scene: Scene) -> str:
     return digest(
         {
             **({} if scene.held is None else {"held": _held_content(scene.held)}),
+            **({} if scene.cloud is None else {"cloud": _cloud_content(scene.cloud)}),
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
@@ -129,6 +134,10 @@ def _item_content(placed: PlacedItem) -> list[Any]:
 
 def _held_content(held: HeldItem) -> list[Any]:
     return [held.id, *_figures(held.item), _coarse(held.T_tip_item)]
+
+
+def _cloud_content(cloud: Cloud) -> list[Any]:
+    return [cloud.digest, _coarse(cloud.T_world_sensor), numbers([cloud.radius, cloud.error])]
 
 
 @lru_cache(maxsize=256)
@@ -155,6 +164,18 @@ def _held(source: Source, model: HeldModel | None, cell: Cell) -> HeldItem | Non
     return HeldItem(model.id, cell.items[model.name, model.year], _pose(source, ("held",), model))
 
 
+def _cloud(source: Source, model: CloudModel | None) -> Cloud | None:
+    if model is None:
+        return None
+    path = source.path.parent / model.file
+    T = _pose(source, ("cloud",), model)
+    try:
+        return Cloud(path, T, read_points(path), model.radius, model.error)
+    except InputError as error:
+        source.add(("cloud", "file"), str(error))
+        return None
+
+
 def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> Array:
     length = float(np.linalg.norm(model.quaternion))
     if abs(length - 1.0) > _UNIT_TOLERANCE:
@@ -166,7 +187,14 @@ def _pose(source: Source, key: tuple[str | int, ...], model: ScenePoseModel) -> 
     return pose((x, y, z), R=from_quaternion(model.quaternion))
 
 
-def _to_text(scene: Scene) -> str:
+def _cloud_values(cloud: Cloud, folder: Path) -> dict[str, Any]:
+    file = os.path.relpath(cloud.file.resolve(), folder.resolve())
+    return {
+        "file": file, "radius": cloud.radius, "error": cloud.error, **_pose_values(cloud.T_world_sensor)
+    }  # fmt: skip
+
+
+def _to_text(scene: Scene, folder: Path) -> str:
     """One line per item, so that scenes can be read and compared."""
     head: dict[str, Any] = {
         "format": "apc scene",
@@ -179,6 +207,8 @@ def _to_text(scene: Scene) -> str:
     }
     if scene.held is not None:
         head["held"] = held_values(scene.held)
+    if scene.cloud is not None:
+        head["cloud"] = _cloud_values(scene.cloud, folder)
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     items = ",\n".join("    " + json.dumps(_item_values(placed)) for placed in scene.items)
     return "\n".join(["{", *lines, '  "items": [', items, "  ]", "}"]) + "\n"

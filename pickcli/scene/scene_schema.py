@@ -65,6 +65,16 @@ class HeldModel(ScenePoseModel):
     year: int = Field(description="2015 or 2016")
 
 
+class CloudModel(ScenePoseModel):
+    """What a sensor saw; the pose is that of the frame that the file has its points in."""
+
+    file: Text = Field(description="a NPY, NPZ or PLY file, from the folder of the scene")
+    radius: Annotated[float, Field(ge=0.0005, le=0.1)] = Field(
+        description="m, 0.0005 to 0.1, around each point that counts as solid"
+    )
+    error: Annotated[float, Field(ge=0, le=0.1)] = Field(default=0.0, description="m that a point may be off")
+
+
 class SceneModel(FileModel):
     """A whole scene file."""
 
@@ -78,4 +88,5 @@ class SceneModel(FileModel):
     noise: NoiseModel = Field(description="bounds of the error of the item poses")
     seed: int = Field(ge=0, lt=2**63, description="the seed it was made with")
     held: HeldModel | None = Field(default=None, description="what is in the cup")
+    cloud: CloudModel | None = Field(default=None, description="what a sensor saw besides all this")
     items: Annotated[tuple[PlacedItemModel, ...], Len(0, MAX_ITEMS)] = Field(description="the items")

@@ -11,6 +11,7 @@ from pickcli.simulation.engine_bodies import Colour
 STATIC_COLOURS: dict[str, Colour] = {
     "pod": (0.93, 0.82, 0.42, 1.0),  # the yellow fabric of a Kiva pod
     "tote": (0.30, 0.45, 0.70, 1.0),
+    "cloud": (0.80, 0.35, 0.20, 1.0),
     "obstacle": (0.60, 0.62, 0.65, 1.0),
 }
 

@@ -111,6 +111,20 @@ class EngineBodies:
         self._dynamics(body.name, lateralFriction=STATIC_FRICTION)
         self._group(body.name, STATIC_GROUP | FIRM_GROUP, ~STATIC_GROUP)
 
+    def add_marks(self, points: Array, width: float, colour: Colour) -> None:
+        """Show cubes that nothing meets.
+
+        Args:
+            points: (K, 3) m in the world, their middles.
+            width: m of each.
+            colour: Red, green, blue and opacity.
+        """
+        cube = p.createVisualShape(
+            p.GEOM_BOX, halfExtents=[width / 2] * 3, rgbaColor=colour, physicsClientId=self._client
+        )
+        for point in points.tolist():
+            p.createMultiBody(baseVisualShapeIndex=cube, basePosition=point, physicsClientId=self._client)
+
     def soften(self, name: str, stiffness: float, damping: float) -> None:
         """Let a body give way where it is touched.
 

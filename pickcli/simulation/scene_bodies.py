@@ -16,6 +16,9 @@ from pickcli.simulation.engine import Engine
 from pickcli.simulation.places import bounds
 from pickcli.simulation.reality import Reality
 
+MOST_MARKS = 500  # cubes that a cloud is shown as
+LEAST_MARK = 0.01  # m
+
 
 def ground_of(scene: Scene) -> tuple[Array, Array]:
     """The box around all that stands firm.
@@ -49,6 +52,8 @@ def is_over(ground: tuple[Array, Array], point: Array) -> bool:
 def add_statics(engine: Engine, scene: Scene) -> None:
     """Add the pod (where it really stands), the tote and the obstacles: one body per box.
 
+    A cloud is shown, but nothing meets it: what it was seen of is not known.
+
     Args:
         engine: Where they are added.
         scene: The scene.
@@ -59,6 +64,16 @@ def add_statics(engine: Engine, scene: Scene) -> None:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["tote"])
     for body in scene.cell.obstacles.bodies:
         engine.add_static(body, np.eye(4), STATIC_COLOURS["obstacle"])
+    if scene.cloud is not None:
+        engine.add_marks(*_thinned(scene.cloud.points), STATIC_COLOURS["cloud"])
+
+
+def _thinned(points: Array) -> tuple[Array, float]:
+    """Middles (K, 3) of the cells of a grid that points (N, 3) are in, at most MOST_MARKS; its width, m."""
+    width = LEAST_MARK
+    while len(cells := np.unique(np.floor(points / width), axis=0)) > MOST_MARKS:
+        width *= 1.25
+    return (cells + 0.5) * width, width
 
 
 def add_items(engine: Engine, scene: Scene, masses: Mapping[str, float] | None = None) -> None:

@@ -26,11 +26,13 @@ class PlanFixtures:
         before: What stands before the release.
         set_down: What stands after the release, if that is in a bin; else the item falls into the tote and is
             not followed.
+        cloud: What stands in all segments: points of the scene's cloud.
     """
 
     plan: Plan
     before: tuple[Fixture, ...]
     set_down: tuple[Fixture, ...] | None
+    cloud: tuple[Fixture, ...] = ()
 
     def of(self, k: int) -> tuple[Fixture, ...]:
         """All that stands during a segment, without what is in the cup or fell into the tote.
@@ -42,9 +44,9 @@ class PlanFixtures:
             The fixtures.
         """
         if self.set_down is not None and k > releases(self.plan)[0]:
-            return self.set_down
+            return self.set_down + self.cloud
         gone = {segment.held for segment in self.plan.segments[: k + 1]}
-        return tuple(fixture for fixture in self.before if fixture.name not in gone)
+        return tuple(fixture for fixture in self.before if fixture.name not in gone) + self.cloud
 
 
 def plan_fixtures(plan: Plan, scene: Scene, T_tip_item: Array | None) -> PlanFixtures:

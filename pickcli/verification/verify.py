@@ -18,6 +18,7 @@ from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_file import scene_hash
 from pickcli.verification.clearance_check import check_clearance
+from pickcli.verification.cloud_points import near_points
 from pickcli.verification.contact_check import check_touch
 from pickcli.verification.event_check import check_io
 from pickcli.verification.exemptions import exemptions
@@ -85,7 +86,8 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
         return Verdict(
             None, (Reason("too much motion", "trajectory", "more states than the verifier looks at"),)
         )
-    world = plan_fixtures(plan, scene, T_tip_item)
+    cloud = near_points(plan, scene, states, moving)
+    world = replace(plan_fixtures(plan, scene, T_tip_item), cloud=cloud.fixtures)
     exempt = exemptions(plan, scene, states, moving, world)
     opening = check_opening(plan, scene, states, moving, world, exempt)
     clearance = check_clearance(
@@ -107,7 +109,9 @@ def verify(plan: Plan, scene: Scene, stopped: Trajectory | None = None) -> Verdi
     )
     if reasons:
         return Verdict(None, reasons)
-    return Verdict(_certificate(plan, scene, digest, states, ratios, clearance.minimum), ())
+    return Verdict(
+        _certificate(plan, scene, digest, states, ratios, min(clearance.minimum, cloud.proven)), ()
+    )
 
 
 def _certificate(

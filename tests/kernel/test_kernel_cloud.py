@@ -153,3 +153,19 @@ def test_a_cloud_that_is_none_is_refused(radius: float, edge: float, voxel: floa
     checker = arm.checker(random_world(np.random.default_rng(0), arm))
     with pytest.raises(ValueError, match=named):
         checker.set_cloud(np.ones((3, 3)), radius, edge, voxel)
+
+
+def test_a_shared_cloud_is_that_of_the_other_checker_until_it_has_another() -> None:
+    rng, arm, world, centers, radius, edge = case(7)
+    one, other = arm.checker(world), arm.checker(world)
+    Q = np.array([random_configuration(rng, arm) for _ in range(20)])
+    before = np.asarray(other.clearances(Q))
+    one.set_cloud(centers, radius, edge)
+    expected = np.asarray(one.clearances(Q))
+    assert np.any(expected < before)
+    other.share_cloud(one)
+    one.set_cloud(np.empty((0, 3)), radius)
+    np.testing.assert_array_equal(other.clearances(Q), expected)
+    np.testing.assert_array_equal(one.clearances(Q), before)
+    other.share_cloud(other, ignored_frames=2**64 - 1)
+    np.testing.assert_array_equal(other.clearances(Q), before)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL.GifImagePlugin import GifImageFile
 
+from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
-from pickcli.simulation.camera import CELL_VIEW, GifRecorder, take_picture, write_png
+from pickcli.scene.cloud import Cloud
+from pickcli.scene.scene import PoseNoise, Scene
+from pickcli.simulation.camera import CELL_VIEW, GifRecorder, picture_of, take_picture, write_png
+from pickcli.simulation.world import World
 from support.pedestal import BuildWorld
 
 
@@ -43,3 +48,20 @@ def test_a_film_that_cannot_be_written_is_refused_before_it_is_shot(tmp_path: Pa
         GifRecorder.named(tmp_path / "film.mp4")
     with pytest.raises(InputError, match="nothing was filmed"):
         GifRecorder().write(tmp_path / "film.gif")
+
+
+def test_a_cloud_is_seen_and_met_by_nothing(cell: Cell) -> None:
+    """A cube of points before the shelf, in a colour of its own, and no body for the physics."""
+    y, z = np.meshgrid(np.arange(-0.2, 0.2, 0.01), np.arange(1.2, 1.6, 0.01))
+    points = np.column_stack([np.full(y.size, -0.3), y.ravel(), z.ravel()])
+    bare = Scene(cell, cell.T_world_pod, (), PoseNoise())
+    seen = replace(bare, cloud=Cloud(Path("wall.npy"), np.eye(4), points, 0.005, 0.0))
+    changed = np.any(picture_of(bare) != picture_of(seen), axis=2)
+    assert 0.02 < changed.mean() < 0.5
+    home = cell.configurations["home"].q
+    worlds = World(bare, home), World(seen, home)
+    for world in worlds:
+        world.wait(0.02)
+    assert worlds[0].q.tobytes() == worlds[1].q.tobytes()
+    ray = np.array([[-1.0, 0.0, 1.4]]), np.array([[1.0, 0.0, 1.4]])
+    assert worlds[0].engine.ray_hits(*ray) == worlds[1].engine.ray_hits(*ray)

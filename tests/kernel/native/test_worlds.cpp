@@ -79,8 +79,8 @@ TEST_CASE("a cloud is as far away as its nearest point, filtered or not") {
     for (const double voxel : {0.0, 0.1}) {
       Checker with_balls(test::Random(robot).robot()), with_cloud(test::Random(robot).robot());
       with_balls.world() = World(balls);
-      with_cloud.world().set_cloud(
-          Cloud({numbers.data(), static_cast<int>(points.size()), radius, 0.0, voxel, 0}));
+      const CloudPoints cloud{numbers.data(), static_cast<int>(points.size()), radius, 0.0, voxel};
+      with_cloud.world().set_cloud(std::make_shared<const Cloud>(cloud), 0);
       for (int k = 0; k < 10; ++k) {
         const std::vector<double> q = random.configuration(with_balls.n());
         const Contact near = with_balls.clearance(q.data(), 1.0), found = with_cloud.clearance(q.data(), 1.0);
@@ -102,7 +102,8 @@ TEST_CASE("an edge that is proven free among a cloud keeps away from every point
     Checker checker(random.robot());
     const std::vector<double> numbers = flat(random_points(random, 150));
     const double half_edge = random.below(2) ? 0.02 : 0.0;
-    checker.world().set_cloud(Cloud({numbers.data(), 150, 0.01, half_edge, 0.0, 0}));
+    const CloudPoints cloud{numbers.data(), 150, 0.01, half_edge, 0.0};
+    checker.world().set_cloud(std::make_shared<const Cloud>(cloud), 0);
     const std::vector<double> a = random.configuration(checker.n());
     std::vector<double> b = random.configuration(checker.n());
     for (std::size_t j = 0; j < b.size(); ++j) b[j] = a[j] + 0.1 * (b[j] - a[j]);
@@ -126,8 +127,8 @@ TEST_CASE("an edge that is proven free among a cloud keeps away from every point
 
 TEST_CASE("what is no cloud is refused") {
   const double point[3] = {1.0, 1.0, 1.0};
-  CHECK_THROWS(Cloud({point, 1, -0.1, 0.0, 0.0, 0}));
-  CHECK_THROWS(Cloud({point, 1, 0.1, -0.1, 0.0, 0}));
-  CHECK_THROWS(Cloud({point, 1, 0.1, 0.0, -0.1, 0}));
-  CHECK_THROWS(Cloud({point, 1, 0.1, 0.0, 1e-9, 0}));
+  CHECK_THROWS(Cloud({point, 1, -0.1, 0.0, 0.0}));
+  CHECK_THROWS(Cloud({point, 1, 0.1, -0.1, 0.0}));
+  CHECK_THROWS(Cloud({point, 1, 0.1, 0.0, -0.1}));
+  CHECK_THROWS(Cloud({point, 1, 0.1, 0.0, 1e-9}));
 }

@@ -79,7 +79,12 @@ void set_world(Checker& checker, nb::handle poses_in, nb::handle half_in, nb::ha
 void set_cloud(Checker& checker, nb::handle centers_in, double radius, double edge, double voxel,
                std::uint64_t ignored) {
   const Doubles centers(centers_in, "centers", {kAny, 3});
-  checker.world().set_cloud(Cloud({centers.data(), centers.rows(), radius, 0.5 * edge, voxel, ignored}));
+  const CloudPoints points{centers.data(), centers.rows(), radius, 0.5 * edge, voxel};
+  checker.world().set_cloud(std::make_shared<const Cloud>(points), ignored);
+}
+
+void share_cloud(Checker& checker, const Checker& other, std::uint64_t ignored) {
+  checker.world().set_cloud(other.world().cloud(), ignored);
 }
 
 void set_held(Checker& checker, nb::handle centers_in, nb::handle radii_in, nb::handle tested_in) {
@@ -232,6 +237,13 @@ Args:
     radius: m around each that counts as it.
     edge: m, of a cube around each, along the axes of the world; 0: points.
     voxel: m, edge of the cells of the filter; 0: every point is kept.
+    ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.)")
+      .def("share_cloud", &share_cloud, "other"_a, "ignored_frames"_a = 0,
+           nb::sig("def share_cloud(self, other: Checker, ignored_frames: int = 0) -> None"),
+           R"(Replace the cloud of the world by that of another checker, which is not copied.
+
+Args:
+    other: The other checker.
     ignored_frames: Bit f set: frame f is never tested against the cloud; bit L is the held item.)")
       .def("set_held", &set_held, "centers"_a, "radii"_a, "tested_frames"_a,
            nb::sig("def set_held(self, centers: " APC_F64 ", radii: " APC_F64 ", tested_frames: " APC_I32

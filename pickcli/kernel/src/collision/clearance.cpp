@@ -45,8 +45,8 @@ class NearestPair {
       const Obstacle& obstacle = world.obstacles()[static_cast<std::size_t>(i)];
       if (!(obstacle.ignored >> f & 1)) against_solid(f, obstacle.solid, ContactKind::world, obstacle.index);
     });
-    const Cloud& cloud = world.cloud();
-    if (cloud.ignored() >> f & 1) return;
+    const Cloud& cloud = *world.cloud();
+    if (world.ignored_by_cloud() >> f & 1) return;
     cloud.tree().visit_near(around.center, nearest, [&](int row) {
       const int first = simd8::kLanes * row, last = std::min(first + simd8::kLanes, cloud.size());
       for (int i = first; i < last; ++i) against_solid(f, cloud.solid(i), ContactKind::cloud, cloud.index(i));

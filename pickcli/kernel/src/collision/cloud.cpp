@@ -75,8 +75,7 @@ std::vector<Ball> thinned(const CloudPoints& points) {
 }  // namespace
 
 Cloud::Cloud(const CloudPoints& points)
-    : half_edge_(static_cast<float>(points.half_edge * (1.0 + 2.0 * simd8::kUnitRoundoff))),
-      ignored_(points.ignored) {
+    : half_edge_(static_cast<float>(points.half_edge * (1.0 + 2.0 * simd8::kUnitRoundoff))) {
   if (!(points.radius >= 0.0)) throw std::invalid_argument("radius: must not be negative");
   if (!(points.half_edge >= 0.0)) throw std::invalid_argument("edge: must not be negative");
   if (!(points.voxel >= 0.0)) throw std::invalid_argument("voxel: must not be negative");
@@ -130,7 +129,7 @@ Solid Cloud::solid(int i) const {
 }
 
 simd8::CloudData Cloud::single_precision() const {
-  return {tree_.single_precision(), rows_.data(), index_.data(), half_edge_, ignored_};
+  return {tree_.single_precision(), rows_.data(), index_.data(), half_edge_, 0};
 }
 
 }  // namespace apc

@@ -17,7 +17,6 @@ struct CloudPoints {
   double radius = 0.0;     //!< m around each that counts as it
   double half_edge = 0.0;  //!< m, of a cube along the axes of the world around each; 0: points
   double voxel = 0.0;      //!< m: what is in one cell of a grid this wide becomes one ball around it, if not 0
-  std::uint64_t ignored = 0;  //!< bit f: frame f is never tested against the cloud
 };
 
 class Cloud {
@@ -31,18 +30,16 @@ class Cloud {
   Solid solid(int i) const;
   int index(int i) const { return index_[static_cast<std::size_t>(i)]; }
 
-  std::uint64_t ignored() const { return ignored_; }
   const BoundsTree& tree() const { return tree_; }  //!< over rows of eight
   double extent() const { return extent_; }         //!< m, farthest point from the world's origin
 
-  //! In single precision, for the batch test. Valid as long as this cloud.
+  //! In single precision, for the batch test, without frames that are ignored. Valid as long as this cloud.
   simd8::CloudData single_precision() const;
 
  private:
   std::vector<simd8::Points8> rows_;
   std::vector<int> index_;
   float half_edge_ = 0.0f;
-  std::uint64_t ignored_ = 0;
   BoundsTree tree_;
   double extent_ = 0.0;
 };

@@ -33,14 +33,16 @@ void World::set_obstacles(std::vector<Obstacle> obstacles) {
 }
 
 simd8::WorldData World::single_precision() const {
-  return {tree_.single_precision(), obstacles_single_.data(), cloud_.single_precision()};
+  simd8::CloudData cloud = cloud_->single_precision();
+  cloud.ignored = ignored_by_cloud_;
+  return {tree_.single_precision(), obstacles_single_.data(), cloud};
 }
 
 //! In units of u times both lengths: rounding of the obstacle and the difference from its centre (3), into
 //! its frame and, for the held item, its axes likewise (7 each), roots, squares and sums of lengths (6 for a
 //! point, 10 for a slab), and the threshold (4).
 double World::rounding(double reach) const {
-  return 32.0 * simd8::kUnitRoundoff * (reach + std::max(extent_, cloud_.extent()));
+  return 32.0 * simd8::kUnitRoundoff * (reach + std::max(extent_, cloud_->extent()));
 }
 
 }  // namespace apc

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "collision/bounds_tree.hpp"
@@ -24,11 +26,16 @@ class World {
   explicit World(std::vector<Obstacle> obstacles) { set_obstacles(std::move(obstacles)); }  //!< in any order
 
   void set_obstacles(std::vector<Obstacle> obstacles);
-  void set_cloud(Cloud cloud) { cloud_ = std::move(cloud); }
+  //! Frame f, of bit f, is never tested against the cloud.
+  void set_cloud(std::shared_ptr<const Cloud> cloud, std::uint64_t ignored) {
+    cloud_ = std::move(cloud);
+    ignored_by_cloud_ = ignored;
+  }
 
   const std::vector<Obstacle>& obstacles() const { return obstacles_; }  //!< in the order of their tree
   const BoundsTree& tree() const { return tree_; }
-  const Cloud& cloud() const { return cloud_; }
+  const std::shared_ptr<const Cloud>& cloud() const { return cloud_; }
+  std::uint64_t ignored_by_cloud() const { return ignored_by_cloud_; }
 
   //! The same in single precision, for the batch test. Valid until the world is changed.
   simd8::WorldData single_precision() const;
@@ -41,7 +48,8 @@ class World {
   std::vector<Obstacle> obstacles_;
   std::vector<simd8::ObstacleData> obstacles_single_;
   BoundsTree tree_;
-  Cloud cloud_;
+  std::shared_ptr<const Cloud> cloud_ = std::make_shared<const Cloud>();
+  std::uint64_t ignored_by_cloud_ = 0;
   double extent_ = 0.0;  //!< farthest point of any obstacle from the origin
 };
 
