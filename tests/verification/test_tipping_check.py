@@ -9,7 +9,7 @@ import pytest
 
 from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Shape, ShapeKind
-from pickcli.geometry import GRAVITY, Array, inverse, pose
+from pickcli.geometry import GRAVITY, Array, inverse, pose, rotation_axis_angle
 from pickcli.motion.plan import Grasp, Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
@@ -100,21 +100,23 @@ def test_what_does_not_stand_by_its_weight_is_not_judged() -> None:
     assert told(across_a_bar(at=0.06), 0.06) == told(across_a_bar(at=0.06), -0.06) == ""
 
 
+@pytest.mark.parametrize("turn", [0.0, np.pi / 4])
 @pytest.mark.parametrize(
     "shape", [Shape(ShapeKind.BOX, (0.06, 0.06, 0.1)), Shape(ShapeKind.CYLINDER, (0.03, 0.1))]
 )
-def test_a_support_ends_where_the_lower_face_ends(shape: Shape) -> None:
-    """Upright on a board, a press of 100 N beside the face leads beside it, by less than the grid."""
-    item = lying("item", shape, pose((0.0, 0.0, 0.05)), 0.1)
+def test_a_support_ends_where_the_lower_face_ends(shape: Shape, turn: float) -> None:
+    """Upright on a board, turned or not, a press of 100 N beside the face leads beside it, less the grid."""
+    R = rotation_axis_angle(np.array([0.0, 0.0, 1.0]), turn)
+    item = lying("item", shape, pose((0.0, 0.0, 0.05), R=R), 0.1)
     floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
     scene = make_scene(item, floor)
     push = np.array([0.0, 0.0, -100.0])
-    assert beside_support(scene, item, push, np.array([0.029, 0.0, 0.1])) == 0.0
+    assert beside_support(scene, item, push, R @ [0.029, 0.0, 0.1]) == 0.0
     weight = 0.1 * GRAVITY
     out = 100.0 / (100.0 + weight) * 0.06 - 0.03
-    spacing = 0.06 / 40
-    beside = beside_support(scene, item, push, np.array([0.06, 0.0, 0.1]))
-    assert out - spacing - 1e-3 <= beside <= out
+    spacing = 0.06 * np.sqrt(2.0) / 40
+    beside = beside_support(scene, item, push, R @ [0.06, 0.0, 0.1])
+    assert out - 2.0 * spacing - 1e-3 <= beside <= out
 
 
 def test_a_slanting_press_counts_where_it_meets_the_support() -> None:
