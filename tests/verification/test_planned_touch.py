@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pickcli.cell.pod_tolerance import Displacement
 from pickcli.cell.shapes import Body, Shape, ShapeKind
-from pickcli.geometry import pose
+from pickcli.geometry import Array, inverse, pose
 from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
@@ -93,14 +94,32 @@ def test_the_bellows_do_not_give_sideways() -> None:
     assert told(leaving(scene, (0.0, -0.005, 0.0), back=0.03), scene) == ""
 
 
+def plate_before_the_cup() -> Array:
+    """Pose (4, 4) in the world of a plate of 20 mm, 1 mm before the cup."""
+    return np.asarray(tip(Q) @ pose((0.0, 0.0, 0.011)))
+
+
+PLATE = Shape(ShapeKind.BOX, (0.2, 0.2, 0.02))
+
+
 def test_what_stands_in_the_cell_stands_where_the_cell_says() -> None:
     """A plate 1 mm before the cup: nothing but the rounding of lines explains that the cup is in it."""
-    plate = Body("plate", Shape(ShapeKind.BOX, (0.2, 0.2, 0.02)), tip(Q) @ pose((0.0, 0.0, 0.011)))
+    plate = Body("plate", PLATE, plate_before_the_cup())
     obstacles = replace(cell().obstacles, bodies=(*cell().obstacles.bodies, plate))
     scene = replace(make_scene(), cell=replace(cell(), obstacles=obstacles))
     for forward, is_refused in ((0.002, False), (0.003, True)):
         way_out = leaving(scene, (0.0, 0.0, forward), touching="plate")
         assert ("cup and plate" in told(way_out, scene)) is is_refused
+        assert ("planned contact too deep" in told(way_out, scene)) is is_refused
+
+
+def test_a_pod_that_may_be_turned_explains_as_much_as_that_moves_its_parts() -> None:
+    """A plate of the pod, 0.6 m from its axis and 1.7 m up, and a turn of 2 mrad: 1.2 mm at the middle."""
+    plate = Body("plate", PLATE, inverse(cell().T_world_pod) @ plate_before_the_cup())
+    pod = replace(cell().pod, bodies=(*cell().pod.bodies, plate))
+    scene = replace(make_scene(), cell=replace(cell(), pod=pod), pod_error=Displacement(0.0, 0.0, yaw=0.002))
+    for forward, is_refused in ((0.003, False), (0.005, True)):
+        way_out = leaving(scene, (0.0, 0.0, forward), touching="plate")
         assert ("planned contact too deep" in told(way_out, scene)) is is_refused
 
 
