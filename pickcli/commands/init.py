@@ -30,6 +30,8 @@ FIGURE = "[JOINT=]NUMBER"
 @click.option("--group", metavar="NAME", help="Group of the SRDF that is planned.  [default: the only arm]")
 @click.option("--tip", metavar="LINK",
               help="Link at the end of the arm.  [default: of the group or the longest chain]")  # fmt: skip
+@click.option("--without", metavar="LINK", multiple=True,
+              help="Link that is not there, with all that hangs on it; may be repeated.")  # fmt: skip
 @click.option("--package-path", "package_path", metavar="[NAME=]DIR", multiple=True,
               help="Where ROS packages lie, or one of them; may be repeated.")  # fmt: skip
 @click.option("--xacro-arg", "xacro_arguments", metavar="NAME=VALUE", multiple=True,
@@ -47,7 +49,7 @@ FIGURE = "[JOINT=]NUMBER"
 @seed_option
 @json_option
 def command(
-    folder: Path, urdf: Path, srdf: Path | None, group: str | None, tip: str | None,
+    folder: Path, urdf: Path, srdf: Path | None, group: str | None, tip: str | None, without: tuple[str, ...],
     package_path: tuple[str, ...], xacro_arguments: tuple[str, ...], joint_limits: Path | None,
     velocities: tuple[str, ...], accelerations: tuple[str, ...], jerks: tuple[str, ...],
     forces: tuple[str, ...], accept_unshaped: bool, seed: int, as_json: bool,
@@ -76,6 +78,7 @@ def command(
         srdf=srdf,
         group=group,
         tip=tip,
+        without=without,
         package_path=[Path(text) for text in package_path if "=" not in text],
         packages={name: Path(folder) for name, folder in _assignments("--package-path", named)},
         arguments=dict(_assignments("--xacro-arg", xacro_arguments)),

@@ -14,6 +14,8 @@ from pickcli.errors import InputError
 from pickcli.geometry import Array, inverse
 from pickcli.kernel import Chain, JointKind
 
+MAX_FRAMES = 63  # of the kernel's chains: their bits fit into one number, beside that of a held item
+
 _KERNEL_KIND = {
     JointType.REVOLUTE: JointKind.REVOLUTE,
     JointType.CONTINUOUS: JointKind.REVOLUTE,
@@ -104,6 +106,11 @@ def _folded(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
 
 
 def _check_chain(robot: Robot) -> None:
+    if len(robot.joints) > MAX_FRAMES:
+        raise InputError(
+            f"{robot.urdf}: the chain and what hangs on it has {len(robot.joints)} links with shapes, "
+            f"{MAX_FRAMES} at most; leave some out by robot.without, e.g. a hand that is not there"
+        )
     chain = [robot.joints[-1]]
     by_child = {joint.child: joint for joint in robot.joints}
     while chain[-1].parent in by_child:

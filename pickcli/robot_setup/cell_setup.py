@@ -16,10 +16,11 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.planning_group import stripped
 from pickcli.cell.srdf import Srdf, read_srdf
 from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.errors import InputError
+from pickcli.errors import InputError, UnknownNameError
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -65,6 +66,7 @@ class SetupOptions:
         srdf: An SRDF file, if there is one.
         group: Name of the SRDF group that is to be planned.
         tip: Name of the link at the end of what is to be planned.
+        without: Names of links that are not there, with all that hangs on them.
         package_path: Folders in which packages are looked for first.
         packages: Folders of packages by name.
         arguments: Of a xacro, by name.
@@ -78,6 +80,7 @@ class SetupOptions:
     srdf: Path | None = None
     group: str | None = None
     tip: str | None = None
+    without: Sequence[str] = ()
     package_path: Sequence[Path] = ()
     packages: Mapping[str, Path] = field(default_factory=dict)
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -161,7 +164,7 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
         files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
     _copy(files, staging)
     roots = {name: staging / path for name, path in files.packages.items()}
-    robot = read_urdf(staging / URDF, staging, roots)
+    robot = _without(read_urdf(staging / URDF, staging, roots), request.without)
     srdf = _srdf(request.srdf, robot, staging)
     draft = _draft(folder, request, files, robot, srdf, staging)
     on_progress(Progress(1, STEPS, "sampling which links collide"))
@@ -194,6 +197,15 @@ def _with_configurations(
         met = empty.explain(samples(cell, seed)[0])
         notes.append(f"none of {N_CANDIDATES} sampled configurations is free, e.g. {met}")
     return replace(draft, configurations=(*known, *found)), notes
+
+
+def _without(robot: Urdf, links: Sequence[str]) -> Urdf:
+    """The robot without some links. Raises UnknownNameError for one that it does not have."""
+    hanging = [name for name in robot.links if name != robot.root]
+    for link in links:
+        if link not in hanging:
+            raise UnknownNameError("link", link, hanging, "--without")
+    return stripped(robot, links)
 
 
 def _copy(files: RobotFiles, staging: Path) -> None:
@@ -239,6 +251,7 @@ def _draft(
         source=request.urdf.name,
         srdf=None if srdf is None else SRDF,
         packages=files.packages,
+        without=tuple(request.without),
         chain=chain,
         standing=tuple(_standing(robot, srdf, chain)),
         unshaped=_unshaped(robot, chain),

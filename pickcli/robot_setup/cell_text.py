@@ -76,6 +76,7 @@ class CellText:
         source: Name of the file that it is made from.
         srdf: Path of its SRDF from its folder; None without one.
         packages: Folders by the name that ``package://`` calls them.
+        without: Links that are not there.
         chain: What is planned.
         standing: Joints that are not planned.
         unshaped: Links without a collision shape.
@@ -90,6 +91,7 @@ class CellText:
     source: str
     srdf: str | None
     packages: dict[str, str]
+    without: tuple[str, ...]
     chain: PlannedChain
     standing: tuple[JointPosture, ...]
     unshaped: tuple[str, ...]
@@ -141,6 +143,8 @@ class CellText:
             yield f"  srdf: {self.srdf}  # its disabled pairs of links are never tested against each other"
         if self.packages:
             yield f"  packages: {_mapping(self.packages)}"
+        if self.without:
+            yield f"  without: [{', '.join(map(_quoted, self.without))}]  # with all that hangs on them"
         yield "  T_world_base: {xyz: [0, 0, 0], rpy: [0, 0, 0]}"
         yield f"  joints: [{', '.join(map(_quoted, chain.joints))}]  # the order of every q; {why}"
         others = f"; {', '.join(chain.other_tips)} would do as well" if chain.other_tips else ""

@@ -67,6 +67,26 @@ def test_what_nobody_states_is_left_blank_and_listed(urdf: Path, tmp_path: Path)
     assert apc("check", path).code == 0
 
 
+def test_links_may_be_left_out(urdf: Path, tmp_path: Path) -> None:
+    words = ("--without", "hand", *LIMITS, "--motor-force", "9", "--accept-unshaped")
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *words)
+    assert made.code == 0 and "open" not in made.out, made.err
+    assert "hand" not in {link.name for link in load_cell(tmp_path / "arm").robot.links}
+
+
+def test_too_many_links_are_told(tmp_path: Path) -> None:
+    box = '<link name="{0}"><collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>'
+    hung = (
+        '<joint name="j{0}" type="{1}"><parent link="{2}"/><child link="{0}"/><axis xyz="0 0 1"/>{3}</joint>'
+    )
+    limit = '<limit lower="-1" upper="1" effort="9" velocity="1"/>'
+    links = ['<link name="base"/>', box.format("arm"), hung.format("arm", "revolute", "base", limit)]
+    links += [box.format(f"n{k}") + hung.format(f"n{k}", "fixed", "arm", "") for k in range(70)]
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{"".join(links)}</robot>')
+    told = apc("init", tmp_path / "r", "--urdf", tmp_path / "r.urdf", *LIMITS)
+    refused(told, 3, "r.urdf", "71 links with shapes, 63 at most", "robot.without")
+
+
 def test_the_same_seed_writes_the_same_bytes(urdf: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         assert apc("init", tmp_path / name / "arm", "--urdf", urdf, *LIMITS).code == 3  # no such folder
@@ -95,6 +115,11 @@ MISTAKES = {
     "a group without an SRDF": (("--group", "arm"), "--group arm: groups stand in an SRDF file"),
     "a figure that is none": (("--max-jerk", "fast"), "--max-jerk fast: expected a number over 0"),
     "a negative figure": (("--max-jerk", "-5"), "--max-jerk -5: expected a number over 0"),
+    "a link to leave out that is none": (
+        ("--without", "hnad"),
+        "--without: unknown link 'hnad'; did you mean 'hand'?",
+    ),
+    "the root left out": (("--without", "world_link"), "--without: unknown link 'world_link'"),
     "degrees": (
         ("--max-acceleration", "5000"),
         "--max-acceleration: expected at most 2000 for turn, got 5000",
