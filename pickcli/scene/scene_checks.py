@@ -1,4 +1,4 @@
-"""What a scene must agree with: the cell's names, its bins, and that no two solids stand in one place."""
+"""What a scene must agree with: the cell's names, its bins, and that solids neither overlap nor float."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from pickcli.geometry import inverse, pose
 from pickcli.scene.scene import Scene
 from pickcli.scene.scene_schema import HeldModel, PlacedItemModel, SceneModel
 from pickcli.scene.solid_overlap import TOUCH, PosedSolid, overlap_depth
-from pickcli.scene.touching import PosedSolids
+from pickcli.scene.touching import PosedSolids, gaps
 
 Mistake: TypeAlias = tuple[Key, str]  # where it stands in the file, and what is wrong
 
 SUNK = 0.005  # m: as deep as an item may stand in what does not give way, beyond its uncertainty
+FLOATING = 0.01  # m: as far as an item may be from everything, beyond its uncertainty
 CONVENTION = "positions are in m, quaternions x, y, z, w"
 FEW = 3  # mistakes of one kind that are told one by one
 MANY = 20  # of which no more are looked for
@@ -153,8 +154,7 @@ def check_standing(source: Source, scene: Scene) -> None:
         source: Collects the mistakes with their places in the file.
         scene: The scene.
     """
-    corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
-    pod_error = scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
+    pod_error = _pod_error(scene)
     every = PosedSolids.of(scene, scene.items, scene.standing)
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
     a, b = every.near(len(scene.items), 0.0)
@@ -170,6 +170,43 @@ def check_standing(source: Source, scene: Scene) -> None:
         if len(deep) > MANY or source.is_full:
             break
     _add_alike(source, deep, "correct its pose", f"correct its pose, or all: {CONVENTION}")
+
+
+def _pod_error(scene: Scene) -> float:
+    """m, how far any body of the pod may be from where its pose says."""
+    corners = np.vstack([body.T_parent_shape[:2, 3] for body in scene.cell.pod.bodies])
+    return scene.pod_error.bound(float(np.linalg.norm(corners, axis=1).max()))
+
+
+def check_floating(source: Source, scene: Scene) -> None:
+    """Check that no item hangs in the air: each touches something, as far as uncertain poses tell.
+
+    What falls into the tote may still be above it; what the cup holds is listed where it was seen. What a
+    cloud shows besides may carry an item: then none is judged.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        scene: The scene.
+    """
+    if scene.cloud is not None:
+        return
+    every = PosedSolids.of(scene, scene.items, scene.standing)
+    reach = FLOATING + _pod_error(scene)
+    found = gaps(every, *every.near(len(scene.items), reach))
+    close = found.width <= reach + every.bound[found.a] + every.bound[found.b]
+    touching = {*found.a[close].tolist(), *found.b[close].tolist()}
+    held = "" if scene.held is None else scene.held.id
+    floating: list[Mistake] = []
+    for i, placed in enumerate(scene.items):
+        is_from_above = scene.cell.places[placed.location].access.is_from_above
+        if i not in touching and not is_from_above and placed.id != held:
+            others = np.delete(np.arange(len(every.names)), i)
+            widths = gaps(every, np.full(len(others), i), others).width
+            name = every.names[others[widths.argmin()]]
+            text = f"{placed.id} floats: {name}, the nearest to it, is {1000 * widths.min():.1f} mm away"
+            floating.append((("items", i, "position"), text))
+    one = "put it onto what carries it, or state in noise how far poses may be off"
+    _add_alike(source, floating, one, f"{one}; positions are those of the items' middles, in m")
 
 
 def check_overlaps(source: Source, scene: Scene) -> None:

@@ -31,7 +31,14 @@ from pickcli.geometry import Array, from_quaternion, pose, to_quaternion
 from pickcli.scene.cloud import Cloud
 from pickcli.scene.cloud_file import read_points
 from pickcli.scene.scene import HeldItem, PlacedItem, PoseNoise, Scene
-from pickcli.scene.scene_checks import check_held, check_names, check_overlaps, check_places, check_standing
+from pickcli.scene.scene_checks import (
+    check_floating,
+    check_held,
+    check_names,
+    check_overlaps,
+    check_places,
+    check_standing,
+)
 from pickcli.scene.scene_schema import CloudModel, HeldModel, SceneModel, ScenePoseModel
 
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
@@ -78,6 +85,8 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     check_standing(source, scene)
     check_overlaps(source, scene)
     check_held(source, scene)
+    source.check()  # what is told to be elsewhere need not be told to float there
+    check_floating(source, scene)
     source.check()
     return scene
 

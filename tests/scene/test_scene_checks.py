@@ -82,19 +82,16 @@ def test_an_item_in_the_shelf_is_told_as_such(cell: Cell, written: Path, refused
     assert f"items[0].position: {first.id} stands " in message and "mm deep in " in message
 
 
-@pytest.mark.parametrize(("x", "is_refused"), [(-0.14, False), (-0.16, True)])
-def test_an_item_may_lie_so_far_out_of_its_bin_and_no_farther(
-    cell: Cell, written: Path, x: float, is_refused: bool
+@pytest.mark.parametrize(("x", "told"), [(-0.14, "floats: "), (-0.16, "is 0.16 m away from bin_A")])
+def test_an_item_may_be_so_far_out_of_its_bin_before_it_counts_as_elsewhere(
+    cell: Cell, written: Path, refused: Refused, x: float, told: str
 ) -> None:
     first = make_scene(cell).items[0]
     T = first.T_world_item.copy()
     T[0, 3] = x
     write_scene(make_scene(cell).moved(replace(first, T_world_item=T)), written)
-    if is_refused:
-        with pytest.raises(InputError, match=r"is 0\.16 m away from bin_A"):
-            read_scene(written)
-    else:
-        assert read_scene(written).items
+    (line,) = refused(lambda: read_scene(written)).splitlines()
+    assert f"{first.id} {told}" in line
 
 
 def _read(scene: Scene, path: Path, noise: float = 0.0, pod_error: Displacement | None = None) -> Scene:
@@ -231,8 +228,51 @@ def test_what_the_cup_holds_begins_within_the_bellows_and_what_is_uncertain(
             assert _read(scene, tmp_path / "s.json", noise).held is not None
 
 
-def test_an_item_may_hang_in_the_air_far_from_everything(cell: Cell, tmp_path: Path) -> None:
-    """As poses from elsewhere may have it, and as it does while it falls into the tote."""
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+@pytest.mark.parametrize("pod_error", [0.0, 0.004])
+def test_an_item_may_hang_10_mm_over_its_floor_and_by_what_poses_are_off(
+    cell: Cell, tmp_path: Path, noise: float, pod_error: float
+) -> None:
+    scene = make_scene(cell)
+    first = scene.items[0]
+    on_floor = cell.pod.bins["bin_A"].room.floor_back + first.item.shape.extents[2] / 2
+    T = cell.pod.bins["bin_A"].T_carrier_place @ pose((0.33, 0.0, on_floor))
+    alone, most = replace(first, T_world_item=T), 0.010 + noise + pod_error
+    error = Displacement(x=pod_error)
+    path = tmp_path / "s.json"
+    assert _read(_lowered(replace(scene, items=(alone,)), alone, dz=most - 1e-4), path, noise, error)
+    with pytest.raises(
+        InputError, match=rf"items\[0\].position: {first.id} floats: row_ABC_floor_flat, the "
+    ):
+        _read(_lowered(replace(scene, items=(alone,)), alone, dz=most + 1e-4), path, noise, error)
+
+
+def test_the_gap_under_an_item_is_told_and_what_to_do(cell: Cell, written: Path, refused: Refused) -> None:
+    scene = make_scene(cell)
+    write_scene(_lowered(scene, scene.items[0], dz=0.05), written)
+    message = refused(lambda: read_scene(written))
+    assert "is 50.0 mm away; put it onto what carries it, or state in noise how far" in message
+
+
+def test_what_lies_on_another_item_does_not_float(cell: Cell, tmp_path: Path) -> None:
+    scene = make_scene(cell)
+    below = scene.items[0]
+    above = replace(below, id="above", T_world_item=pose((0, 0, 0.025)) @ below.T_world_item)
+    both = replace(scene, items=(above, below))
+    assert _read(both, tmp_path / "s.json").items
+    with pytest.raises(InputError, match="above floats"):
+        _read(both.without(below.id), tmp_path / "s.json")
+
+
+def test_what_the_cup_holds_may_be_listed_where_it_was_seen(cell: Cell, tmp_path: Path) -> None:
+    scene = make_scene(cell)
+    seen = replace(scene.items[0], T_world_item=pose((0, 0, 0.05)) @ scene.items[0].T_world_item)
+    held = HeldItem(seen.id, seen.item, pose((0.0, 0.0, seen.item.shape.extents[2] / 2)))
+    assert _read(replace(scene, items=(seen,), held=held), tmp_path / "s.json").held is not None
+
+
+def test_an_item_of_the_tote_may_be_in_the_air_far_from_everything(cell: Cell, tmp_path: Path) -> None:
+    """As it does while it falls into the tote."""
     placed = PlacedItem("one", cell.item("crayola_24_ct"), TOTE, pose((-0.7, -0.6, 1.2)))
     assert _read(replace(make_scene(cell), items=(placed,)), tmp_path / "s.json").items
 

@@ -79,8 +79,8 @@ half_turns = st.sampled_from(
 def test_the_hash_survives_the_file_for_any_pose(
     tmp_path_factory: pytest.TempPathFactory, q: tuple[float, float, float, float], x: float
 ) -> None:
-    T = CELL.pod.bins["bin_E"].T_carrier_place @ pose((x, 0.01, 0.1), R=from_quaternion(q))
-    placed = PlacedItem("one", CELL.item("crayola_24_ct"), "bin_E", T)
+    T = CELL.places[TOTE].T_carrier_place @ pose((x - 0.2, 0.01, 0.5), R=from_quaternion(q))
+    placed = PlacedItem("one", CELL.item("crayola_24_ct"), TOTE, T)  # where it may be in the air
     scene = Scene(CELL, CELL.T_world_pod, (placed,), PoseNoise(), seed=0)
     path = tmp_path_factory.getbasetemp() / "any.json"
     write_scene(scene, path)
