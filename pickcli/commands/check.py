@@ -131,11 +131,13 @@ def _lines(path: Path, found: IntegrityReport, done: Repair | None) -> list[str]
     intact = ", ".join(f"{len(rows)} {name}" for name, rows in found.intact.items())
     if not found.damage:
         return [f"{path}: {found.kind.name}, undamaged: {intact}"]
-    listed = [f"  {d.where}: {'lost: ' + d.lost if d.lost else 'nothing is lost'}" for d in found.damage]
-    more = len(listed) - MOST_LINES
-    what = found.cut_off or "damaged"
-    lines = [f"{path}: {found.kind.name}, {what}; intact: {intact}", *listed[:MOST_LINES]]
-    lines += [f"  and {more} more"] if more > 0 else []
+    if found.cut_off:  # one cause, whatever is lost with it
+        lines = [f"{path}: {found.kind.name}, {found.cut_off}; intact: {intact}"]
+    else:
+        listed = [f"  {d.where}: {'lost: ' + d.lost if d.lost else 'nothing is lost'}" for d in found.damage]
+        more = len(listed) - MOST_LINES
+        lines = [f"{path}: {found.kind.name}, damaged; intact: {intact}", *listed[:MOST_LINES]]
+        lines += [f"  and {more} more"] if more > 0 else []
     if done is not None:
         same = "the same bytes as when it was made" if done.is_same else "not the bytes that were made then"
         lines += [f"repaired: {done.n_kept} tasks kept, {done.n_done} computed again; {same}"]

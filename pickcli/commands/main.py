@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import logging
 import os
+import re
 import signal
 import sys
 import time
@@ -200,11 +201,15 @@ def _stopped(stop: KeyboardInterrupt) -> int:
 
 
 def _with_help(error: click.UsageError) -> click.UsageError:
-    """The error; of an option that is missing with what belongs there, as its help says it."""
-    if not isinstance(error, click.MissingParameter) or not isinstance(error.param, click.Option):
+    """The error; of what is missing with what belongs there: its help, or an example of the command."""
+    if not isinstance(error, click.MissingParameter) or error.param is None or error.ctx is None:
         return error
-    metavar = "" if error.ctx is None else error.param.make_metavar(error.ctx)
-    return click.MissingParameter(f"{metavar}: {error.param.help}", error.ctx, error.param)
+    if isinstance(error.param, click.Option):
+        text = f"{error.param.make_metavar(error.ctx)}: {error.param.help}"
+    else:
+        example = re.search(r"Example:\s+(apc .*)", error.ctx.command.help or "")
+        text = "" if example is None else f"Example: {example[1]}"
+    return click.MissingParameter(text, error.ctx, error.param)
 
 
 def _flushed(code: int) -> int:

@@ -48,7 +48,7 @@ def read_bytes(
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if wanted is not None:
-        refuse_other_kind(path, content, wanted)
+        refuse_other_kind(path, content, wanted, is_whole=len(content) <= max_bytes)
     if len(content) > max_bytes:
         raise InputError(f"{path}: at most {max_bytes} bytes are read, it has more; is it the right file?")
     _log.info("read %s: %d bytes", path, len(content))

@@ -87,13 +87,14 @@ def kind_of(content: bytes) -> FileKind | None:
     return next((kind for mark, kind in _BY_MARK if mark.search(content)), None)
 
 
-def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
+def refuse_other_kind(path: Path, content: bytes, wanted: FileKind, is_whole: bool = True) -> None:
     """Refuse a file that says to be of another kind than wanted, or that is binary and of no known kind.
 
     Args:
         path: The file, for the message.
         content: Its content, or the beginning of it.
         wanted: The kind that it should be.
+        is_whole: Whether that is all of the file.
 
     Raises:
         InputError: It is of another kind.
@@ -107,7 +108,8 @@ def refuse_other_kind(path: Path, content: bytes, wanted: FileKind) -> None:
     else:
         return
     if found is not wanted:
-        raise InputError(f"{path}: is {name}, but {wanted.name} is wanted here ({wanted.origin})")
+        cut = ", cut off at its end," if is_whole and _is_cut_off(content) else ","
+        raise InputError(f"{path}: is {name}{cut} but {wanted.name} is wanted here ({wanted.origin})")
 
 
 def refuse_utf_16(path: Path, content: bytes) -> None:
@@ -126,6 +128,12 @@ def refuse_utf_16(path: Path, content: bytes) -> None:
     )
     if content.startswith(UTF_16_MARKS) or is_ascii:
         raise InputError(f"{path}: is text in UTF-16; save the file as UTF-8")
+
+
+def _is_cut_off(content: bytes) -> bool:
+    """Whether a JSON text lacks its end."""
+    text = content.strip()
+    return text.startswith(b"{") and not text.endswith(b"}")
 
 
 def _is_utf8(content: bytes) -> bool:

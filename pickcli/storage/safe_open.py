@@ -157,7 +157,7 @@ def check_readable(path: Path) -> None:
         if head.startswith(PICTURE_MAGICS):
             refuse_other_kind(path, head, STORE)
         if text is not None:
-            refuse_other_kind(path, text, STORE)
+            refuse_other_kind(path, text, STORE, is_whole=len(text) < HEAD + MAX_TEXT_READ)
             raise InputError(f"{path}: is a text file, not a roadmap or trajectory database; name another")
         if kind_of(head + end) is not STORE:
             what = "neither begins nor ends like a roadmap or trajectory database" if head else "is empty"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -106,6 +107,25 @@ def test_what_makes_sense_is_undamaged(content: Callable[[], FileContent], tmp_p
     write_content(path, DATABASE if content is _motions else ROADMAP, content())
     answer = apc("check", path)
     assert answer.code == 0 and "undamaged" in answer.out
+
+
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_file_that_is_cut_off_is_one_line_and_what_to_do(tmp_path: Path, more: tuple[str, ...]) -> None:
+    """Not a line for each of the blocks that are lost with its end; JSON has them all."""
+    path = tmp_path / "file.h5"
+    write_content(path, DATABASE, _motions())
+    length = path.stat().st_size
+    path.write_bytes(path.read_bytes()[: length // 2])
+    answer = apc("check", path, *more)
+    told = f"cut off at byte {length // 2} of at least "
+    (error,) = answer.err.splitlines()
+    assert answer.code == 4 and error.startswith(f"apc: error: {path}: {told}")
+    assert error.endswith("; add --repair, or build it again")
+    if more:
+        assert len(json.loads(answer.out)["damage"]) >= 1
+    else:
+        (line,) = answer.out.splitlines()
+        assert line.startswith(f"{path}: trajectory database, {told}") and "; intact: " in line
 
 
 SETTINGS = (

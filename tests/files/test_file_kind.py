@@ -13,6 +13,7 @@ from pickcli.files.file_kind import (
     CELL,
     HDF5_MAGIC,
     ITEMS,
+    JOINT_LIMITS,
     KINDS,
     ORDER,
     PLAN,
@@ -38,6 +39,7 @@ BEGINNINGS = [
     (b'{"score": 1, "max_score": 2}', TRIAL),
     (b'<?xml version="1.0"?>\n<robot name="a">', URDF),
     (b'<robot name="a"><disable_collisions link1="a" link2="b"/>', SRDF),
+    (b"joint_limits:\n  joint_s:\n    max_velocity: 1.0\n", JOINT_LIMITS),
 ]
 
 
@@ -47,7 +49,7 @@ def test_every_kind_is_told(content: bytes, kind: FileKind) -> None:
     refuse_other_kind(Path("f"), content, kind)
     for wanted in set(KINDS) - {kind}:
         with pytest.raises(InputError, match=f"^f: is {kind.name}, but {wanted.name} is wanted here "):
-            refuse_other_kind(Path("f"), content, wanted)
+            refuse_other_kind(Path("f"), content, wanted, is_whole=False)
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
@@ -88,3 +90,12 @@ def test_no_file_takes_long(content: bytes) -> None:
     start = time.process_time()
     assert kind_of(content) is None
     assert time.process_time() - start < 1.0
+
+
+def test_a_file_of_another_kind_that_lacks_its_end_is_told_both() -> None:
+    scene = b'{"format": "apc scene", "version": 1, "items": ['
+    with pytest.raises(InputError, match="is a scene, cut off at its end, but a plan is wanted here"):
+        refuse_other_kind(Path("f"), scene, PLAN)
+    for content, is_whole in ((scene + b"]}\n", True), (scene, False), (b"format: apc scene\n", True)):
+        with pytest.raises(InputError, match="is a scene, but a plan is wanted here"):
+            refuse_other_kind(Path("f"), content, PLAN, is_whole)
