@@ -16,32 +16,66 @@ struct Entry {
   int index;
 };
 
-int longest_side(const Entry* first, const Entry* last) {
-  int longest = 0;
-  float most = -1.0f;
-  for (int axis = 0; axis < 3; ++axis) {
-    float low = first->center[axis], high = low;
-    for (const Entry* e = first; e != last; ++e) {
-      low = std::min(low, e->center[axis]);
-      high = std::max(high, e->center[axis]);
+//! The longest side of the box around some entries.
+struct Side {
+  int axis;
+  float low, high;  //!< m, along the axis
+};
+
+Side longest_side(const Entry* first, const Entry* last) {
+  float low[3] = {first->center[0], first->center[1], first->center[2]};
+  float high[3] = {low[0], low[1], low[2]};
+  for (const Entry* e = first; e != last; ++e)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], e->center[axis]);
+      high[axis] = std::max(high[axis], e->center[axis]);
     }
-    if (high - low > most) longest = axis, most = high - low;
+  int longest = 0;
+  for (int axis = 1; axis < 3; ++axis)
+    if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
+  return {longest, low[longest], high[longest]};
+}
+
+//! As std::nth_element along a side: what is before the middle comes before it. Of many the ranges are told
+//! apart by a histogram first, which takes no branch that cannot be foreseen; scratch holds as many.
+void divide(Entry* first, Entry* middle, Entry* last, const Side& side, Entry* scratch) {
+  constexpr int kBins = 32;
+  constexpr std::ptrdiff_t kFew = 128;
+  const auto is_before = [axis = side.axis](const Entry& a, const Entry& b) {
+    return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis] : a.index < b.index;
+  };
+  const float scale = static_cast<float>(kBins - 1) / (side.high - side.low);
+  if (last - first < kFew || !(scale < std::numeric_limits<float>::max())) {
+    std::nth_element(first, middle, last, is_before);
+    return;
   }
-  return longest;
+  const auto bin_of = [&](const Entry& e) {
+    return static_cast<int>((e.center[side.axis] - side.low) * scale);
+  };
+  std::ptrdiff_t counts[kBins] = {};
+  for (const Entry* e = first; e != last; ++e) ++counts[bin_of(*e)];
+  int bin = 0;
+  std::ptrdiff_t n_before = 0;
+  while (n_before + counts[bin] <= middle - first) n_before += counts[bin++];
+  // Those of bins before, in and after that of the middle.
+  Entry* next[3] = {scratch, scratch + n_before, scratch + n_before + counts[bin]};
+  for (const Entry* e = first; e != last; ++e) {
+    const int at = bin_of(*e);
+    *next[(at >= bin) + (at > bin)]++ = *e;
+  }
+  std::copy(scratch, scratch + (last - first), first);
+  std::nth_element(first + n_before, middle, first + n_before + counts[bin], is_before);
 }
 
 //! Halves at multiples of a block, which becomes an eighth of itself once all there is fits into one.
-void order(Entry* first, Entry* last, std::ptrdiff_t block) {
+void order(Entry* first, Entry* last, std::ptrdiff_t block, Entry* scratch) {
   const std::ptrdiff_t n = last - first;
   while (n <= block) block /= kLanes;
   if (block < kLanes) return;
-  const int axis = longest_side(first, last);
   Entry* middle = first + (n / block + (n % block != 0)) / 2 * block;
-  std::nth_element(first, middle, last, [axis](const Entry& a, const Entry& b) {
-    return a.center[axis] != b.center[axis] ? a.center[axis] < b.center[axis] : a.index < b.index;
-  });
-  order(first, middle, block);
-  order(middle, last, block);
+  divide(first, middle, last, longest_side(first, last), scratch);
+  order(first, middle, block, scratch);
+  order(middle, last, block, scratch);
 }
 
 Bounds of_nothing() {
@@ -84,7 +118,8 @@ std::vector<int> spatial_order(const std::vector<Vec3>& centers) {
                        static_cast<int>(entries.size())});
   std::ptrdiff_t block = kLanes;
   while (block < static_cast<std::ptrdiff_t>(entries.size())) block *= kLanes;
-  if (!entries.empty()) order(entries.data(), entries.data() + entries.size(), block);
+  std::vector<Entry> scratch(entries.size());
+  if (!entries.empty()) order(entries.data(), entries.data() + entries.size(), block, scratch.data());
   std::vector<int> out;
   out.reserve(entries.size());
   for (const Entry& entry : entries) out.push_back(entry.index);

@@ -50,6 +50,7 @@ Ball around(const CloudPoints& points, const std::pair<std::uint64_t, int>* firs
 std::vector<Ball> thinned(const CloudPoints& points) {
   std::vector<Ball> balls;
   if (points.voxel <= 0.0) {
+    balls.reserve(static_cast<std::size_t>(points.n));
     for (int i = 0; i < points.n; ++i) balls.push_back({center_of(points, i), 0.0, i});
     return balls;
   }
