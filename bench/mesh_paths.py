@@ -1,6 +1,5 @@
 """Do the exact meshes of a robot touch anything along paths that were proven with its spheres?
 
-    pip install example-robot-data
     python -m bench.mesh_paths [--robots panda ur5] [--queries 500] [--seed 0] [--json FILE]
 
 The robot stands before shelf and tote of the default cell, among boxes that are drawn anew for every query,
@@ -115,7 +114,7 @@ def make_cell(name: str, data: Path, folder: Path) -> Cell:
     arm, default = ARMS[name], yaml.safe_load((data_path() / "cells/apc2016_delft/cell.yaml").read_text())
     limits = {"max_velocity": 2.0, "max_acceleration": 10.0, "max_jerk": 100.0}
     has = {f"has_{kind}_limits": True for kind in ("velocity", "acceleration", "jerk")}
-    tool = {key: value for key, value in default["tool"].items() if "pivot" not in key}
+    tool = {key: value for key, value in default["tool"].items() if key not in ("joint", "states")}
     links = {"flange_link": arm.flange, "lance_link": "mount", "cup_link": "cup", "cup_length": 0.04}
     content = default | {
         "name": name,
