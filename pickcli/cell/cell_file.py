@@ -244,6 +244,7 @@ def _cup(tool: ToolModel) -> SuctionCup:
         contact_speed=tool.contact_speed,
         take_up=tool.take_up,
         take_up_speed=tool.take_up_speed,
+        seal_time=tool.seal_time,
     )
 
 

@@ -121,6 +121,9 @@ class ToolModel(FileModel):
     take_up_speed: Annotated[float, Field(gt=0, le=2)] = Field(
         0.012, description="m/s, fastest in that stretch where the weight bends the cup"
     )
+    seal_time: Annotated[float, Field(ge=0, le=10)] = Field(
+        0.25, description="s at rest on an item before it is moved, 0 to 10"
+    )
 
 
 class RowModel(FileModel):

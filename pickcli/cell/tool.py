@@ -52,12 +52,13 @@ class SuctionCup:
     Attributes:
         radius: m.
         stroke: m, how far the bellows compress.
-        stiffness: N/m along the axis while relaxed; planning does not use it.
+        stiffness: N/m along the axis while relaxed.
         tilt: rad, how far from square on a face the lip still seals.
         limits: What the seal bears.
         contact_speed: m/s, fastest final approach.
         take_up: m of a lift in which the sealed cup gives way until it bears the item's weight.
         take_up_speed: m/s, fastest in that stretch where the weight bends the cup.
+        seal_time: s at rest on the item before it is moved, for the vacuum to build up under the cup.
     """
 
     radius: float
@@ -68,6 +69,7 @@ class SuctionCup:
     contact_speed: float
     take_up: float
     take_up_speed: float
+    seal_time: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,8 +32,8 @@ def schedule(
     Returns:
         Segments, trajectory and events with their times; or every event that cannot be bound.
     """
-    settings = context.settings
-    events = bind_pick(segments, context.cell.devices, settings.seal_time, settings.release_time)
+    seal_time, release_time = context.cell.robot.tool.cup.seal_time, context.settings.release_time
+    events = bind_pick(segments, context.cell.devices, seal_time, release_time)
     resolution = resolve(events, segments, trajectory)
     if resolution.start_delay > 0.0:
         trajectory = delayed(trajectory, resolution.start_delay)

@@ -27,7 +27,6 @@ class PickSettings:
         lift_speed: m/s of the tool on the lift.
         retreat_speed: m/s of the tool on the retreat.
         place_speed: m/s of the tool where the item is set down.
-        seal_time: s at rest on the item, for the vacuum to build up under the cup.
         release_time: s at rest where the item is let go, for the cup to be vented, and no longer: what lands
             on an edge turns over, and its other end comes up.
         load_ratio: Share of what the cup bears that planned motion may use.
@@ -45,7 +44,6 @@ class PickSettings:
     lift_speed: float = 0.25
     retreat_speed: float = 0.6
     place_speed: float = 0.5
-    seal_time: float = 0.25
     release_time: float = 0.06
     load_ratio: float = 0.8
     load_worth: float = 1.0

@@ -56,7 +56,7 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
     if isinstance(last, Failures):
         return last
     runs = [first, *(part.run for part in carried), last]
-    rests = [settings.seal_time, *[0.0] * (len(carried) - 1), settings.release_time]
+    rests = [context.cell.robot.tool.cup.seal_time, *[0.0] * (len(carried) - 1), settings.release_time]
     lift = to_place[:1] * len(carried)
     trajectory, segments = _joined([*to_item, *lift, *to_place[1:], *away], runs, rests)
     if len(carried) > 1:

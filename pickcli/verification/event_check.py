@@ -24,6 +24,7 @@ CLOSES_WITHIN = 0.010  # m before the place of release
 # m/s of the tool from the command to let go on: an item that leaves the cup at it, from the highest place
 # that is allowed, lands 25 mm aside. From when the valve is closed on the tool stands.
 RELEASE_SPEED, STANDING = 0.1, 0.002
+RESTING = 1e-6  # rad or m by which a joint that rests may move: what a motion written as text rounds
 LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, however late the valve closes
 
 
@@ -118,8 +119,10 @@ def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
     find = _finder(plan, scene)
     if contact is not None:
         lift_end = next((s.t_start for s in held if s.kind is not SegmentKind.LIFT), held[-1].t_end)
-        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, contact.t_end)
-        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), 0.0, contact.t_end)
+        sealing = contact.t_end - scene.cell.robot.tool.cup.seal_time
+        yield from _rests(plan, sealing, contact.t_end)
+        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, sealing)
+        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), 0.0, sealing)
         yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
         for event in find(DeviceKind.VALVE, "on"):
             yield from _near(plan, scene, contact, event.t_anchor, OPENS_WITHIN, "valve on")
@@ -134,6 +137,16 @@ def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
         )
     if held and plan.segments[-1].held is None:
         yield from _release(plan, scene, held[0], held[-1], find)
+
+
+def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
+    """No joint moves while the vacuum builds up under the cup."""
+    times = np.linspace(max(0.0, t_start), t_end, int(np.ceil((t_end - t_start) * 1e3)) + 1)
+    q = plan.trajectory.sample(times)
+    moved = float(np.abs(q - q[-1]).max())
+    if t_start < 0.0 or moved > RESTING:
+        needed = f"the tool is to rest on the item from {t_start:.3f} to {t_end:.3f} s"
+        yield Reason("no time to seal", "contact", f"{needed}; a joint moves by {moved:.6f} rad or m")
 
 
 def _release(

@@ -24,6 +24,7 @@ ROW = "hanging_lip: 1.5188, floor_front: 1.3142, ceiling_front: 1.5418"
          "joint_limits.joint_s: expected positions inside"),
         ("joint_s: {has", "joint_s: {min_position: -3, max_position: 3, has",
          "joint_s: {min_position: 3, max_position: 3, has", "got 3 to 3; correct them"),
+        ("seal_time: 0.25", "seal_time: 10", "seal_time: 10.1", "tool.seal_time: expected s at rest"),
         ("max_velocity: 6.8,", "max_velocity: 60,", "max_velocity: 60.1,", "expected at most 60"),
         ("max_acceleration: 10.0,", "max_acceleration: 2000,", "max_acceleration: 2001,", "at most 2000"),
         ("max_jerk: 200.0", "max_jerk: 1000000", "max_jerk: 1000001", "expected at most 1e+06"),
@@ -64,6 +65,15 @@ def test_a_figure_goes_as_far_as_stated_and_no_farther(
     cell_copy.load()
     cell_copy.yaml.replace(taken, refused_)
     assert problem in refused(cell_copy.load)
+
+
+def test_a_tool_whose_cell_does_not_say_how_long_it_takes_to_seal_takes_a_quarter_of_a_second(
+    cell_copy: CellCopy,
+) -> None:
+    cell_copy.yaml.replace("seal_time: 0.25", "seal_time: 0.5")
+    assert cell_copy.load().robot.tool.cup.seal_time == 0.5
+    cell_copy.yaml.replace("seal_time: 0.5", "")
+    assert cell_copy.load().robot.tool.cup.seal_time == 0.25
 
 
 def test_a_name_that_resembles_none_lists_the_known_ones(cell_copy: CellCopy, refused: Refused) -> None:

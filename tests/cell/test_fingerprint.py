@@ -36,6 +36,7 @@ YAML_DOES_NOT = {
     ),
     "reason": ("the carriage rides on", "the carriage sits on"),
     "contact speed": ("contact_speed: 0.075", "contact_speed: 0.05"),
+    "seal time": ("seal_time: 0.25", "seal_time: 0.3"),
 }
 URDF_MATTERS = {
     "limit": ('lower="0.05"', 'lower="0.06"'),

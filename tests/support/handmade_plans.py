@@ -28,6 +28,7 @@ from pickcli.verification.forward_kinematics import link_poses, tip_poses
 from support.tool_states import STRAIGHT
 
 CRAYOLA = "crayola_24_ct"
+SEAL_TIME = 0.25  # s, of the default cell
 
 
 @cache
@@ -83,6 +84,12 @@ class Builder:
 
     def wait(self, kind: SegmentKind, duration: float, **state: Any) -> None:
         self._move(kind, np.stack([self.q] * 5), duration, **state)
+
+    def rest(self, duration: float) -> None:
+        """Hold still at the end of the last segment, as a part of it."""
+        last = self.segments.pop()
+        self.wait(last.kind, duration)
+        self.segments[-1] = replace(last, t_end=self.times[-1])
 
     def _move(
         self,
@@ -161,7 +168,12 @@ def pick_pushing(aside: float) -> Plan:
     return _pick(crayola_scene(), aside)
 
 
-def _pick(scene: Scene, aside: float) -> Plan:
+def pick_sealing(seal_time: float) -> Plan:
+    """The same with so many seconds of rest on the item."""
+    return _pick(crayola_scene(), 0.0, seal_time)
+
+
+def _pick(scene: Scene, aside: float, seal_time: float = SEAL_TIME) -> Plan:
     target = scene.items[0]
     configurations = {name: c.q for name, c in cell().configurations.items()}
     R = tip(configurations["bin_B"])[:3, :3]
@@ -181,6 +193,7 @@ def _pick(scene: Scene, aside: float) -> Plan:
     b.line(SegmentKind.PREAPPROACH, at(-0.05), 1.2)
     b.line(SegmentKind.APPROACH, at(-0.012), 0.5)
     b.line(SegmentKind.CONTACT, at(0.002), 0.6, touching=(CRAYOLA,))
+    b.rest(seal_time)
     b.line(SegmentKind.LIFT, at(0.002, 0.02, aside), 0.5, held=CRAYOLA, touching=(CRAYOLA, *SUPPORT))
     b.line(SegmentKind.LIFT, at(0.002, 0.055), 0.6, held=CRAYOLA)
     b.line(SegmentKind.RETREAT, at(-face[0] - 0.06, 0.055), 1.5, held=CRAYOLA)
@@ -214,8 +227,8 @@ def _with_events(b: Builder, T_item_tip: Array) -> Plan:
     devices = cell().devices
     events = []
     switching = (
-        ("pump", "on", contact, 0.0),
-        ("valve", "on", contact, 0.0),
+        ("pump", "on", contact, -SEAL_TIME),
+        ("valve", "on", contact, -SEAL_TIME),
         ("vacuum_sensor", "read", retreat, 0.0),
         ("valve", "off", put, 0.0),
         ("pump", "off", put, devices["pump"].lead),  # the command comes with the closed valve

@@ -16,8 +16,8 @@ from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
 from pickcli.verification.event_check import check_io
-from support.handmade_plans import CRAYOLA, Builder, bound, cell, make_scene, pick
-from support.plan_mutations import segment
+from support.handmade_plans import CRAYOLA, SEAL_TIME, Builder, bound, cell, make_scene, pick, pick_sealing
+from support.plan_mutations import moved_event, segment
 from support.tool_states import DOWN
 
 Q = np.asarray(cell().configurations["home"].q)
@@ -49,6 +49,31 @@ def test_what_is_carried_from_the_start_is_lost_if_anything_is_switched_off(devi
     """Also with the first command of all."""
     assert check_io(*carrying()) == ()
     assert whats(check_io(*carrying(event_at(device, "off", t)))) == ["vacuum lost"]
+
+
+@pytest.mark.parametrize(("missing", "is_refused"), [(0.0, False), (-0.1, False), (0.05, True), (0.2, True)])
+def test_the_tool_rests_on_an_item_until_the_vacuum_is_there(missing: float, is_refused: bool) -> None:
+    """So many s less than the cell's tool needs."""
+    plan, scene = pick_sealing(SEAL_TIME - missing), pick()[1]
+    assert ("no time to seal" in whats(check_io(plan, scene))) is is_refused
+
+
+def test_pump_and_valve_are_on_when_the_tool_comes_to_rest_on_the_item() -> None:
+    plan, scene = pick()
+    for i in (0, 1):
+        for late, is_refused in ((0.9e-6, False), (1e-3, True), (SEAL_TIME, True)):
+            moved = moved_event(i, late)(plan)
+            assert ("event at the wrong time" in whats(check_io(moved, scene))) is is_refused
+
+
+def test_a_tool_that_seals_slowly_needs_more_rest_and_one_that_seals_at_once_none() -> None:
+    plan, scene = pick()
+    for seal_time, refused in ((0.3, True), (0.0, False), (20.0, True)):
+        tool = scene.cell.robot.tool
+        slower = replace(tool, suction_cup=replace(tool.cup, seal_time=seal_time))
+        robot = replace(scene.cell.robot, tool=slower)
+        other = replace(scene, cell=replace(scene.cell, robot=robot))
+        assert ("no time to seal" in whats(check_io(plan, other))) is refused
 
 
 @pytest.mark.parametrize(("by", "is_lost"), [(-1e-3, False), (0.0, True), (1e-3, True)])

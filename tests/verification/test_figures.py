@@ -24,7 +24,7 @@ from pickcli.verification.grasp_check import _face_at, _meets, _seal
 from pickcli.verification.joint_limit_check import check_limits
 from pickcli.verification.release_check import _in_bin, _in_tote
 from pickcli.verification.structure_check import check_structure
-from support.handmade_plans import CRAYOLA, bound, cell, make_scene, pick
+from support.handmade_plans import CRAYOLA, SEAL_TIME, bound, cell, make_scene, pick
 from support.plan_mutations import moved_event, segment, with_event, with_grasp, with_segment
 from support.tool_states import STRAIGHT
 
@@ -354,7 +354,8 @@ def test_an_anchor_by_its_way_is_exact_to_half_a_millimetre() -> None:
 def test_an_anchor_may_be_a_segment_s_start() -> None:
     plan, scene = pick()
     k = segment(plan, SegmentKind.CONTACT)
-    assert check_io(with_event(1, anchor=Anchor(AnchorKind.SEGMENT_START, k + 1))(plan), scene) == ()
+    lift = with_event(1, anchor=Anchor(AnchorKind.SEGMENT_START, k + 1, -SEAL_TIME))
+    assert check_io(lift(plan), scene) == ()
     wrong = with_event(1, anchor=Anchor(AnchorKind.SEGMENT_START, k))(plan)
     assert whats(check_io(wrong, scene)) == ["wrong anchor time"]
 
