@@ -59,6 +59,11 @@ class Item:
         return self.mass * (1.0 + self.mass_error)
 
     @property
+    def lightest(self) -> float:
+        """The least that the item may weigh, kg: what a cup presses on is to stand with that."""
+        return self.mass * (1.0 - self.mass_error)
+
+    @property
     def suction(self) -> bool:
         """Whether a cup can hold the item at all."""
         return any(share > 0.0 for share in self.seals.values())

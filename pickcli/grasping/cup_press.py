@@ -26,14 +26,26 @@ def overtravel(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
     Returns:
         m along the cup's axis.
     """
-    aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
-    # How far the surface under the cup may be along the tool axis from where its pose says.
-    # The side of a tilted cup that is farther away must meet it as well.
-    off = noise.position + noise.angle * aside + _lag(grasp, tool)
+    # The side of a tilted cup that is farther away must meet the surface as well.
+    off = _off(grasp, noise) + _lag(grasp, tool)
     # As far off the other way the bellows must not be pressed in beyond their stroke. The cup draws on what
     # it then may not quite meet.
     most = max(tool.cup.stroke - off, LEAST_OF_STROKE * tool.cup.stroke)
     return min(off + PRESS, MOST_OF_STROKE * tool.cup.stroke, most)
+
+
+def farthest_push(grasp: Grasp, tool: Tool, noise: PoseNoise) -> float:
+    """How far the cup goes beyond the surface if the item is as near as its pose may be off.
+
+    Args:
+        grasp: Where the cup sits on the item.
+        tool: The tool with the cup.
+        noise: How far the item may be from where its pose says.
+
+    Returns:
+        m along the cup's axis.
+    """
+    return overtravel(grasp, tool, noise) + _off(grasp, noise)
 
 
 def cup_press(grasp: Grasp, tool: Tool, noise: PoseNoise, R_world_item: Array, cup_excess: float) -> CupPress:
@@ -70,6 +82,12 @@ def outward_of(face: str, R_world_item: Array) -> Outward | None:
         return None
     x, y, z = (R_world_item @ normal).tolist()
     return x, y, z
+
+
+def _off(grasp: Grasp, noise: PoseNoise) -> float:
+    """How far, in m, the surface under the cup may be along the cup's axis from where its pose says."""
+    aside = float(np.linalg.norm(cross(grasp.T_item_tip[:3, 3], grasp.T_item_tip[:3, 2])))
+    return noise.position + noise.angle * aside
 
 
 def _lag(grasp: Grasp, tool: Tool) -> float:

@@ -129,7 +129,7 @@ class Supports:
         return self._known[item_id, gone]
 
     def stays_under(self, item_id: str, force: Array, point: Array) -> bool:
-        """Whether an item keeps its balance on what it touches while something presses on it.
+        """Whether an item, as light as it may be, keeps its balance on what it touches while pressed on.
 
         Args:
             item_id: Id of the item.
@@ -140,7 +140,7 @@ class Supports:
             True if it does.
         """
         placed = self._items[item_id]
-        centre, weight = placed.T_world_item[:3, 3], placed.item.mass * GRAVITY * _UP
+        centre, weight = placed.T_world_item[:3, 3], placed.item.lightest * GRAVITY * _UP
         both = (-weight, centre), (force, point)
         for contact in self.touching[item_id]:  # mostly one bears both by itself
             if contact.carries and all(bears(self._patch(contact), -contact.normal, *at) for at in both):
@@ -149,6 +149,18 @@ class Supports:
         wrench = np.concatenate([borne, np.cross(point - centre, -force)]) / np.linalg.norm(borne)
         size = float(placed.item.shape.extents.max()) / 2
         return can_balance(self._holding(item_id, frozenset()), wrench, size)
+
+    def footing(self, item_id: str) -> Array:
+        """Where an item stands on what carries it.
+
+        Args:
+            item_id: Id of the item.
+
+        Returns:
+            (N, 3) m in the world, corners of all contacts that carry it; none where it may stand beside them.
+        """
+        corners = [self._patch(contact) for contact in self.touching[item_id] if contact.carries]
+        return np.concatenate([np.empty((0, 3)), *corners])
 
     def lies_level(self, item_id: str) -> bool:
         """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed.

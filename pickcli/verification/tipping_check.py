@@ -1,19 +1,27 @@
-"""What a cup presses on from above does not tip over the edge of what carries it.
+"""What a cup presses on does not tip over the edge of what carries it.
 
-Statics in a plane: weight and press act along lines, what is below pushes up, and that it can only where the
-item lies on it. So the item turns over the edge of its support where the resultant leads beside that (the
-zero-moment point, Vukobratovic and Borovac, 2004). The support is looked up on vertical lines: the item bears
-wherever its underside is as near to what is below as it is anywhere, but for what poses may be off.
+From above, by statics in a plane: weight and press act along lines, what is below pushes up, and that it can
+only where the item lies on it. So the item turns over the edge of its support where the resultant leads
+beside that (the zero-moment point, Vukobratovic and Borovac, 2004). From aside, by energy: the item turns
+over that edge until the weight that is lifted balances the bellows that relax, as if friction kept it from
+sliding; it falls over if its centre is over the edge before, or if the cup throws it there as they meet.
 
-The support counts as grown by what poses may be off aside, so that what is refused tips by any of them. What
-does not stand by its weight alone is kept from aside, of which vertical lines tell nothing: it is not judged.
+The support is looked up on vertical lines: the item bears wherever its underside is as near to what is below
+as anywhere, but for what poses may be off. Between the last line on which it bears and the next, halving
+finds the edge, from inside. Against a press from above, the support counts as grown by what poses may be off
+aside, so that what is refused tips by any of them.
+
+What does not stand by its weight alone is kept from aside, of which vertical lines tell nothing: it is not
+judged.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.errors import Reason
@@ -23,14 +31,45 @@ from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
 from pickcli.verification.forward_kinematics import link_poses, tip_poses
+from pickcli.verification.straightness_check import fastest_tip
 
 N_LINES = 41  # along each side of the item's footprint
+EDGE = 1e-3  # m, of the edge of a support
+HALVINGS = 6  # of the gap between two lines, to find the edge between them
+N_ANGLES = 400  # up to that at which an item falls over, at which it is looked at
+REBOUND = 2.0  # of a cup's speed, that bellows without damping throw at what they meet
+MOST_FRICTION = 1.0  # of an item on what carries it: where it takes more to tip it, it slides
 PARALLEL = 1e-12  # slope of a vertical line to a face that is as upright
+TURNS = np.radians(np.arange(360.0))
+AROUND = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
+Mask = NDArray[np.bool_]
 FLAT_AXES = {ShapeKind.BOX: (0, 1, 2), ShapeKind.CYLINDER: (2,), ShapeKind.SPHERE: ()}
 
 
+@dataclass(frozen=True, eq=False)
+class Press:
+    """A cup that is pressed on an item.
+
+    Attributes:
+        tip: (4, 4) the tool frame in the world.
+        depth: m that the bellows are pressed in.
+        stiffness: N/m of the bellows.
+        speed: m/s at which the cup may meet the item.
+    """
+
+    tip: Array
+    depth: float
+    stiffness: float
+    speed: float
+
+    @property
+    def force(self) -> Array:
+        """(3,) N on the item, world axes."""
+        return np.asarray(self.stiffness * self.depth * self.tip[:3, 2])
+
+
 def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
-    """Check that no cup from above presses an item over the edge of what carries it.
+    """Check that no cup presses an item over the edge of what carries it.
 
     Args:
         plan: The plan.
@@ -39,7 +78,7 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
     Yields:
         One fault for each contact that does.
     """
-    if plan.grasp is None or plan.grasp.kind != "top-down":
+    if plan.grasp is None:
         return
     robot = scene.cell.robot
     for k, segment in enumerate(plan.segments):
@@ -51,11 +90,23 @@ def check_tipping(plan: Plan, scene: Scene) -> Iterator[Reason]:
         links = link_poses(robot, plan.trajectory.sample(segment.t_end))
         tip = tip_poses(robot, links, segment.tool_state)[0]
         pressed = float((inverse(placed.T_world_item @ plan.grasp.T_item_tip) @ tip)[2, 3])
-        press = robot.tool.cup.stiffness * max(0.0, pressed)
-        beside = beside_support(scene, placed, press * tip[:3, 2], tip[:3, 3])
-        if beside > 0.0:
-            detail = f"{press:.1f} N and its weight lead {beside * 1e3:.0f} mm beside what carries it"
+        speed = fastest_tip(plan, robot, segment.tool_state, segment.t_start, segment.t_end)
+        press = Press(tip, max(0.0, pressed), robot.tool.cup.stiffness, speed)
+        detail = _pressed_over(scene, placed, press, plan.grasp.kind == "top-down")
+        if detail:
             yield Reason("tips the item", f"segment {k} ({segment.kind})", f"{placed.id}: {detail}")
+
+
+def _pressed_over(scene: Scene, placed: PlacedItem, press: Press, is_from_above: bool) -> str:
+    """How an item tips under a press, "" if it does not."""
+    if is_from_above:
+        beside = beside_support(scene, placed, press.force, press.tip[:3, 3])
+        force = float(np.linalg.norm(press.force))
+        told = f"{force:.1f} N and its weight lead {beside * 1e3:.0f} mm beside what carries it"
+        return told if beside > 0.0 else ""
+    if not falls_over(scene, placed, press):
+        return ""
+    return f"pressed {press.depth * 1e3:.1f} mm from aside, it falls over the edge of what carries it"
 
 
 def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array) -> float:
@@ -71,7 +122,7 @@ def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array)
         m, beyond what poses may be off; 0 where they do not, or where the item does not stand by its weight.
     """
     support, aside = _support(scene, placed)
-    middle, weight = placed.T_world_item[:2, 3], placed.item.mass * GRAVITY
+    middle, weight = placed.T_world_item[:2, 3], placed.item.lightest * GRAVITY
     if len(support) == 0 or _outside(support[:, :2], middle) > 0.0:
         return 0.0
     press = max(-float(force[2]), 1e-9)
@@ -80,29 +131,148 @@ def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array)
     return max(0.0, _outside(support[:, :2], through) - aside)
 
 
+def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
+    """Whether a press from aside pushes an item over the edge of what carries it, wherever poses may be off.
+
+    Args:
+        scene: The scene.
+        placed: The item.
+        press: The press, as it is planned.
+
+    Returns:
+        True if it does; False too where the item does not stand by its weight.
+    """
+    support = _support(scene, placed)[0]
+    centre, point = placed.T_world_item[:3, 3], press.tip[:3, 3] - press.depth * press.tip[:3, 2]
+    if len(support) == 0 or _outside(support[:, :2], centre[:2]) > 0.0:
+        return False
+    ways = _sides(support[:, :2])[:, :2]
+    edges = np.array([_beside(support, way, centre) for way in ways])
+    centres, points = _across(centre - edges, ways), _across(point - edges, ways)
+    way = np.column_stack([ways @ press.tip[:2, 2], np.full(len(ways), press.tip[2, 2])])
+    arms = points[:, 1] * way[:, 0] - points[:, 0] * way[:, 1]
+    lasts = np.where(arms > 0.0, -centres[:, 0] / np.maximum(arms, 1e-12), np.inf)
+    first = int(np.argmin(lasts))  # the edge over which the least force tips it
+    if lasts[first] >= MOST_FRICTION:
+        return False
+    noise, arm = scene.noise, np.linalg.norm(np.cross(point - centre, press.tip[:3, 2]))
+    depth = press.depth + noise.position + noise.angle * float(arm)
+    most = float(np.arctan2(-centres[first, 0], centres[first, 1])) - noise.angle
+    angles = np.linspace(0.0, max(most, 0.0), N_ANGLES)
+    lifted = _turned(centres[first], angles)[:, 1]
+    given = (_turned(points[first], angles) - points[first]) @ way[first]
+    work = placed.item.lightest * GRAVITY * (lifted - lifted[0])
+    relaxed = press.stiffness / 2.0 * np.maximum(0.0, depth - given) ** 2
+    turn = REBOUND * press.speed / arms[first]
+    thrown, energy = _energy(placed, centre - edges[first], ways[first]) * turn**2, work + relaxed
+    return bool(np.all(np.diff(energy) < 0.0) or thrown > energy[-1] - energy.min())
+
+
+def _energy(placed: PlacedItem, from_edge: Array, way: Array) -> float:
+    """Energy in J of an item that turns forward about an edge across a way (2,) at 1 rad/s.
+
+    from_edge: (3,) m to its centre
+    """
+    axis = np.array([-way[1], way[0], 0.0])
+    own = placed.T_world_item[:3, :3].T @ axis
+    inertia = own @ placed.item.shape.inertia_per_mass @ own + np.sum(np.cross(axis, from_edge) ** 2)
+    return float(placed.item.lightest * inertia / 2.0)
+
+
+def _sides(points: Array) -> Array:
+    """(K, 3) sides of the convex hull of points (N, 2): unit normal outwards, negative offset (m)."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(ConvexHull(points).equations)
+    except QhullError:  # all on one line
+        return np.column_stack([AROUND, -(points @ AROUND.T).max(axis=0)])
+
+
+def _beside(support: Array, way: Array, centre: Array) -> Array:
+    """(3,) m, the point beside a centre of the edge of a support that is its last in a level direction."""
+    out, along = support[:, :2] @ way, np.array([-way[1], way[0]])
+    last = support[out > out.max() - EDGE]
+    t = last[:, :2] @ along
+    at = float(np.clip(centre[:2] @ along, t.min(), t.max()))
+    height = np.polyfit(t - at, last[:, 2], 1)[1] if np.ptp(t) > EDGE else last[:, 2].mean()
+    return np.array([*(out.max() * way + at * along), height])
+
+
+def _across(offsets: Array, ways: Array) -> Array:
+    """Offsets (N, 3) from edges as (N, 2): along the level direction (N, 2) across each, and up."""
+    return np.column_stack([np.einsum("ni,ni->n", offsets[:, :2], ways), offsets[:, 2]])
+
+
+def _turned(offset: Array, angles: Array) -> Array:
+    """An offset (2,), along and up, turned forward by angles (N,) in rad: (N, 2)."""
+    c, s = np.cos(angles), np.sin(angles)
+    return np.column_stack([c * offset[0] + s * offset[1], c * offset[1] - s * offset[0]])
+
+
 def _support(scene: Scene, placed: PlacedItem) -> tuple[Array, float]:
     """Points (N, 3) of the underside on which an item may rest, and how far (m) they may be off aside."""
-    shape, T, own = placed.item.shape, placed.T_world_item, scene.noise.bound(placed.item)
-    lines, spacing = _lines_through(shape, T)
-    underside, reach = _heights(shape, T, lines)[0], shape.reach(T[:3, :3])
+    T, own = placed.T_world_item, scene.noise.bound(placed.item)
+    reach = placed.item.shape.reach(T[:3, :3])
+    below = [
+        (shape, T_other, bound)
+        for shape, T_other, bound in _others(scene, placed)
+        if np.all(np.abs(T_other[:2, 3] - T[:2, 3]) <= (shape.reach(T_other[:3, :3]) + reach)[:2])
+    ]
+    R = _along(placed)
+    half = placed.item.shape.reach(R.T @ T[:3, :3])
+    x, y = (np.linspace(-h, h, N_LINES) for h in half[:2])
+    lines = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1) @ R[:2, :2].T + T[:2, 3]
+    gaps, aside = _gaps(placed, own, below, lines.reshape(-1, 2))
+    if not np.isfinite(gaps).any():
+        return np.empty((0, 3)), own
+    most = max(0.0, float(np.nanmin(gaps))) + own + TOUCH
+
+    def bears(at: Array) -> Mask:
+        return np.asarray(_gaps(placed, own, below, at)[0] <= most)
+
+    is_borne = (gaps <= most).reshape(N_LINES, N_LINES)
+    points = np.vstack([lines[is_borne], *_edges(lines, is_borne, bears)])
+    return np.column_stack([points, _heights(placed.item.shape, T, points)[0]]), own + aside
+
+
+def _along(placed: PlacedItem) -> Array:
+    """(3, 3) turn about the vertical that brings x along the longest level extent of an item."""
+    T, extents = placed.T_world_item, placed.item.shape.extents
+    axis = T[:2, int(np.argmax(extents * np.hypot(T[0, :3], T[1, :3])))]
+    x, y = axis / np.linalg.norm(axis)
+    return np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _gaps(
+    placed: PlacedItem, own: float, below: Sequence[tuple[Shape, Array, float]], lines: Array
+) -> tuple[Array, float]:
+    """Gaps (N,) in m under an item on vertical lines (N, 2), infinite over nothing; bound (m) of what is."""
+    underside = _heights(placed.item.shape, placed.T_world_item, lines)[0]
     gaps, aside = np.full(len(lines), np.inf), 0.0
-    for other, T_other, bound in _others(scene, placed):
-        if np.any(np.abs(T_other[:2, 3] - T[:2, 3]) > (other.reach(T_other[:3, :3]) + reach)[:2]):
-            continue
+    for other, T_other, bound in below:
         gap = underside - _heights(other, T_other, lines)[1] - bound
         is_below = gap >= -2.0 * bound - own - TOUCH
         if is_below.any():
             gaps, aside = np.minimum(gaps, np.where(is_below, gap, np.inf)), max(aside, bound)
-    bears = gaps <= max(0.0, float(gaps.min())) + own + TOUCH
-    return np.column_stack([lines, underside])[bears & np.isfinite(gaps)], own + aside + spacing
+    return gaps, aside
 
 
-def _lines_through(shape: Shape, T: Array) -> tuple[Array, float]:
-    """Vertical lines (N, 2) that meet a solid, on a grid, and the spacing of the grid (m)."""
-    half = shape.reach(T[:3, :3])[:2]
-    x, y = (np.linspace(c - h, c + h, N_LINES) for c, h in zip(T[:2, 3], half, strict=True))
-    lines = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    return lines[np.isfinite(_heights(shape, T, lines)[0])], float(2.0 * half.max() / (N_LINES - 1))
+def _edges(lines: Array, is_borne: Mask, bears: Callable[[Array], Mask]) -> Iterator[Array]:
+    """Points (N, 2) that still bear, just before the edge of the support, between neighbours of a grid.
+
+    lines: (K, K, 2). is_borne: (K, K) where an item is borne. bears: tells the same of any points
+    """
+    for axis in (0, 1):
+        grid, borne = np.swapaxes(lines, 0, axis), np.swapaxes(is_borne, 0, axis)
+        for a, b in ((slice(None, -1), slice(1, None)), (slice(1, None), slice(None, -1))):
+            ends = borne[a] & ~borne[b]
+            inner, outer = grid[a][ends], grid[b][ends]
+            for _ in range(HALVINGS if len(inner) else 0):
+                middle = (inner + outer) / 2.0
+                is_inner = bears(middle)[:, None]
+                inner, outer = np.where(is_inner, middle, inner), np.where(is_inner, outer, middle)
+            yield inner
 
 
 def _others(scene: Scene, placed: PlacedItem) -> Iterator[tuple[Shape, Array, float]]:
@@ -144,7 +314,6 @@ def _heights(shape: Shape, T: Array, columns: Array) -> tuple[Array, Array]:
 
 
 def _outside(points: Array, p: Array) -> float:
-    """How far (m) a point (2,) is from the convex hull of points (N, 2); below 0 inside."""
-    turns = np.radians(np.arange(360.0))
-    directions = np.column_stack([np.cos(turns), np.sin(turns)])
-    return float((directions @ p - (points @ directions.T).max(axis=0)).max())
+    """How far (m) a point (2,) is from the convex hull of points (N, 2), across its sides; below 0 inside."""
+    sides = _sides(points)
+    return float((sides[:, :2] @ p + sides[:, 2]).max())

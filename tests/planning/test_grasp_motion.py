@@ -16,7 +16,7 @@ from pickcli.planning.pick_problem import PickProblem, PickQuery
 from pickcli.planning.planning_context import PlanningContext
 from pickcli.planning.stages import grasp_selection
 from pickcli.planning.stages.grasp_selection import feasible_grasps
-from pickcli.planning.stages.target_check import tips
+from pickcli.planning.stages.press_check import contact_speed
 from pickcli.planning.start_state import Start
 from pickcli.scene.scene import PlacedItem, PoseNoise, Scene
 from pickcli.verification.verify import verify
@@ -129,12 +129,12 @@ def test_a_light_item_is_pressed_where_it_is_carried(
     scene = scene_of(cell, bar, mailer)
     problem = problem_of(planner, scene, "scotch_bubble_mailer")
     found = grasps_of(planner, scene, "scotch_bubble_mailer")
-    assert found and not any(tips(problem, f.grasp) for f in found)
+    assert found and all(contact_speed(problem, f.grasp) for f in found)
     out = found[0].grasp.T_item_tip.copy()
     out[0, 3] = 0.1
-    assert tips(problem, replace(found[0].grasp, T_item_tip=out))
-    assert not tips(problem, replace(found[0].grasp, T_item_tip=out, kind="frontal"))
-    monkeypatch.setattr(grasp_selection, "tips", lambda problem, grasp: True)
+    assert contact_speed(problem, replace(found[0].grasp, T_item_tip=out)) is None
+    assert contact_speed(problem, replace(found[0].grasp, T_item_tip=out, kind="frontal"))
+    monkeypatch.setattr(grasp_selection, "contact_speed", lambda problem, grasp: None)
     none, reasons = feasible_grasps(problem, ())
     assert not none
     assert "tips the item" in {reason.what for reason in reasons}
@@ -150,7 +150,11 @@ def test_the_verifier_refuses_what_tips_by_a_rule_of_its_own(
     home, query = cell.configurations["home"], PickQuery(BIN, "scotch_bubble_mailer")
     start = Start(home.q, home.tool_state)
     assert verify(plan_pick(planner, scene, query, start, 1), scene).certificate is not None
-    monkeypatch.setattr(grasp_selection, "tips", lambda problem, grasp: abs(grasp.T_item_tip[0, 3]) < 0.08)
+    monkeypatch.setattr(
+        grasp_selection,
+        "contact_speed",
+        lambda _, grasp: 0.05 if abs(grasp.T_item_tip[0, 3]) >= 0.08 else None,
+    )
     verdict = verify(plan_pick(planner, scene, query, start, 1), scene)
     assert [reason.what for reason in verdict.reasons] == ["tips the item"]
 
@@ -160,7 +164,7 @@ def test_what_rolls_does_not_count_as_tipping(cell: Cell, planner: PlanningConte
     scene = scene_of(cell, ball)
     grasps = [f.grasp for f in grasps_of(planner, scene, ball[0]) if f.grasp.kind == "top-down"]
     problem = problem_of(planner, scene, ball[0])
-    assert grasps and not any(tips(problem, grasp) for grasp in grasps)
+    assert grasps and all(contact_speed(problem, grasp) for grasp in grasps)
 
 
 def test_a_cell_need_not_name_a_configuration_for_a_bin(cell: Cell) -> None:

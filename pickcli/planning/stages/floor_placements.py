@@ -66,7 +66,8 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
             failures += _too_close(back, f"place {k} in {destination.name}")
             continue
         ways = tool_lines(back, chosen.grasp)
-        picked = ways if isinstance(ways, Failures) else plan_grasp_motion(back, ways, rng)
+        speed = context.cell.robot.tool.cup.contact_speed
+        picked = ways if isinstance(ways, Failures) else plan_grasp_motion(back, ways, speed, rng)
         if isinstance(picked, Failures):
             failures += picked
             continue

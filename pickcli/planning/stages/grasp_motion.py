@@ -33,13 +33,14 @@ _Poses = TypeVar("_Poses")
 
 
 def plan_grasp_motion(
-    problem: PickProblem, ways: ToolLines, rng: np.random.Generator
+    problem: PickProblem, ways: ToolLines, contact_speed: float, rng: np.random.Generator
 ) -> GraspMotion | Failures:
     """Find the first solution for one grasp, over the branches and redundancy of the arm.
 
     Args:
         problem: The pick.
         ways: What the tool alone can do for the grasp.
+        contact_speed: m/s, the fastest that the cup may meet the target.
         rng: Source of the arm's random seeds.
 
     Returns:
@@ -49,7 +50,7 @@ def plan_grasp_motion(
     solutions = context.arm.solve(contact, grasp.tool_state, _seeds(problem, rng))
     if len(solutions) == 0:
         return Failures.of(Reason("no inverse-kinematics solution", f"{where}, contact", _place(contact)))
-    lines = _Lines.of(problem, ways)
+    lines = _Lines.of(problem, ways, contact_speed)
     failures, pressed = Failures(), lines.checker(lines.pressing)
     for q_contact in solutions[: context.settings.solutions_per_grasp]:
         if not pressed.is_valid(q_contact):
@@ -101,6 +102,7 @@ class _Lines:
         pressing: Of the empty tool at the target.
         lifting: With the target, over the first stretch of the lift.
         carrying: With the target when it touches nothing any more.
+        contact_speed: m/s at which the cup may meet the target.
     """
 
     context: PlanningContext
@@ -112,9 +114,10 @@ class _Lines:
     pressing: Mode
     lifting: Mode
     carrying: Mode
+    contact_speed: float
 
     @classmethod
-    def of(cls, problem: PickProblem, ways: ToolLines) -> _Lines:
+    def of(cls, problem: PickProblem, ways: ToolLines, contact_speed: float) -> _Lines:
         state, contacts, target = ways.grasp.tool_state, problem.contacts, problem.target
         # What the cup holds stays where it was when the cup met it: the overtravel goes into the bellows.
         T_tip_item = inverse(ways.contact) @ target.T_world_item
@@ -125,6 +128,7 @@ class _Lines:
             pressing=Mode(state, None, contacts.while_pressing(ways.press)),
             lifting=Mode(state, attached, contacts.while_lifting(ways.press)),
             carrying=Mode(state, attached, contacts.while_carrying()),
+            contact_speed=contact_speed,
         )  # fmt: skip
 
     def checker(self, mode: Mode) -> SceneChecker:
@@ -134,7 +138,7 @@ class _Lines:
     def inward(self, poses: PickPoses, q_contact: Array) -> tuple[MotionSegment, ...] | Failures:
         """Pre-approach, approach and contact, followed backwards from the contact configuration."""
         settings, kind = self.context.settings, SegmentKind
-        contact_speed = SLOWER_THAN_ALLOWED * self.context.cell.robot.tool.cup.contact_speed
+        contact_speed = SLOWER_THAN_ALLOWED * self.contact_speed
         approach, preapproach = settings.approach_speed, settings.preapproach_speed
         lines = (
             _Line(kind.CONTACT, self.pressing, poses.contact, poses.touch, contact_speed),

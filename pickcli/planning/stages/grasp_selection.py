@@ -16,7 +16,8 @@ from pickcli.planning.pick_motion import GraspMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
-from pickcli.planning.stages.target_check import check_target, tips
+from pickcli.planning.stages.press_check import contact_speed
+from pickcli.planning.stages.target_check import check_target
 from pickcli.planning.stages.tool_clearance import tool_lines, with_tool_clearance
 from pickcli.seeds import derived_rng
 
@@ -66,14 +67,17 @@ def _tried(
     feasible: list[GraspMotion] = []
     roomy, failures = with_tool_clearance(problem, grasps, ways)
     for grasp in roomy if ways is CorridorSet.FEW else _in_turns(roomy):
-        if tips(problem, grasp):
-            failures += Reason("tips the item", str(grasp), "the cup presses beside what carries it")
+        speed = contact_speed(problem, grasp)
+        if speed is None:
+            failures += Reason(
+                "tips the item", str(grasp), "the cup presses it over the edge of what carries it"
+            )
             continue
         tool = tool_lines(problem, grasp, ways)
         if isinstance(tool, Failures):
             failures += tool
             continue
-        result = plan_grasp_motion(problem, tool, rng)
+        result = plan_grasp_motion(problem, tool, speed, rng)
         if isinstance(result, Failures):
             failures += result
             continue

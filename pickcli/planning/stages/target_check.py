@@ -1,4 +1,4 @@
-"""What speaks against picking a target: others need it, its pose cannot be right, or a grasp tips it over."""
+"""What speaks against picking a target: others need it, or its pose cannot be right."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import numpy as np
 
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import inverse
-from pickcli.grasping.cup_press import overtravel
-from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.scene.solid_overlap import TOUCH
@@ -23,31 +21,6 @@ def check_target(problem: PickProblem) -> Failures:
         The reasons, what must be cleared first at the head; empty if nothing speaks against it.
     """
     return Failures((*_blocking(problem), *_contradictions(problem)))
-
-
-def tips(problem: PickProblem, grasp: Grasp) -> bool:
-    """Whether a cup from above tips the target, because it presses beside what carries it.
-
-    Its other end rises then, towards the lance, and hardly any tipped face seals. What can roll is no matter
-    of balance: it rolls wherever the cup meets it. Nor is what would not stand by its weight as its pose
-    says: what keeps it is not known.
-
-    Args:
-        problem: The pick.
-        grasp: Where the cup sits on the target.
-
-    Returns:
-        True if it does.
-    """
-    target, supports = problem.target, problem.contacts.supports
-    if grasp.kind != "top-down" or target.can_roll:
-        return False
-    tip = target.T_world_item @ grasp.T_item_tip
-    tool = problem.context.cell.robot.tool
-    press = tool.cup.stiffness * overtravel(grasp, tool, problem.scene.noise)
-    if supports.stays_under(target.id, press * tip[:3, 2], tip[:3, 3]):
-        return False
-    return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
 
 
 def _blocking(problem: PickProblem) -> tuple[Reason, ...]:

@@ -1,0 +1,166 @@
+"""Whether what a cup presses on keeps its footing, or tips over.
+
+A cup from above must press within what carries the item. A cup from aside may tip what is tall for its
+depth: the item turns about the edge of its footing on the far side. It comes back, or is held as it leans, as
+long as its centre is not over that edge. What needs more force than its weight slides instead; less counts
+as if friction kept it from that. What stands behind the item is not counted on.
+
+Let D be the way of the cup beyond the face, k the stiffness of its bellows, W the weight, L the arm of the
+press and b that of the weight about the edge, z the height of the item's centre over it. The item begins to
+tip under the press f = W b / L, by which the bellows shorten by f / k, and comes to rest at an angle of
+(D - f / k) / (L - W z / (k L)), as long as that is small. Its centre is over the edge at atan(b / z).
+
+Before that the cup throws it: bellows are springs, and what they meet leaves them at up to twice their speed.
+The energy of that turn, and what is left in the bellows, lifts its centre on from where it leans; so the cup
+meets slender things more slowly than it could.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import GRAVITY, Array
+from pickcli.grasping.cup_press import farthest_push, overtravel
+from pickcli.motion.plan import Grasp
+from pickcli.planning.pick_problem import PickProblem
+
+WITHIN = 1e-3  # m that a press from above stays within the edge of what carries the item
+MOST_TILT = 0.95  # of the angle at which an item falls over, to which a press may tip it
+MOST_SPEED = 0.8  # of the speed of a cup that throws it over
+REBOUND = 2.0  # of the cup's speed, that what its bellows meet leaves them at if nothing damps them
+MOST_FRICTION = 1.1  # of an item on what carries it: cardboard, plastic and cloth on board have 0.25 to 0.5
+SLOWEST = 0.05  # of the tool's contact speed: what that throws over is not pressed on
+NO_ARM = 1e-6  # m
+SAME = 1e-6  # m
+
+
+def contact_speed(problem: PickProblem, grasp: Grasp) -> float | None:
+    """The fastest that the cup may meet the target, so that it does not tip it over.
+
+    A cup from above is not to tip it at all: a tipped end rises towards the lance, and hardly any tipped face
+    seals. What can roll is no matter of balance: it rolls wherever the cup meets it. Nor is what would not
+    stand by its weight as its pose says: what keeps it is not known.
+
+    Args:
+        problem: The pick.
+        grasp: Where the cup sits on the target.
+
+    Returns:
+        m/s, at most the tool's contact speed; None where the cup tips the target at any useful speed.
+    """
+    fastest = problem.context.cell.robot.tool.cup.contact_speed
+    if problem.target.can_roll:
+        return fastest
+    if grasp.kind == "top-down":
+        return None if _tips_below(problem, grasp) else fastest
+    press = _press(problem, grasp)
+    if press is None:
+        return fastest
+    speed = MOST_SPEED * press.throwing_speed
+    is_tipped = press.tilt > MOST_TILT * press.balance or speed < SLOWEST * fastest
+    return None if is_tipped else min(fastest, speed)
+
+
+@dataclass(frozen=True)
+class _Press:
+    """A press from aside, and the edge about which the item would tip under it.
+
+    Attributes:
+        inside: m that the item's centre is inside of the edge.
+        below: m that the edge is below the centre.
+        arm: m from the edge to the line of the press.
+        balance: rad by which the item may turn at least until its centre is over the edge.
+        inertia: kg m2 of the item about the edge, per kg of the item.
+        weight: N of the item, as light as it may be.
+        push: m that the cup goes beyond the face at most.
+        stiffness: N/m of the bellows.
+    """
+
+    inside: float
+    below: float
+    arm: float
+    balance: float
+    inertia: float
+    weight: float
+    push: float
+    stiffness: float
+
+    @property
+    def tilt(self) -> float:
+        """Angle in rad at which the item rests on the bellows; infinite if nowhere."""
+        turning = self.push - self.weight * self.inside / (self.arm * self.stiffness)
+        if turning <= 0.0:
+            return 0.0
+        per_turn = self.arm - self.weight * self.below / (self.stiffness * self.arm)
+        return turning / per_turn if per_turn > 0.0 else np.inf
+
+    @property
+    def throwing_speed(self) -> float:
+        """Speed (m/s) of a cup that throws the item from there just over the edge, the bellows helping on."""
+        if self.tilt >= self.balance:
+            return 0.0
+        upright = np.arctan2(self.inside, self.below)
+        heights = np.hypot(self.inside, self.below) * np.cos(upright - np.array([self.tilt, self.balance]))
+        helped = self.stiffness * max(0.0, self.push - self.arm * self.tilt) ** 2 / (2.0 * self.weight)
+        lift = max(0.0, float(heights[1] - heights[0]) - helped)
+        return self.arm / REBOUND * float(np.sqrt(2.0 * GRAVITY * lift / self.inertia))
+
+
+def _tips_below(problem: PickProblem, grasp: Grasp) -> bool:
+    """Whether a cup from above presses beside what carries the target."""
+    target, supports, tool = problem.target, problem.contacts.supports, problem.context.cell.robot.tool
+    tip = target.T_world_item @ grasp.T_item_tip
+    press = tool.cup.stiffness * overtravel(grasp, tool, problem.scene.noise) * tip[:3, 2]
+    around = [tip[:3, 3] + (x, y, 0.0) for x in (-WITHIN, WITHIN) for y in (-WITHIN, WITHIN)]
+    if all(supports.stays_under(target.id, press, point) for point in around):
+        return False
+    return supports.stays_under(target.id, np.zeros(3), target.T_world_item[:3, 3])
+
+
+def _press(problem: PickProblem, grasp: Grasp) -> _Press | None:
+    """The press, and the edge of the footing over which the least of it tips; None where none does."""
+    target, tool, noise = problem.target, problem.context.cell.robot.tool, problem.scene.noise
+    footing = problem.contacts.supports.footing(target.id)
+    if len(footing) == 0:
+        return None
+    T, tip = target.T_world_item, target.T_world_item @ grasp.T_item_tip
+    edges, ways = _edges(footing, T[:3, 3])
+    to_centre, to_tip = T[:3, 3] - edges, tip[:3, 3] - edges
+    inside = -np.einsum("ni,ni->n", to_centre[:, :2], ways)
+    arms = to_tip[:, 2] * (ways @ tip[:2, 2]) - np.einsum("ni,ni->n", to_tip[:, :2], ways) * tip[2, 2]
+    if len(edges) == 0 or inside.min() <= 0.0:
+        return None
+    friction = np.where(arms > NO_ARM, inside / np.maximum(arms, NO_ARM), np.inf)  # that it takes to tip
+    first = int(np.argmin(friction))
+    if friction[first] >= MOST_FRICTION:
+        return None
+    b, z, (x, y) = float(inside[first]), float(to_centre[first, 2]), ways[first]
+    axis = T[:3, :3].T @ (-y, x, 0.0)
+    inertia = float(axis @ target.item.shape.inertia_per_mass @ axis) + b**2 + z**2
+    balance = max(0.0, float(np.arctan2(b, z)) - noise.angle)
+    weight, push = target.item.lightest * GRAVITY, farthest_push(grasp, tool, noise)
+    return _Press(b, z, float(arms[first]), balance, inertia, weight, push, tool.cup.stiffness)
+
+
+def _edges(footing: Array, centre: Array) -> tuple[Array, Array]:
+    """The outer edges of a footing seen from above: the point of each nearest to a centre, and ways out.
+
+    Args:
+        footing: (N, 3) m.
+        centre: (3,) m.
+
+    Returns:
+        (K, 3) m, and (K, 2) level unit vectors.
+    """
+    a, b = (footing[k] for k in np.nonzero(~np.eye(len(footing), dtype=bool)))
+    along = b - a
+    length = np.hypot(along[:, 0], along[:, 1])
+    a, along, length = a[length > SAME], along[length > SAME], length[length > SAME, None]
+    ways = np.column_stack([along[:, 1], -along[:, 0]]) / length
+    beyond = (ways @ footing[:, :2].T - np.einsum("ni,ni->n", ways, a[:, :2])[:, None]).max(axis=1)
+    outer = beyond < SAME
+    a, along, length, ways = a[outer], along[outer], length[outer], ways[outer]
+    share = np.einsum("ni,ni->n", centre[:2] - a[:, :2], along[:, :2])[:, None] / length**2
+    return a + np.clip(share, 0.0, 1.0) * along, ways

@@ -1,0 +1,98 @@
+"""How fast a cup may meet what it presses on from aside, so that it does not tip it over."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pickcli.cell.cell import Cell
+from pickcli.geometry import GRAVITY, pose
+from pickcli.grasping.cup_press import farthest_push, overtravel
+from pickcli.motion.plan import Grasp
+from pickcli.planning.pick_problem import PickProblem
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.press_check import MOST_SPEED, contact_speed
+from pickcli.scene.scene import TOTE, PlacedItem, PoseNoise, Scene
+from pickcli.verification.tipping_check import Press, falls_over
+from support import handmade_plans
+from support.bin_piles import BIN, EXACT, at, shaped
+from support.tool_states import STRAIGHT
+
+TALL = 0.1  # m
+INTO_X = np.column_stack([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
+
+
+def upright(cell: Cell, depth: float, tall: float = TALL, mass: float = 0.1) -> PlacedItem:
+    """A box on the flat part of a bin's floor, so deep along the way into the bin."""
+    return at(cell, "box", shaped(cell, (depth, 0.08, tall), mass=mass), 0.35, 0.0, tall / 2)
+
+
+def pressed(
+    cell: Cell, item: PlacedItem, height: float, noise: PoseNoise = EXACT
+) -> tuple[PickProblem, Grasp]:
+    """A cup from the front on an item, at a height over the floor."""
+    scene = Scene(cell, cell.T_world_pod, (item,), noise)
+    problem = PickProblem(PlanningContext(cell), scene, cell.places[BIN], item, cell.places[TOTE])
+    depth, _, tall = item.item.shape.size
+    tip = pose((-depth / 2, 0.0, height - tall / 2), R=INTO_X)
+    return problem, Grasp(item.id, "frontal", "-x", STRAIGHT, tip, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_what_stands_firmly_is_met_as_fast_as_the_tool_may(cell: Cell) -> None:
+    assert contact_speed(*pressed(cell, upright(cell, 0.06), 0.06)) == cell.robot.tool.cup.contact_speed
+
+
+@pytest.mark.parametrize("height", [0.04, 0.07])
+def test_what_is_slender_is_met_so_slowly_that_its_turn_does_not_lift_it_over_its_edge(
+    cell: Cell, height: float
+) -> None:
+    """Nearly without a push: the box turns at twice the cup's speed over its height."""
+    b, z = 0.008, TALL / 2
+    speed = contact_speed(*pressed(cell, upright(cell, 2 * b, mass=2.0), height))
+    assert speed is not None
+    turn = 2.0 * speed / MOST_SPEED / height
+    lift = (b**2 + z**2) * 4.0 / 3.0 * turn**2 / (2.0 * GRAVITY)
+    assert lift == pytest.approx(np.hypot(b, z) - z, rel=0.1)
+
+
+def test_what_the_push_alone_tips_over_is_not_pressed_on(cell: Cell) -> None:
+    noise = PoseNoise(0.002, float(np.radians(1.0)))
+    for depth, is_tipped in ((0.008, True), (0.02, False)):
+        assert (contact_speed(*pressed(cell, upright(cell, depth), 0.06, noise)) is None) is is_tipped
+
+
+def test_the_farthest_push_is_that_on_an_item_that_is_nearer_than_it_is_seen(cell: Cell) -> None:
+    noise, tool = PoseNoise(0.002, 0.0), cell.robot.tool
+    problem, grasp = pressed(cell, upright(cell, 0.02), 0.06, noise)
+    assert farthest_push(grasp, tool, noise) == overtravel(grasp, tool, noise) + 0.002
+    assert problem.scene.noise is noise
+
+
+@given(
+    st.floats(0.008, 0.05),
+    st.floats(0.05, 0.2),
+    st.floats(0.2, 0.9),
+    st.floats(0.02, 1.5),
+    st.floats(0.0, 0.003),
+)
+@settings(max_examples=40, deadline=None, derandomize=True)
+def test_what_the_planner_presses_on_stands_by_the_verifier_s_rule_too(
+    depth: float, tall: float, share: float, mass: float, off: float
+) -> None:
+    """And not by much: if the cup came 1.4 times as fast, the verifier refuses what tips."""
+    cell, height = handmade_plans.cell(), share * tall
+    item, noise = upright(cell, depth, tall, mass), PoseNoise(off, 0.0)
+    problem, grasp = pressed(cell, item, height, noise)
+    speed = contact_speed(problem, grasp)
+    if speed is None:
+        return
+    push = overtravel(grasp, cell.robot.tool, noise)
+    tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
+    press = Press(tip, push, cell.robot.tool.cup.stiffness, speed)
+    assert not falls_over(problem.scene, item, press)
+    if speed < cell.robot.tool.cup.contact_speed and depth / 2 < 0.99 * height:
+        assert falls_over(problem.scene, item, replace(press, speed=1.4 * speed))
