@@ -185,6 +185,7 @@ if __name__ == "__main__":
     import hypothesis  # noqa: F401
     import numpy.testing  # noqa: F401
     import pydantic  # noqa: F401
+    import scipy.spatial  # noqa: F401
     import yaml  # noqa: F401
 
     main()

@@ -171,6 +171,10 @@ def push_into_the_pod(arrays: dict[str, np.ndarray], plan: Plan) -> None:
     arrays["positions"][i, 1] += 0.15
 
 
+def one_acceleration_less(arrays: dict[str, np.ndarray], plan: Plan) -> None:
+    arrays["accelerations"] = arrays["accelerations"][:-1]
+
+
 def equal_stamps(arrays: dict[str, np.ndarray], plan: Plan) -> None:
     arrays["times"][40] = arrays["times"][39]
 
@@ -203,6 +207,7 @@ MATRIX: dict[str, tuple[Mutation, str, str]] = {
     "does not stop": (with_points(not_at_rest), "not at rest", "end"),
     "a joint limit": (with_points(beyond_a_limit), "joint limit", "rail"),
     "equal time stamps": (with_points(equal_stamps), "time stamps", "40"),
+    "a point without an acceleration": (with_points(one_acceleration_less), "shape", "trajectory"),
     "an event fired 0.3 s late": (with_event(1, 0.0, 0.3), "wrong trigger", "valve on"),
     "an event fired 0.3 s early": (with_event(1, 0.0, -0.3), "wrong trigger", "valve on"),
     "both times of an event shifted": (with_event(1, 0.3, 0.3), "wrong anchor time", "valve on"),
