@@ -234,8 +234,9 @@ def _near_at_start(
 
     Spheres around the parts say which of them are worth measuring.
     """
-    T = np.array([fixture.T_world_shape for fixture in fixtures])
-    half = np.array([fixture.shape.extents for fixture in fixtures]) / 2
+    # A robot alone has nothing around it: no rows, but still matrices.
+    T = np.array([fixture.T_world_shape for fixture in fixtures]).reshape(-1, 4, 4)
+    half = np.array([fixture.shape.extents for fixture in fixtures]).reshape(-1, 3) / 2
     slack = np.array([fixture.slack for fixture in fixtures])
     for part in parts:
         T_part = states.links[part.link, 0] @ part.T_link_shape

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from pickcli.motion.plan import RecoveryLevel
 from support.bare_robot import write_bare_robot
 from support.command_line import apc, refused
 
@@ -40,6 +41,26 @@ def test_obstacles_of_the_cell_count_without_a_scene(cell: Path, move: Path, tmp
         "plan-move", "--cell", walled, "--from", "home", "--to", "2.9,-0.6,1", "-o", tmp_path / "m.json"
     )
     refused(told, 5, "wall")
+
+
+@pytest.fixture(scope="module")
+def lonely(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cell without obstacles."""
+    cell = write_bare_robot(tmp_path_factory.mktemp("lonely"))
+    content = yaml.safe_load((cell / "cell.yaml").read_text()) | {"obstacles": []}
+    (cell / "cell.yaml").write_text(yaml.safe_dump(content))
+    return cell
+
+
+@pytest.mark.parametrize("level", list(RecoveryLevel))
+def test_a_recovery_is_judged_where_nothing_stands_around(
+    lonely: Path, tmp_path: Path, level: RecoveryLevel
+) -> None:
+    path = tmp_path / "plan.json"
+    assert apc("plan-move", "--cell", lonely, "--from", "home", "--to", "away", "-o", path).code == 0
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"recovery": level, "certificate": None}))
+    verdict = apc("verify", path, "--cell", lonely, "--json")
+    assert verdict.code in (0, 4) and "accepted" in json.loads(verdict.out), verdict.err
 
 
 def test_neither_scene_nor_cell_is_a_question(move: Path, tmp_path: Path) -> None:
