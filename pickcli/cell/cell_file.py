@@ -17,7 +17,7 @@ from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device
 from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.items_file import load_items
-from pickcli.cell.joint_limits_file import add_joint_limits
+from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
 from pickcli.cell.planning_group import mounted, planning_group, stripped
 from pickcli.cell.pod import build_pod
 from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
@@ -56,9 +56,9 @@ def load_cell(name_or_path: str | Path) -> Cell:
     path = cell_file(name_or_path)
     source = read_yaml(path, CELL)
     _refuse_version_1(source)
-    add_joint_limits(source)
+    limits = add_joint_limits(source)
     model = validate(source, CellModel)
-    urdf = _urdf(source, model)
+    urdf = _urdf(source, model, limits)
     check_consistency(source, model, urdf)
     tool = _tool(model, urdf)
     cell = Cell(
@@ -128,8 +128,8 @@ def _refuse_version_1(source: Source) -> None:
         source.check()
 
 
-def _urdf(source: Source, model: CellModel) -> Urdf:
-    """The robot of a cell with its tool, without what the cell says is not there."""
+def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
+    """The robot of a cell with its tool, without what the cell says is not there; limits may be of that."""
     folder = source.path.parent
     packages = {name: folder / path for name, path in model.robot.packages.items()}
     robot = read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf), folder, packages)
@@ -137,6 +137,9 @@ def _urdf(source: Source, model: CellModel) -> Urdf:
     if own is not None and own.urdf is not None:
         tool = read_urdf(_inside(source, ("tool", "urdf"), own.urdf), folder, packages)
     check_parts(source, model, robot, tool)
+    if limits is not None:
+        whole = (robot,) if tool is None else (robot, tool)
+        refuse_unknown_joints(limits, [joint.name for part in whole for joint in part.joints.values()])
     robot = stripped(robot, model.robot.without)
     if own is None or tool is None:
         return robot

@@ -2,56 +2,141 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
+from pickcli.cell.references import refer
+from pickcli.errors import suggestion
 from pickcli.files.file_kind import JOINT_LIMITS
 from pickcli.files.yaml_reader import Source, read_yaml
 
-_LIMITS = ("velocity", "acceleration", "jerk")
+ROOT = "joint_limits"
+_FIGURES = {  # that a cell takes, by the switch without which ROS ignores them
+    "has_position_limits": ("min_position", "max_position"),
+    "has_velocity_limits": ("max_velocity",),
+    "has_acceleration_limits": ("max_acceleration",),
+    "has_jerk_limits": ("max_jerk",),
+}
+_OTHERS = (  # that ROS and MoveIt read besides
+    "angle_wraparound", "has_deceleration_limits", "max_deceleration", "has_effort_limits", "max_effort",
+    "has_soft_limits", "k_position", "k_velocity", "soft_lower_limit", "soft_upper_limit",
+)  # fmt: skip
+_KEYS = (*_FIGURES, *(figure for figures in _FIGURES.values() for figure in figures), *_OTHERS)
 
 
-def add_joint_limits(cell: Source) -> None:
-    """Add the limits of the file that a cell names to those in the cell itself, which come first.
-
-    A limit that the file switches off (``has_jerk_limits: false``), as MoveIt writes it where it knows none,
-    is not stated. Nothing is assumed in its place: the cell is asked for it.
+def read_joint_limits(path: Path) -> Source:
+    """Read a ``joint_limits.yaml``, and refuse what ROS would pass over in silence.
 
     Args:
-        cell: The cell file; gets the limits of its planned joints.
+        path: The file.
+
+    Returns:
+        Its values: under ``joint_limits`` an object for each joint.
 
     Raises:
-        InputError: The file cannot be read or lies outside of the cell's folder.
+        InputError: With every mistake and its place: a key that ROS does not know, a figure that is not
+            switched on, a limit without its figure.
     """
-    robot = cell.data.get("robot") if isinstance(cell.data, dict) else None
-    name = robot.get("joint_limits") if isinstance(robot, dict) else None
-    joints = robot.get("joints") if isinstance(robot, dict) else None
-    if not isinstance(name, str) or not isinstance(joints, list):
-        return  # none is named, or what is wrong is told with all else
-    folder = cell.path.parent
-    if not (folder / name).resolve().is_relative_to(folder.resolve()):
-        cell.add(("robot", "joint_limits"), f"expected a path inside the cell's folder, got {name!r}")
-        cell.check()
-    source = read_yaml(folder / name, JOINT_LIMITS)
-    stated = source.data.get("joint_limits") if isinstance(source.data, dict) else None
+    source = read_yaml(path, JOINT_LIMITS)
+    stated = source.data.get(ROOT) if isinstance(source.data, dict) else None
     if not isinstance(stated, dict):
         source.add((), "expected joint_limits with an entry by joint, as ROS has it")
         source.check()
-    own = cell.data.setdefault("joint_limits", {})
-    for joint in joints:
-        entry = stated.get(joint) if isinstance(stated, dict) else None
-        if isinstance(entry, dict) and isinstance(own, dict):
-            mine = own.setdefault(joint, {})
-            if isinstance(mine, dict):
-                mine.update({key: value for key, value in _stated(entry).items() if key not in mine})
+    for joint, entry in (stated or {}).items():
+        if isinstance(entry, dict):
+            _check_entry(source, joint, entry)
+        else:
+            source.add((ROOT, joint), "expected an object {...} with the joint's limits; correct it")
+    source.check()
+    return source
 
 
-def _stated(entry: dict[str, Any]) -> dict[str, Any]:
-    """What an entry of the file limits."""
-    found: dict[str, Any] = {}
-    for limit in _LIMITS:
-        if entry.get(f"has_{limit}_limits") is True:
-            found[f"has_{limit}_limits"] = True
-            found[f"max_{limit}"] = entry.get(f"max_{limit}")
-    if entry.get("has_position_limits") is True:
-        found |= {key: entry[key] for key in ("min_position", "max_position") if key in entry}
+def refuse_unknown_joints(limits: Source, joints: Collection[str]) -> None:
+    """Refuse a file of limits that names a joint which the robot does not have.
+
+    Args:
+        limits: The file.
+        joints: Names of all joints of the robot, planned or not.
+
+    Raises:
+        InputError: With every such name and its place.
+    """
+    for name in limits.data[ROOT]:
+        refer(limits, (ROOT, name), "joint", name, list(joints))
+    limits.check()
+
+
+def stated_limits(limits: Source, joint: str) -> dict[str, Any]:
+    """What a file of limits states of a joint.
+
+    A limit that the file switches off (``has_jerk_limits: false``), as MoveIt writes it where it knows none,
+    is not stated.
+
+    Args:
+        limits: The file.
+        joint: Name of the joint.
+
+    Returns:
+        Values by key, as they stand in the entry of a cell.
+    """
+    entry, found = limits.data[ROOT].get(joint, {}), dict[str, Any]()
+    for switch, figures in _FIGURES.items():
+        if entry.get(switch) is True:
+            found |= {key: entry[key] for key in (switch, *figures) if key in entry}
+    found.pop("has_position_limits", None)  # a cell says it by the figures alone
     return found
+
+
+def add_joint_limits(cell: Source) -> Source | None:
+    """Add the limits of the file that a cell names to those in the cell itself, which come first.
+
+    What the file does not state is not assumed either: the cell is asked for it.
+
+    Args:
+        cell: The cell file; gets the limits of its planned joints, with their places in the file.
+
+    Returns:
+        The file; None if the cell names none.
+
+    Raises:
+        InputError: The file cannot be read, has mistakes or lies outside of the cell's folder.
+    """
+    robot = cell.data.get("robot") if isinstance(cell.data, dict) else None
+    name = robot.get(ROOT) if isinstance(robot, dict) else None
+    joints = robot.get("joints") if isinstance(robot, dict) else None
+    if not isinstance(name, str) or not isinstance(joints, list):
+        return None  # none is named, or what is wrong is told with all else
+    folder = cell.path.parent
+    if not (folder / name).resolve().is_relative_to(folder.resolve()):
+        cell.add(("robot", ROOT), f"expected a path inside the cell's folder, got {name!r}")
+        cell.check()
+    limits = read_joint_limits(folder / name)
+    own = cell.data.setdefault(ROOT, {})
+    for joint in (joint for joint in joints if isinstance(joint, str) and isinstance(own, dict)):
+        found = stated_limits(limits, joint)
+        mine = own.setdefault(joint, {}) if found else None
+        if isinstance(mine, dict):
+            for key in found.keys() - mine.keys():
+                mine[key] = found[key]
+                _, line, column = limits.place((ROOT, joint, key))
+                cell.origins[ROOT, joint, key] = limits.path, line, column
+    return limits
+
+
+def _check_entry(limits: Source, joint: str, entry: dict[str, Any]) -> None:
+    """Note what is wrong with the limits of a joint."""
+    for key in entry.keys() - set(_KEYS):
+        limits.add((ROOT, joint, key), f"unknown key; {suggestion(key, _KEYS)}")
+    for switch, figures in _FIGURES.items():
+        given = [figure for figure in figures if figure in entry]
+        if switch not in entry:
+            for figure in given:
+                text = f"ROS ignores it without {switch}; add {switch}: true, or leave it out"
+                limits.add((ROOT, joint, figure), text)
+        elif not isinstance(entry[switch], bool):
+            limits.add((ROOT, joint, switch), "expected true or false; correct it")
+        elif entry[switch] and not given:
+            limits.add(
+                (ROOT, joint, switch), f"is true without {' or '.join(figures)}; add it, or write false"
+            )

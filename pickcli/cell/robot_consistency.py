@@ -117,8 +117,10 @@ def _check_limits(source: Source, model: CellModel, robot: Urdf) -> None:
         low = joint.lower if limit.min_position is None else limit.min_position
         high = joint.upper if limit.max_position is None else limit.max_position
         if not joint.lower <= low < high <= joint.upper:
+            is_upper = limit.max_position is not None and low >= joint.lower
+            figure = "max_position" if is_upper else "min_position"
             source.add(
-                ("joint_limits", name),
+                ("joint_limits", name, figure),
                 f"expected positions inside the URDF's {joint.lower:g} to {joint.upper:g}, "
                 f"got {low:g} to {high:g}; correct them",
             )

@@ -26,7 +26,10 @@ Seconds = Annotated[float, Field(ge=0, le=30)]
 Force = Annotated[float, Field(gt=0, le=1e6)]  # N, or Nm
 Vector = Annotated[tuple[Coordinate, ...], Len(3, 3)]
 Angles = Annotated[tuple[Angle, ...], Len(3, 3)]
-Text = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]  # for people
+MAX_TEXT = 200  # characters
+Text = Annotated[
+    str, Field(min_length=1, max_length=MAX_TEXT, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")
+]  # for people
 
 
 class FileModel(BaseModel):

@@ -53,11 +53,13 @@ class Problem:
         line: Counted from 1.
         column: Counted from 1.
         text: What is wrong and what to do about it.
+        path: The other file that it stands in; None for the one that is read.
     """
 
     line: int
     column: int
     text: str
+    path: Path | None = None
 
 
 @dataclass
@@ -69,6 +71,7 @@ class Source:
         data: Its values: mappings, lists, texts, numbers, switches and None.
         key_marks: Line and column, from 1, of the key of each entry of a mapping.
         value_marks: Line and column, from 1, of each value.
+        origins: File, line and column of each value that was taken from another file.
         problems: Mistakes noted so far.
         n_untold: Number of mistakes that were found but are not told one by one.
     """
@@ -77,6 +80,7 @@ class Source:
     data: Any = None
     key_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
     value_marks: dict[Key, tuple[int, int]] = field(default_factory=dict)
+    origins: dict[Key, tuple[Path, int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     n_untold: int = 0  # mistakes that were found but will not be told one by one
 
@@ -92,11 +96,22 @@ class Source:
             key: Where the value stands; the nearest parent that stands in the file is told.
             text: What is wrong and what to do about it.
         """
-        at = key
-        while at and at not in self.key_marks and at not in self.value_marks:
-            at = at[:-1]
-        line, column = self.key_marks.get(at) or self.value_marks.get(at) or (1, 1)
-        self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text))
+        path, line, column = self.place(key)
+        self.problems.append(Problem(line, column, f"{name_of(key)}: {text}" if key else text, path))
+
+    def place(self, key: Key) -> tuple[Path | None, int, int]:
+        """Where a value stands, or its nearest parent that does.
+
+        Args:
+            key: Of the value.
+
+        Returns:
+            The file, None for this one, and line and column from 1.
+        """
+        while key and key not in self.key_marks and key not in self.value_marks and key not in self.origins:
+            key = key[:-1]
+        here = self.key_marks.get(key) or self.value_marks.get(key) or (1, 1)
+        return self.origins.get(key) or (None, *here)
 
     def check(self) -> None:
         """Refuse the file if any mistake was noted.
@@ -105,8 +120,8 @@ class Source:
             InputError: With all mistakes noted so far, in the order of the file.
         """
         if self.problems:
-            ordered = sorted(set(self.problems), key=lambda p: (p.line, p.column, p.text))
-            lines = [f"{self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
+            ordered = sorted(set(self.problems), key=lambda p: (str(p.path or ""), p.line, p.column, p.text))
+            lines = [f"{p.path or self.path}:{p.line}:{p.column}: {p.text}" for p in ordered[:MOST_TOLD]]
             more = len(ordered) + self.n_untold - len(lines)
             raise InputError("\n".join(lines + [f"{self.path}: and {more} more"] * (more > 0)))
 

@@ -16,11 +16,14 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.cell_file import load_cell
 from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.joint_limits_file import read_joint_limits, refuse_unknown_joints
 from pickcli.cell.planning_group import stripped
 from pickcli.cell.srdf import Srdf, read_srdf
 from pickcli.cell.urdf import Urdf, read_urdf
 from pickcli.collision.robot_model import CollisionModel
-from pickcli.errors import InputError, UnknownNameError
+from pickcli.errors import InputError, UnknownNameError, shortened
+from pickcli.files.schema import MAX_TEXT
+from pickcli.files.yaml_reader import Source
 from pickcli.precompute.empty_cell_checkers import checker
 from pickcli.progress import Progress, ProgressObserver, nobody
 from pickcli.roadmap.trajectory_database import PayloadClass
@@ -136,22 +139,23 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
         raise InputError(f"{folder}: exists already; name another folder, or remove this one first")
     if not folder.parent.is_dir():
         raise InputError(f"{folder}: the folder {folder.parent} does not exist; make it first")
-    with _staging(folder, request.urdf) as staging:
+    with _staging(folder, request) as staging:
         made = _made(staging, folder, request, on_progress)
         staging.rename(folder)
     return replace(made, cell=replace(made.cell, path=folder))
 
 
 @contextmanager
-def _staging(folder: Path, urdf: Path) -> Iterator[Path]:
-    """A folder beside the one to come. Messages that name it are of that one, or of the URDF as given."""
+def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
+    """A folder beside the one to come. Messages that name it are of that one, or of the files as given."""
     staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     staging.chmod(0o755)
     try:
         yield staging
     except InputError as error:
-        told = str(error).replace(str(staging / URDF), str(urdf)).replace(str(staging), str(folder))
-        raise InputError(told) from None
+        told = str(error).replace(str(staging / URDF), str(request.urdf))
+        told = told.replace(str(staging / LIMITS), str(request.joint_limits))
+        raise InputError(told.replace(str(staging), str(folder))) from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 
@@ -164,9 +168,12 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
         files = find_robot_files(request.urdf, packages, request.arguments, Path(scratch))
     _copy(files, staging)
     roots = {name: staging / path for name, path in files.packages.items()}
-    robot = _without(read_urdf(staging / URDF, staging, roots), request.without)
+    whole = read_urdf(staging / URDF, staging, roots)
+    _refuse_long_names(whole, staging / URDF)
+    limits = _limits(request.joint_limits, whole, staging)
+    robot = _without(whole, request.without)
     srdf = _srdf(request.srdf, robot, staging)
-    draft = _draft(folder, request, files, robot, srdf, staging)
+    draft = _draft(folder, request, files, robot, srdf, limits, staging)
     on_progress(Progress(1, STEPS, "sampling which links collide"))
     collisions = count_collisions(_probed(staging, draft), request.seed)
     draft = replace(draft, pairs=tuple(pair.allowed for pair in collisions if pair.allowed is not None))
@@ -235,15 +242,33 @@ def _srdf(path: Path | None, robot: Urdf, staging: Path) -> Srdf | None:
     return srdf
 
 
+def _refuse_long_names(robot: Urdf, urdf: Path) -> None:
+    """Refuse names that no cell file may hold. Raises InputError."""
+    for name in (*robot.links, *(joint.name for joint in robot.joints.values())):
+        if len(name) > MAX_TEXT:
+            told = f"has {len(name)} characters, a cell takes {MAX_TEXT}; rename it"
+            raise InputError(f"{urdf}: the name {shortened(name)!r} {told}")
+
+
+def _limits(path: Path | None, whole: Urdf, staging: Path) -> Source | None:
+    """The file of limits, copied. Raises InputError for a mistake in it."""
+    if path is None:
+        return None
+    limits = read_joint_limits(path)
+    refuse_unknown_joints(limits, [joint.name for joint in whole.joints.values()])
+    shutil.copyfile(path, staging / LIMITS)
+    return limits
+
+
 def _draft(
-    folder: Path, request: SetupOptions, files: RobotFiles, robot: Urdf, srdf: Srdf | None, staging: Path
-) -> CellText:
+    folder: Path, request: SetupOptions, files: RobotFiles, robot: Urdf, srdf: Srdf | None,
+    file: Source | None, staging: Path,
+) -> CellText:  # fmt: skip
     """All but pairs and configurations, for which the robot has to stand."""
     chain = choose_chain(robot, srdf, request.group, request.tip)
     limits = limits_of_urdf(robot, staging / URDF, chain.joints)
-    if request.joint_limits is not None:
-        shutil.copyfile(request.joint_limits, staging / LIMITS)
-        limits = without_those_of_file(limits, request.joint_limits)
+    if file is not None:
+        limits = without_those_of_file(limits, file)
     for figure in request.figures:
         limits = with_figure(limits, figure.kind, figure.joint, figure.value)
     return CellText(
@@ -257,7 +282,7 @@ def _draft(
         unshaped=_unshaped(robot, chain),
         accepts_unshaped=request.accepts_unshaped,
         limits=limits,
-        limits_file=None if request.joint_limits is None else LIMITS,
+        limits_file=None if file is None else LIMITS,
     )
 
 

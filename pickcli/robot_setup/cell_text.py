@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
+
+import yaml
 
 from pickcli.cell.cell import AllowedPair
 from pickcli.robot_setup.chain_selection import PlannedChain
@@ -107,7 +110,7 @@ class CellText:
         Returns:
             YAML with comments.
         """
-        lines = [HEAD.format(name=self.name, source=self.source, schema=SCHEMA), *self._robot(), ""]
+        lines = [HEAD.format(name=_quoted(self.name), source=self.source, schema=SCHEMA), *self._robot(), ""]
         lines += [*self._limits(), TAIL, *self._pairs(), "", *self._configurations()]
         return "\n".join(lines) + "\n"
 
@@ -193,7 +196,7 @@ class CellText:
         yield "configurations:"
         for each in self.configurations:
             q = ", ".join(f"{value:.4f}" for value in each.q)
-            yield f"  - {{name: {each.name}, kind: {each.kind}, q: [{q}]}}  # {each.source}"
+            yield f"  - {{name: {_quoted(each.name)}, kind: {each.kind}, q: [{q}]}}  # {each.source}"
 
 
 def _line(name: str, figure: float | None) -> str:
@@ -201,8 +204,13 @@ def _line(name: str, figure: float | None) -> str:
 
 
 def _quoted(name: str) -> str:
-    """A name as YAML has it, in quotes where it is no plain word."""
-    return name if name.replace("_", "a").isalnum() and name[0].isalpha() else json.dumps(name)
+    """A name as YAML has it, in quotes where it is no plain word or means something else, as `no` does."""
+    is_word = name.replace("_", "a").isalnum() and name[0].isalpha() and name != "None"
+    style = None if is_word else '"'
+    dumped = yaml.safe_dump(
+        [name], default_style=style, default_flow_style=True, width=inf, allow_unicode=True
+    )
+    return str(dumped)[1:-2]
 
 
 def _mapping(values: dict[str, str]) -> str:

@@ -151,9 +151,11 @@ def _group_chain(robot: Urdf, srdf: Srdf | None, name: str, fingers: frozenset[s
     joints = group_joints(robot, srdf, name)
     if not joints:
         raise InputError(f"--group {name}: none of its joints moves this robot; is the SRDF of another one?")
-    chain = _as_chain(robot, _without(joints, fingers) or joints)
+    arms, listed = _without(joints, fingers), _candidates(_group_chains(robot, srdf, fingers))
+    if not arms:
+        raise InputError(f"--group {name}: is a gripper's, {_told(joints)}; name an arm's, {listed}")
+    chain = _as_chain(robot, arms)
     if chain is None:
-        listed = _candidates(_group_chains(robot, srdf, fingers))
         raise InputError(f"--group {name}: its joints are no single chain ({_told(joints)}); {listed}")
     return chain
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
+from pickcli.cell.joint_limits_file import stated_limits
 from pickcli.cell.robot import JointType
 from pickcli.cell.robot_consistency import ANGULAR, LINEAR
 from pickcli.cell.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
-from pickcli.files.file_kind import JOINT_LIMITS
 from pickcli.files.xml_reader import Element, read_xml
-from pickcli.files.yaml_reader import read_yaml
+from pickcli.files.yaml_reader import Source
 
 FILL_IN = "fill in"  # begins the comment on a value that only the owner of a cell knows
 KINDS = ("velocity", "acceleration", "jerk")
@@ -91,12 +90,12 @@ def limits_of_urdf(robot: Urdf, urdf: Path, joints: tuple[str, ...]) -> dict[str
     return found
 
 
-def without_those_of_file(limits: Mapping[str, StatedLimits], path: Path) -> dict[str, StatedLimits]:
+def without_those_of_file(limits: Mapping[str, StatedLimits], file: Source) -> dict[str, StatedLimits]:
     """The limits that a ``joint_limits.yaml`` does not state.
 
     Args:
         limits: By joint.
-        path: The file.
+        file: The file.
 
     Returns:
         By joint.
@@ -104,14 +103,16 @@ def without_those_of_file(limits: Mapping[str, StatedLimits], path: Path) -> dic
     Raises:
         InputError: The file states nothing of any of the joints.
     """
-    data = read_yaml(path, JOINT_LIMITS).data
-    stated = data.get("joint_limits") if isinstance(data, dict) else None
-    if not isinstance(stated, dict) or not any(isinstance(stated.get(name), dict) for name in limits):
+    stated = {name: stated_limits(file, name) for name in limits}
+    if not any(stated.values()):
         raise InputError(
-            f"{path}: states no limits of {', '.join(limits)}; expected joint_limits with an entry by "
+            f"{file.path}: states no limits of {', '.join(limits)}; expected joint_limits with an entry by "
             "joint, as ROS has it"
         )
-    return {name: _without(each, stated.get(name)) for name, each in limits.items()}
+    return {
+        name: replace(each, values={k: v for k, v in each.values.items() if f"max_{k}" not in stated[name]})
+        for name, each in limits.items()
+    }
 
 
 def with_figure(
@@ -160,13 +161,6 @@ def option_of(kind: str) -> str:
         Its name.
     """
     return "--motor-force" if kind == EFFORT else f"--max-{kind}"
-
-
-def _without(limits: StatedLimits, entry: Any) -> StatedLimits:
-    if not isinstance(entry, dict):
-        return limits
-    stated = [kind for kind in KINDS if entry.get(f"has_{kind}_limits") is True and f"max_{kind}" in entry]
-    return replace(limits, values={k: v for k, v in limits.values.items() if k not in stated})
 
 
 def _positive(limit: Element | None, attribute: str) -> float | None:

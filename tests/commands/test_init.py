@@ -171,6 +171,63 @@ def test_an_srdf_of_another_robot_is_none(urdf: Path, tmp_path: Path) -> None:
     refused(apc(*words, "--group", "h"), 3, "unknown group 'h'")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "line", "told"),
+    [
+        ("  bend:", "  bned:", 2, "joint_limits.bned: no joint is named 'bned'; did you mean 'bend'?"),
+        ("max_jerk:", "max_jrek:", 7, "joint_limits.bend.max_jrek: unknown key; did you mean 'max_jerk'?"),
+        ("has_acceleration_limits: true", "", 6, "add has_acceleration_limits: true"),
+        ("has_jerk_limits: true", "has_jerk_limits: 1", 4, "expected true or false"),
+        ("max_velocity: 1.5", "", 5, "is true without max_velocity"),
+        ("max_velocity: 1.5", "max_velocity: -5", 8, "greater than 0, got -5"),
+        ("max_velocity: 1.5", "max_velocity: 180", 8, "expected at most 60, got 180; limits are in rad"),
+        ("max_velocity: 1.5", "has_position_limits: true\n    max_position: 9\n    max_velocity: 1.5", 9,
+         ".max_position: expected positions inside the URDF's"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_file_of_limits_is_told_where_it_stands(
+    old: str, new: str, line: int, told: str, urdf: Path, tmp_path: Path
+) -> None:
+    limits = urdf.with_name("joint_limits.yaml")
+    assert old in limits.read_text()
+    limits.write_text(limits.read_text().replace(old, new, 1))  # of bend, which comes first
+    words = ("--joint-limits", limits, "--accept-unshaped", "--motor-force", "50", *LIMITS)
+    answer = apc("init", tmp_path / "arm", "--urdf", urdf, *words)
+    refused(answer, 3, f"{limits}:{line}:", told)
+    assert "cell.yaml" not in answer.err
+    assert not (tmp_path / "arm").exists()
+
+
+def test_a_file_of_limits_may_know_more_joints_than_are_planned(urdf: Path, tmp_path: Path) -> None:
+    limits = urdf.with_name("joint_limits.yaml")
+    limits.write_text(limits.read_text() + "  pan: {has_velocity_limits: true, max_velocity: 1}\n")
+    words = ("--joint-limits", limits, "--accept-unshaped", "--motor-force", "50")
+    made = apc("init", tmp_path / "arm", "--urdf", urdf, *words)
+    assert made.code == 0 and apc("check", tmp_path / "arm").code == 0, made.err
+
+
+@pytest.mark.parametrize("name", ["no", "null", "true", "None", "1", "1e3", "a: b"])
+def test_a_name_that_yaml_reads_otherwise_is_quoted(name: str, urdf: Path, tmp_path: Path) -> None:
+    urdf.write_text(urdf.read_text().replace('"bend"', f'"{name}"'))
+    words = ("--urdf", urdf, *LIMITS, "--motor-force", "50", "--accept-unshaped")
+    made = apc("init", tmp_path / "no", *words)
+    assert made.code == 0, made.err
+    assert load_cell(tmp_path / "no").robot.joint_names[1] == name
+
+
+def test_a_name_that_no_cell_takes_is_told_of_the_urdf(urdf: Path, tmp_path: Path) -> None:
+    urdf.write_text(urdf.read_text().replace('"bend"', f'"{5000 * "n"}"'))
+    refused(apc("init", tmp_path / "arm", "--urdf", urdf, *LIMITS), 3, urdf, "has 5000 characters")
+
+
+def test_a_group_of_a_gripper_is_no_arm(urdf: Path, tmp_path: Path) -> None:
+    srdf = urdf.with_name("robot.srdf")
+    group = '<group name="fingers"><joint name="open"/></group></robot>'
+    srdf.write_text(srdf.read_text().replace("</robot>", group))
+    words = ("init", tmp_path / "arm", "--urdf", urdf, "--srdf", srdf, "--group", "fingers")
+    refused(apc(*words), 3, "--group fingers: is a gripper's, open; name an arm's, there are: arm (")
+
+
 def test_nothing_is_written_over(urdf: Path, tmp_path: Path) -> None:
     (tmp_path / "arm").mkdir()
     refused(apc("init", tmp_path / "arm", "--urdf", urdf), 3, "arm: exists already")
