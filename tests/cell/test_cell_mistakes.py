@@ -103,7 +103,8 @@ MISTAKES = {
     "limits outside of the URDF's": (
         "joint_s: {has_velocity_limits",
         "joint_s: {max_position: 4, has_velocity_limits",
-        "joint_limits.joint_s.max_position: expected positions inside the URDF's -3.1415 to 3.1415, got -3.1415 to 4",
+        "joint_limits.joint_s.max_position: expected positions inside the URDF's -3.1415 to 3.1415, "
+        "got -3.1415 to 4",
     ),
     "joints out of order": (
         "joints: [rail, joint_s, joint_l,",
