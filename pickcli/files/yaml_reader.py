@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -137,6 +137,23 @@ def name_of(key: Key) -> str:
     """
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in key)
     return text.removeprefix(".")
+
+
+def quoted(name: str) -> str:
+    """Write a name as YAML has it: in quotes where it is no plain word or means something else, as `no` does.
+
+    Args:
+        name: Any text.
+
+    Returns:
+        A scalar that ``parse_yaml`` reads as this text.
+    """
+    is_word = name.replace("_", "a").isalnum() and name[0].isalpha() and name != "None"
+    style = None if is_word else '"'
+    dumped = yaml.safe_dump(
+        [name], default_style=style, default_flow_style=True, width=inf, allow_unicode=True
+    )
+    return str(dumped)[1:-2]
 
 
 def read_yaml(path: Path, wanted: FileKind | None = None, is_json: bool = False) -> Source:

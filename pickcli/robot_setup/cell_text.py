@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf
-
-import yaml
 
 from pickcli.cell.cell import AllowedPair
+from pickcli.files.yaml_reader import quoted
 from pickcli.robot_setup.chain_selection import PlannedChain
 from pickcli.robot_setup.stated_limits import FILL_IN, KINDS, StatedLimits
 
@@ -110,7 +108,7 @@ class CellText:
         Returns:
             YAML with comments.
         """
-        lines = [HEAD.format(name=_quoted(self.name), source=self.source, schema=SCHEMA), *self._robot(), ""]
+        lines = [HEAD.format(name=quoted(self.name), source=self.source, schema=SCHEMA), *self._robot(), ""]
         lines += [*self._limits(), TAIL, *self._pairs(), "", *self._configurations()]
         return "\n".join(lines) + "\n"
 
@@ -147,16 +145,16 @@ class CellText:
         if self.packages:
             yield f"  packages: {_mapping(self.packages)}"
         if self.without:
-            yield f"  without: [{', '.join(map(_quoted, self.without))}]  # with all that hangs on them"
+            yield f"  without: [{', '.join(map(quoted, self.without))}]  # with all that hangs on them"
         yield "  T_world_base: {xyz: [0, 0, 0], rpy: [0, 0, 0]}"
-        yield f"  joints: [{', '.join(map(_quoted, chain.joints))}]  # the order of every q; {why}"
+        yield f"  joints: [{', '.join(map(quoted, chain.joints))}]  # the order of every q; {why}"
         others = f"; {', '.join(chain.other_tips)} would do as well" if chain.other_tips else ""
-        yield f"  tip: {_quoted(chain.tip)}  # the frame at the end{others}"
+        yield f"  tip: {quoted(chain.tip)}  # the frame at the end{others}"
         if self.standing:
             yield "  posture:  # where the joints stand that are not planned"
-            yield from (f"    {_quoted(j.name)}: {j.position:g}  # {j.source}" for j in self.standing)
+            yield from (f"    {quoted(j.name)}: {j.position:g}  # {j.source}" for j in self.standing)
         if self.unshaped:
-            listed = ", ".join(map(_quoted, self.unshaped))
+            listed = ", ".join(map(quoted, self.unshaped))
             yield "  # Without a collision shape: nothing of these links is tested."
             accepted = f"[{listed}]" if self.accepts_unshaped else f"[]  # {FILL_IN}: {listed}"
             yield f"  unshaped: {accepted}"
@@ -164,7 +162,7 @@ class CellText:
             yield f"  joint_limits: {self.limits_file}  # what it states need not stand below"
         yield "  motor_forces:  # N or Nm, for simulation only"
         for name, limits in self.limits.items():
-            yield f"    {_line(_quoted(name), limits.effort)}"
+            yield f"    {_line(quoted(name), limits.effort)}"
 
     def _limits(self) -> Iterator[str]:
         yield "# No limit is ever assumed: what is blank only you know. Data sheets state velocities, some of"
@@ -176,7 +174,7 @@ class CellText:
         yield "joint_limits:"
         for name, lines in stated.items():
             if lines:
-                yield f"  {_quoted(name)}:"
+                yield f"  {quoted(name)}:"
                 yield from (f"    {line}" for line in lines)
 
     def _pairs(self) -> Iterator[str]:
@@ -187,7 +185,7 @@ class CellText:
             return
         yield "allowed_pairs:"
         for pair in self.pairs:
-            yield f"  - {{a: {_quoted(pair.a)}, b: {_quoted(pair.b)}, reason: {json.dumps(pair.reason)}}}"
+            yield f"  - {{a: {quoted(pair.a)}, b: {quoted(pair.b)}, reason: {json.dumps(pair.reason)}}}"
 
     def _configurations(self) -> Iterator[str]:
         if not self.configurations:
@@ -196,22 +194,12 @@ class CellText:
         yield "configurations:"
         for each in self.configurations:
             q = ", ".join(f"{value:.4f}" for value in each.q)
-            yield f"  - {{name: {_quoted(each.name)}, kind: {each.kind}, q: [{q}]}}  # {each.source}"
+            yield f"  - {{name: {quoted(each.name)}, kind: {each.kind}, q: [{q}]}}  # {each.source}"
 
 
 def _line(name: str, figure: float | None) -> str:
     return f"{name}:  # {FILL_IN}: N or Nm" if figure is None else f"{name}: {figure:g}"
 
 
-def _quoted(name: str) -> str:
-    """A name as YAML has it, in quotes where it is no plain word or means something else, as `no` does."""
-    is_word = name.replace("_", "a").isalnum() and name[0].isalpha() and name != "None"
-    style = None if is_word else '"'
-    dumped = yaml.safe_dump(
-        [name], default_style=style, default_flow_style=True, width=inf, allow_unicode=True
-    )
-    return str(dumped)[1:-2]
-
-
 def _mapping(values: dict[str, str]) -> str:
-    return "{" + ", ".join(f"{_quoted(key)}: {_quoted(value)}" for key, value in values.items()) + "}"
+    return "{" + ", ".join(f"{quoted(key)}: {quoted(value)}" for key, value in values.items()) + "}"
