@@ -128,6 +128,8 @@ def test_a_slanting_press_counts_where_it_meets_the_support() -> None:
     floor = lying("floor", Shape(ShapeKind.BOX, (0.5, 0.5, 0.02)), pose((0.0, 0.0, -0.01)), 1.0)
     scene, top = make_scene(item, floor), np.array([0.0, 0.0, 0.1])
     assert beside_support(scene, item, np.array([0.2, 0.0, -1.0]), top) == 0.0
+    inwards = top - (0.04, 0.0, 0.0)  # meets the floor at 10 mm, from beside the face
+    assert beside_support(scene, item, np.array([0.5, 0.0, -1.0]), inwards) == 0.0
     slanting = beside_support(scene, item, np.array([0.5, 0.0, -1.0]), top)  # meets the floor at 50 mm
     assert slanting == pytest.approx(0.02, abs=EDGE)
 

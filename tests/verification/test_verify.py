@@ -15,6 +15,7 @@ from pickcli.motion.plan import Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import PoseNoise
+from pickcli.verification.contact_exemptions import may_touch
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import parts_of_segments
 from pickcli.verification.state_sampling import MAX_STEP
@@ -204,6 +205,28 @@ def test_a_line_may_turn_evenly_and_in_no_other_way() -> None:
 
     bowed = with_points(bow)(plan)
     assert any(r.what == "not straight" and "turned" in r.detail for r in verify(bowed, scene).reasons)
+
+
+def test_a_line_with_a_corner_is_not_straight() -> None:
+    """Back by 60 mm and then up by 30 mm, the tool turned the same all the way: one segment, not two."""
+    b = Builder(cell().configurations["bin_H"].q)
+    back = tip(b.q) @ pose((0.0, 0.0, -0.06))
+    b.line(SegmentKind.RETREAT, back, 1.0)
+    b.line(SegmentKind.RETREAT, pose((0.0, 0.0, 0.03)) @ back, 1.0)
+    scene = make_scene()
+    assert not any(r.what == "not straight" for r in verify(move_plan(scene, b), scene).reasons)
+    last = b.segments.pop()
+    b.segments[-1] = replace(b.segments[-1], t_end=last.t_end)
+    told = [r.detail for r in verify(move_plan(scene, b), scene).reasons if r.what == "not straight"]
+    assert len(told) == 1 and "off the line" in told[0]
+
+
+def test_an_item_may_touch_something_only_where_it_is_let_go() -> None:
+    plan, _ = pick()
+    k = segment(plan, SegmentKind.PLACE)
+    assert may_touch(plan, k)
+    kept = replace(plan.segments[k + 1], held=CRAYOLA)
+    assert not may_touch(replace(plan, segments=(*plan.segments[: k + 1], kept)), k)
 
 
 def test_slow_items_are_carried_slowly() -> None:
