@@ -183,3 +183,14 @@ def test_what_lies_on_an_item_does_not_hold_it_against_a_press(cell: Cell) -> No
     weight = at(cell, "weight", shaped(cell, (0.04, 0.04, 0.04), mass=0.1), 0.22, 0.0, 0.09)
     point = board.T_world_item[:3, 3] + [0.09, 0.0, 0.01]
     assert not of(cell, below, board, weight).stays_under("board", np.array([0.0, 0.0, -4.0]), point)
+
+
+def test_a_press_tips_what_it_is_beside_the_carriers_of_and_not_what_it_is_between(cell: Cell) -> None:
+    """A light board on a carrier 80 mm to one side of its middle and on one 30 mm to the other."""
+    far = at(cell, "far", shaped(cell, (0.04, 0.1, 0.05)), 0.22, 0.0, 0.025)
+    near = at(cell, "near", shaped(cell, (0.04, 0.1, 0.05)), 0.33, 0.0, 0.025)
+    board = at(cell, "board", shaped(cell, (0.24, 0.1, 0.02), mass=0.05), 0.3, 0.0, 0.06)
+    supports, press = of(cell, far, near, board), np.array([0.0, 0.0, -4.0])
+    for along, stays in ((-0.08, True), (0.03, True), (0.08, False)):
+        point = board.T_world_item[:3, 3] + [along, 0.0, 0.01]
+        assert supports.stays_under("board", press, point) is stays
