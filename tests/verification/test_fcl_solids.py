@@ -135,9 +135,12 @@ def nearest(shape: Shape, x: Array) -> Array:
 def projected(a: Shape, T_a: Array, b: Shape, T_b: Array) -> tuple[Array, Array]:
     """A point (3,) of each, nearly the nearest: alternating projections between two convex sets close in."""
     x = T_b[:3, 3]
-    for _ in range(300):
+    for _ in range(3000):  # along a hull's edge a few hundred are not enough
+        before = x
         p = transform_points(T_a, nearest(a, transform_points(inverse(T_a), x)))
         x = transform_points(T_b, nearest(b, transform_points(inverse(T_b), p)))
+        if np.array_equal(x, before):
+            break
     return p, x
 
 
