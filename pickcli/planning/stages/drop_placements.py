@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pickcli.cartesian.line import shifted
 from pickcli.cartesian.line_following import follow_line
 from pickcli.cell.place import Place
+from pickcli.cell.shapes import ShapeKind
 from pickcli.cell.tool import IN_LINE, ToolState
 from pickcli.collision.attached_item import AttachedItem
 from pickcli.collision.motion_segment import Mode, MotionSegment
@@ -20,7 +21,7 @@ from pickcli.geometry import Array, pose, rotation_axis_angle
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.scene.scene import Scene
+from pickcli.scene.scene import PlacedItem, Scene
 from pickcli.seeds import derived_rng
 
 WALL = 0.02  # m between the held item's box and the walls, where there is room
@@ -64,6 +65,8 @@ class _Pile:
 
     centres: Array  # (K, 2)
     half: Array  # (K, 2)
+    ridges: Array  # (K, 2) unit directions of their crowns, of what is as high as their tops
+    crowns: Array  # (K, 2) half extents of these, along and across
     tops: Array  # (K,)
     items: tuple[str, ...]  # their ids
     middle: Array  # (2,) of the room
@@ -82,8 +85,9 @@ class _Pile:
         floor = float(T_world_place[2, 3]) + room.floor_back
         rim = floor + float(room.size[2])
         tops = at[:, 2] + half[:, 2]
-        items = tuple(i.id for i in placed)
-        return cls(at[:, :2], half[:, :2], tops, items, middle, room.size[:2] / 2, floor, rim)
+        ridges, crowns = np.array([_crown(i) for i in placed]).reshape(-1, 2, 2).swapaxes(0, 1)
+        items, half_room = tuple(i.id for i in placed), room.size[:2] / 2
+        return cls(at[:, :2], half[:, :2], ridges, crowns, tops, items, middle, half_room, floor, rim)
 
     def heights(self, centres: Array, half: Array) -> Array:
         """(...) height in the world of the highest item under each footprint, else the floor.
@@ -91,6 +95,21 @@ class _Pile:
         centres: (..., 2); half: (..., 2) half extents of the footprints
         """
         return np.asarray(self._under(centres, half).max(axis=-1, initial=self.floor))
+
+    def levers(self, centres: Array, half: Array) -> Array:
+        """(...) m by which the middle of each footprint is beside what carries the highest item under it.
+
+        centres: (..., 2); half: (..., 2) half extents of the footprints
+        """
+        if not self.items:
+            return np.zeros(centres.shape[:-1])
+        tops = self._under(centres, half)
+        first = tops.argmax(axis=-1)
+        apart = centres - self.centres[first]
+        along, across = self.ridges[first], self.ridges[first][..., ::-1] * (-1.0, 1.0)
+        ways = np.stack([(apart * along).sum(axis=-1), (apart * across).sum(axis=-1)], axis=-1)
+        beside = np.linalg.norm(np.maximum(np.abs(ways) - self.crowns[first], 0.0), axis=-1)
+        return np.where(tops.max(axis=-1) > self.floor, beside, 0.0)
 
     def highest(self, centre: Array, half: Array) -> str:
         """Id of the highest item under a footprint, "" where there is none.
@@ -120,20 +139,27 @@ class _Grid:
     def of(
         cls, pile: _Pile, T_item: Array, reach: Array, room: Array, prices: Array, is_level: bool
     ) -> _Grid:
-        """Weigh the height of the pile, the drop, the way up and the turn of the wrist.
+        """Weigh the height of the pile, the drop, the lever, the way up and the turn of the wrist.
+
+        What is met beside its middle turns over, and the near end comes up to the tool. A rod of half length
+        l that is stopped at the lever a has that end thrown up at a (l - a) / (l^2/3 + a^2) of the speed of
+        the fall: at half of it where a is l/3, and at none where a is 0. So a lever counts like a drop, and
+        where nothing is low the item is let go with its middle over what carries it.
 
         T_item: (A, 4, 4) of the item, the tip at the origin; reach: (A, 3) half extents of the item;
         room: (A, 2) to either side of the middle; prices: (A,) of the turns
         """
         shares, are_tried = _places(room)
         centres = pile.middle + room[:, None] * shares
-        height = pile.heights(centres, reach[:, None, :2])
+        footprints = reach[:, None, :2]
+        height = pile.heights(centres, footprints)
         tip = height + ABOVE_PILE + reach[:, None, 2] - T_item[:, None, 2, 3]
         if is_level:
             tip = np.maximum(tip, pile.rim + LANCE_ABOVE_RIM)
         lowest = tip + T_item[:, None, 2, 3] - reach[:, None, 2]
         rise = np.maximum(LEAST_RISE, pile.rim + ABOVE_RIM - lowest)
-        cost = (lowest - height) + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
+        fall = lowest - height + pile.levers(centres, footprints)
+        cost = fall + 2.0 * (height - pile.floor) + 0.3 * rise + prices[:, None]
         return cls(centres, tip, lowest - pile.floor, rise, np.where(are_tried, cost, np.inf))
 
     def best(self, orientations: NDArray[np.intp]) -> list[tuple[int, int]]:
@@ -266,6 +292,20 @@ def _orientations(is_level: bool) -> tuple[Array, Array]:
     turns = np.array([a for a in YAWS if not is_level or abs(a) <= LEVEL_LANCE])
     price = LANCE_TURN_COST if is_level else 0.0
     return price * np.abs(turns), np.stack([rotation_axis_angle((0.0, 0.0, 1.0), a) @ down for a in turns])
+
+
+def _crown(placed: PlacedItem) -> Array:
+    """Direction (2,) and half extents (2,) of what is as high as the top of an item.
+
+    Of a lying roll that is its ridge, of a ball a point, else the whole.
+    """
+    shape, R = placed.item.shape, placed.T_world_item[:3, :3]
+    if shape.kind is ShapeKind.SPHERE:
+        return np.array([[1.0, 0.0], [0.0, 0.0]])
+    lies = float(np.linalg.norm(R[:2, 2]))
+    if shape.kind is ShapeKind.CYLINDER and lies > np.sqrt(0.5):
+        return np.array([R[:2, 2] / lies, [lies * shape.size[1] / 2, 0.0]])
+    return np.array([[1.0, 0.0], shape.reach(R)[:2]])
 
 
 def _posed(R: Array) -> Array:
