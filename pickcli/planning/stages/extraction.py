@@ -59,23 +59,20 @@ class Extraction:
             return self._planned or simple
         return simple
 
-    def pushes(self, ways: CorridorSet) -> tuple[Array, ...]:
+    def pushes(self, ways: CorridorSet) -> tuple[Array, ...] | Failures:
         """What each way out does to the tool.
 
         Args:
             ways: How many ways to choose from.
 
         Returns:
-            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; () where there is none.
+            (K, 4, 4) for each way, as from ``cartesian.corridor.pushes``; or why the item cannot leave
+            even by itself.
         """
-        return self._few if ways is CorridorSet.FEW else self._many
-
-    @cached_property
-    def _few(self) -> tuple[Array, ...]:
-        return () if isinstance(self.corridors, Failures) else self._pushes(self.corridors)
-
-    @cached_property
-    def _many(self) -> tuple[Array, ...]:
+        if isinstance(self.corridors, Failures):
+            return self.corridors
+        if ways is CorridorSet.FEW:
+            return self._pushes(self.corridors)
         simple = self._simple(N_MANY)
         return self._pushes((*(() if isinstance(simple, Failures) else simple), *self._planned))
 

@@ -16,10 +16,12 @@ from pickcli.collision.free_flyer import FreeItem, FreeItemChecker
 from pickcli.collision.stage_contacts import while_resting_on
 from pickcli.errors import Failures, Reason
 from pickcli.geometry import Array, pose, rotation_axis_angle
+from pickcli.motion.plan import Grasp
 from pickcli.motion.segment import SegmentKind, SegmentLimits
 from pickcli.planning.pick_motion import GraspMotion, PlaceMotion
 from pickcli.planning.pick_problem import PickProblem
 from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.extraction import CorridorSet
 from pickcli.planning.stages.grasp_motion import plan_grasp_motion
 from pickcli.planning.stages.tool_clearance import tool_lines
 from pickcli.scene.scene import PlacedItem, Scene
@@ -65,9 +67,7 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
         if back.contacts.beside:
             failures += _too_close(back, f"place {k} in {destination.name}")
             continue
-        ways = tool_lines(back, chosen.grasp)
-        speed = context.cell.robot.tool.cup.contact_speed
-        picked = ways if isinstance(ways, Failures) else plan_grasp_motion(back, ways, speed, rng)
+        picked = _picked_back(back, chosen.grasp, rng)
         if isinstance(picked, Failures):
             failures += picked
             continue
@@ -75,6 +75,17 @@ def plan_set_downs(problem: PickProblem, chosen: GraspMotion) -> tuple[PlaceMoti
         if len(found) >= WANTED:
             break
     return tuple(found) or failures
+
+
+def _picked_back(back: PickProblem, grasp: Grasp, rng: np.random.Generator) -> GraspMotion | Failures:
+    """The lines of a pick from where the item is set down, held as it is."""
+    ways_out = back.extraction.pushes(CorridorSet.FEW)
+    if isinstance(ways_out, Failures):
+        return ways_out
+    lines = tool_lines(back, grasp, ways_out)
+    if isinstance(lines, Failures):
+        return lines
+    return plan_grasp_motion(back, lines, back.context.cell.robot.tool.cup.contact_speed, rng)
 
 
 def _orientations(problem: PickProblem) -> list[Array]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.errors import Failures, Reason
+from pickcli.geometry import Array
 from pickcli.grasping.candidates import CandidateSet, GraspTarget, sample_grasps
 from pickcli.grasping.search import USUAL, WIDE, Search
 from pickcli.motion.plan import Grasp, GraspKind
@@ -38,17 +39,19 @@ def feasible_grasps(
     """
     rng = derived_rng(problem.seed, "grasps", problem.target.id)
     failures = Failures()
-    for search, ways in ((USUAL, CorridorSet.FEW), (WIDE, CorridorSet.MANY)):
+    for search, corridors in ((USUAL, CorridorSet.FEW), (WIDE, CorridorSet.MANY)):
         candidates = _candidates(problem, search, exclude, rng)
         failures += Failures(tuple(candidates.rejected))
-        if candidates.grasps and (against := check_target(problem)).reasons:
-            return (), failures + against
-        if candidates.grasps and isinstance(problem.extraction.corridors, Failures):
-            return (), failures + problem.extraction.corridors
-        feasible, against = _tried(problem, candidates.grasps, ways, rng)
-        failures += against
-        if feasible or not problem.target.item.suction:
-            return feasible, failures
+        if candidates.grasps:
+            ways_out = _ways_out(problem, corridors)
+            if isinstance(ways_out, Failures):
+                return (), failures + ways_out
+            feasible, against = _tried(problem, search, candidates.grasps, ways_out, rng)
+            failures += against
+            if feasible:
+                return feasible, failures
+        if not problem.target.item.suction:
+            break
     return (), failures
 
 
@@ -61,19 +64,30 @@ def _candidates(
     return replace(found, grasps=tuple(g for g in found.grasps if not any(_same(g, e) for e in exclude)))
 
 
+def _ways_out(problem: PickProblem, corridors: CorridorSet) -> tuple[Array, ...] | Failures:
+    """The ways out for the target by itself, or what speaks against picking it with any grasp."""
+    if (against := check_target(problem)).reasons:
+        return against
+    return problem.extraction.pushes(corridors)
+
+
 def _tried(
-    problem: PickProblem, grasps: Sequence[Grasp], ways: CorridorSet, rng: np.random.Generator
+    problem: PickProblem,
+    search: Search,
+    grasps: Sequence[Grasp],
+    ways_out: Sequence[Array],
+    rng: np.random.Generator,
 ) -> tuple[tuple[GraspMotion, ...], Failures]:
     feasible: list[GraspMotion] = []
-    roomy, failures = with_tool_clearance(problem, grasps, ways)
-    for grasp in roomy if ways is CorridorSet.FEW else _in_turns(roomy):
+    roomy, failures = with_tool_clearance(problem, grasps, ways_out)
+    for grasp in roomy if search is USUAL else _in_turns(roomy):
         speed = contact_speed(problem, grasp)
         if speed is None:
             failures += Reason(
                 "tips the item", str(grasp), "the cup presses it over the edge of what carries it"
             )
             continue
-        tool = tool_lines(problem, grasp, ways)
+        tool = tool_lines(problem, grasp, ways_out)
         if isinstance(tool, Failures):
             failures += tool
             continue

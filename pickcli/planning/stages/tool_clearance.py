@@ -25,7 +25,6 @@ from pickcli.grasping.holding import Hold
 from pickcli.motion.plan import Grasp
 from pickcli.planning.pick_motion import ToolLines
 from pickcli.planning.pick_problem import PickProblem
-from pickcli.planning.stages.extraction import CorridorSet
 
 # m along y and z of the bin, by which the pre-approach begins off the straight way; the least first.
 SIDEWAYS, UPWARDS = (0.0, 0.04, -0.04, 0.08, -0.08), (0.0, 0.03, -0.03, 0.06)
@@ -38,14 +37,14 @@ LIFTED = 1  # where the pushes of a way out have the end of the lift
 
 
 def with_tool_clearance(
-    problem: PickProblem, grasps: Sequence[Grasp], corridors: CorridorSet
+    problem: PickProblem, grasps: Sequence[Grasp], ways_out: Sequence[Array]
 ) -> tuple[list[Grasp], Failures]:
     """Find the grasps with room for the tool at the target and where it has been lifted.
 
     Args:
         problem: The pick.
         grasps: Grasps of the target.
-        corridors: How many ways out of the bin are considered.
+        ways_out: What each way out for the target by itself does to the tool, (K, 4, 4), at least one.
 
     Returns:
         The grasps with room, in their order, and why some of the others have none.
@@ -56,55 +55,51 @@ def with_tool_clearance(
     for kind in dict.fromkeys(kinds):
         mine = np.flatnonzero([k == kind for k in kinds])
         mine = mine[_are_valid(_pressing(problem, *kind), T[mine])]
-        has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], corridors)
+        has_room[mine] = _can_be_lifted(problem, kind[0], T[mine], ways_out)
     without = np.flatnonzero(~has_room)
 
     def why_not() -> Iterator[Reason]:
         for i in without[:: 1 + len(without) // N_EXPLAINED]:
-            yield from _why_no_room(problem, grasps[i], T[i], corridors)
+            yield from _why_no_room(problem, grasps[i], T[i], ways_out)
 
     return [g for g, has in zip(grasps, has_room, strict=True) if has], Failures((why_not,))
 
 
 def _can_be_lifted(
-    problem: PickProblem, tool_state: ToolState, T: Array, corridors: CorridorSet
+    problem: PickProblem, tool_state: ToolState, T: Array, ways_out: Sequence[Array]
 ) -> NDArray[np.bool_]:
     """(N,) whether a tool that holds the target at T (N, 4, 4) has room at the end of any lift."""
     tool = _carrying(problem, tool_state)
-    lifted = np.stack([pushed[LIFTED] for pushed in problem.extraction.pushes(corridors)]) @ T[:, None]
+    lifted = np.stack([pushed[LIFTED] for pushed in ways_out]) @ T[:, None]
     is_free = _are_valid(tool, lifted.reshape(-1, 4, 4))
     return np.asarray(is_free.reshape(lifted.shape[:2]).any(axis=1))
 
 
-def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, corridors: CorridorSet) -> Failures:
+def _why_no_room(problem: PickProblem, grasp: Grasp, T: Array, ways_out: Sequence[Array]) -> Failures:
     where, tool = str(grasp), _pressing(problem, grasp.tool_state, grasp.face)
     if not _are_valid(tool, T[None])[0]:
         return _blocked(problem, tool, T, f"{where}, contact")
-    lifted = problem.extraction.pushes(corridors)[0][LIFTED] @ T
+    lifted = ways_out[0][LIFTED] @ T
     return _blocked(problem, _carrying(problem, grasp.tool_state), lifted, f"{where}, lift")
 
 
-def tool_lines(
-    problem: PickProblem, grasp: Grasp, corridors: CorridorSet = CorridorSet.FEW
-) -> ToolLines | Failures:
+def tool_lines(problem: PickProblem, grasp: Grasp, ways_out: Sequence[Array]) -> ToolLines | Failures:
     """Find what the tool alone can do for one grasp.
 
     Args:
         problem: The pick.
         grasp: Where the cup sits on the target.
-        corridors: Ways out of the bin for the target by itself, among which one is chosen.
+        ways_out: What each way out for the target by itself does to the tool, (K, 4, 4), at least one.
 
     Returns:
         Ways in and out, or what is in the way.
     """
-    if isinstance(problem.extraction.corridors, Failures):
-        return problem.extraction.corridors
     tool, noise, R_world_item = _tool_of(problem), problem.scene.noise, problem.target.T_world_item[:3, :3]
     press = cup_press(grasp, tool, noise, R_world_item, problem.context.model.cup_excess)
     inward = _ways_in(problem, grasp, press)
     if isinstance(inward, Failures):
         return inward.within(str(grasp))
-    outward = _ways_out(problem, grasp, inward[0].contact, corridors)
+    outward = _ways_out(problem, grasp, inward[0].contact, ways_out)
     if isinstance(outward, Failures):
         return outward.within(str(grasp))
     return ToolLines(grasp, press, inward, outward)
@@ -140,11 +135,11 @@ def _ways_in(problem: PickProblem, grasp: Grasp, press: CupPress) -> tuple[PickP
 
 
 def _ways_out(
-    problem: PickProblem, grasp: Grasp, contact: Array, corridors: CorridorSet
+    problem: PickProblem, grasp: Grasp, contact: Array, ways_out: Sequence[Array]
 ) -> tuple[LiftPoses, ...] | Failures:
     """Ways out on which the tool keeps clear of everything and holds the target."""
     tool = _checker(problem, grasp.tool_state, problem.contacts.while_carrying())
-    found = [pushed @ contact for pushed in problem.extraction.pushes(corridors)]
+    found = [pushed @ contact for pushed in ways_out]
     # A push that turns the item moves the tool farther than the item's middle.
     found = [poses for poses in found if np.linalg.norm((poses[0] - contact)[:3, 3]) <= LONGEST_TOUCH]
     if not found:
