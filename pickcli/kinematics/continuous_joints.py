@@ -14,19 +14,6 @@ _TURN = 2 * np.pi
 _FAR = np.pi / 2  # rad of the short way from which the long way round may be worth trying
 
 
-def within_a_turn(limits: Limits, q: Array) -> Array:
-    """A configuration with every continuous joint within half a turn of 0.
-
-    Args:
-        limits: Limits of the n joints.
-        q: (..., n) configurations.
-
-    Returns:
-        (..., n) the same configurations.
-    """
-    return turned_towards(limits, q, np.zeros(len(limits.lower)))
-
-
 def turned_towards(limits: Limits, q: Array, other: Array) -> Array:
     """A configuration with every continuous joint within half a turn of another configuration.
 

@@ -48,17 +48,6 @@ class Trajectory:
         """Time of the last point, s."""
         return float(self.times[-1])
 
-    def coefficients(self) -> Array:
-        """Polynomial coefficients of every piece.
-
-        Returns:
-            (N - 1, 6, n): coefficients of u**k, u in [0, 1].
-        """
-        h = np.diff(self.times)[:, None]
-        p, v, a = self.positions, self.velocities, self.accelerations
-        ends = np.stack([p[:-1], v[:-1] * h, a[:-1] * h * h, p[1:], v[1:] * h, a[1:] * h * h], axis=1)
-        return np.asarray(np.einsum("rk,irn->ikn", _BASIS, ends))
-
     def sample(self, t: Array | float, derivative: int = 0) -> Array:
         """Positions or one of their time derivatives.
 
