@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +14,14 @@ from pickcli.commands.option_types import PATH
 from pickcli.commands.options import json_option, overwrite_option, refuse_output
 from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
-from pickcli.commands.stored_motion import motion_text, motions_between
+from pickcli.commands.stored_motion import motions_between
+from pickcli.commands.summary_text import in_words, on_a_screen
 from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.scene.scene import Scene
 
-MOST_LISTED = 3  # entries of a list that are shown without --all
 HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
 
 
@@ -67,7 +65,7 @@ def command(
     if as_json:
         emit_json(summary)
     else:
-        told = _in_words(summary) if is_all else _on_a_screen(_in_words(summary))
+        told = in_words(summary) if is_all else on_a_screen(in_words(summary))
         click.echo("\n".join(key_lines(told, stdout_width())))
 
 
@@ -236,67 +234,6 @@ def _supports(scene: Scene) -> dict[str, Any]:
     return told
 
 
-def _in_words(summary: dict[str, Any]) -> dict[str, Any]:
-    """The summary for people: of what rests on what only where others are concerned."""
-    if "segments" in summary:
-        return _plan_in_words(summary)
-    if "motions" in summary and "start" in summary:
-        return {**summary, "motions": {load: motion_text(m) for load, m in summary["motions"].items()}}
-    if "spheres" in summary:
-        return {**summary, "spheres": _spheres_in_words(summary["spheres"])}
-    if "supports" not in summary:
-        return summary
-    lines = []
-    for name, told in summary["supports"].items():
-        others = [other for other in told["rests_on"] if other in summary["supports"]]
-        parts = {"rests on": others, "without it fall": told["without_it_fall"]}
-        parts["without it may roll"] = told["without_it_may_roll"]
-        phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
-        lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
-    return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
-
-
-def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
-    """The spheres of each link in a line."""
-    return {
-        link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside in the mean, "
-        f"{1e3 * each['max_excess_m']:.1f} mm at most"
-        for link, each in spheres.items()
-    }
-
-
-def _on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
-    """Of a stored file what fits on a screen: figures side by side, the first of every list."""
-    if "made" not in summary:
-        return summary
-    head = f"{summary['format']}, version {summary['version']}, {summary['bytes']} bytes"
-    brief: dict[str, Any] = {"format": head, "cell_fingerprint": summary["cell_fingerprint"]}
-    brief["made"] = _how_made(summary["made"])
-    for key, value in summary.items():
-        if key not in (*brief, "version", "bytes", "rows"):
-            brief[key] = _shortened(value)
-    return brief
-
-
-def _shortened(value: Any) -> Any:
-    """Figures that are not 0 side by side, the first entries of a list; anything else as it is."""
-    if isinstance(value, dict):
-        return ", ".join(f"{name}: {figure}" for name, figure in value.items() if figure) or "none"
-    if isinstance(value, list) and len(value) > MOST_LISTED:
-        return [*value[:MOST_LISTED], f"and {len(value) - MOST_LISTED} more; --all lists them"]
-    return value
-
-
-def _how_made(made: Mapping[str, Any]) -> list[str]:
-    """Versions and settings of a stored file, in a line each."""
-    told = []
-    for key in ("by", "settings"):
-        values = made.get(key)
-        if isinstance(values, dict):
-            told.append(", ".join(f"{name} {value}" for name, value in values.items()))
-    return told
-
-
 def _plan(path: Path) -> dict[str, Any]:
     from pickcli.motion.plan_file import motion_hash, read_plan
     from pickcli.motion.plan_schema import VERSION
@@ -315,28 +252,6 @@ def _plan(path: Path) -> dict[str, Any]:
         "joints": list(plan.trajectory.joint_names),
         **told,
     }
-
-
-def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:
-    """A plan's segments, events, grasp and certificate in a sentence each."""
-    grasp = summary["grasp"]
-    is_certified = summary["certified"]
-    segments = [
-        f"{s['t_start_s']:.3f}..{s['t_end_s']:.3f} s {s['kind']}, tool {s['tool_state']}"
-        for s in summary["segments"]
-    ]
-    events = sorted(summary["events"], key=lambda e: math.inf if e["t_s"] is None else e["t_s"])
-    return {
-        **summary,
-        "certified": "its seal matches the plan; apc verify says if it is true" if is_certified else "no",
-        "grasp": None if grasp is None else f"{grasp['kind']} on {grasp['item']}, face {grasp['face']}",
-        "segments": segments,
-        "events": [_event(e["t_s"], e["device"], e["action"]) for e in events],
-    }
-
-
-def _event(t_trigger: float | None, device: str, action: str) -> str:
-    return f"{device} {action} " + ("not resolved" if t_trigger is None else f"at {t_trigger:.3f} s")
 
 
 def _stored(path: Path) -> dict[str, Any]:

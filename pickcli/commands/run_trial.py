@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -129,7 +130,7 @@ def command(
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_pick, run_trial
     from pickcli.trial.order_file import order_file, read_order
-    from pickcli.trial.trial_folder import NAMES, refuse_existing_folder, write_folder
+    from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
 
     cell, reality = load_cell(cell_name), read_reality(reality_path)
@@ -137,11 +138,8 @@ def command(
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)
     folder = output or Path("runs") / f"{order_path.stem}-{seed}"
-    refuse_existing_folder(folder, overwrite)
-    outputs = [folder / name for name in NAMES]
-    refuse_same(*outputs)
-    for path in outputs:
-        refuse_reading(path, order_file(order_path), reality_path, cell_name, roadmap, trajectories)
+    inputs = (order_file(order_path), reality_path, cell_name, roadmap, trajectories)
+    _refuse_outputs(folder, overwrite, inputs)
 
     from pickcli.stowing.make_scene import make_scene, refuse_too_much
     from pickcli.trial.simulated_cell import SimulatedArena, interfaces_of
@@ -170,6 +168,17 @@ def command(
             click.echo("\n".join(f"wrote {path}" for path in paths))
     if not result.is_clean:
         raise TrialAbortedError(_what_went_wrong(result))
+
+
+def _refuse_outputs(folder: Path, overwrite: bool, inputs: Sequence[Path | str | None]) -> None:
+    """Refuse, before any work, a folder that must not be written, or in which an input lies."""
+    from pickcli.trial.trial_folder import NAMES, refuse_existing_folder
+
+    refuse_existing_folder(folder, overwrite)
+    outputs = [folder / name for name in NAMES]
+    refuse_same(*outputs)
+    for path in outputs:
+        refuse_reading(path, *inputs)
 
 
 def _show(result: TrialResult) -> None:

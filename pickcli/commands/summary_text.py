@@ -1,0 +1,108 @@
+"""What ``apc inspect`` found, put for people: figures in words, and what fits on a screen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from pickcli.commands.stored_motion import motion_text
+
+MOST_LISTED = 3  # entries of a list that are shown without --all
+
+
+def in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """Put a summary into words: sentences for figures that only programs want one by one.
+
+    Args:
+        summary: Of a stored file, plan, scene, cell or stored motion, as ``--json`` writes it.
+
+    Returns:
+        The summary, with texts where there were figures; of supports only those that are items.
+    """
+    if "segments" in summary:
+        return _plan_in_words(summary)
+    if "motions" in summary and "start" in summary:
+        return {**summary, "motions": {load: motion_text(m) for load, m in summary["motions"].items()}}
+    if "spheres" in summary:
+        return {**summary, "spheres": _spheres_in_words(summary["spheres"])}
+    if "supports" not in summary:
+        return summary
+    lines = []
+    for name, told in summary["supports"].items():
+        others = [other for other in told["rests_on"] if other in summary["supports"]]
+        parts = {"rests on": others, "without it fall": told["without_it_fall"]}
+        parts["without it may roll"] = told["without_it_may_roll"]
+        phrases = [f"{what} {', '.join(names)}" for what, names in parts.items() if names]
+        lines += [f"{name}: {'; '.join(phrases)}"] if phrases else []
+    return {**summary, "supports": lines or ["every item rests on the pod or the tote alone"]}
+
+
+def _spheres_in_words(spheres: dict[str, dict[str, Any]]) -> dict[str, str]:
+    """The spheres of each link in a line."""
+    return {
+        link: f"{each['count']}, {1e3 * each['mean_excess_m']:.1f} mm outside in the mean, "
+        f"{1e3 * each['max_excess_m']:.1f} mm at most"
+        for link, each in spheres.items()
+    }
+
+
+def on_a_screen(summary: dict[str, Any]) -> dict[str, Any]:
+    """Shorten the summary of a stored file to a screen: figures side by side, the first of every list.
+
+    Args:
+        summary: In words.
+
+    Returns:
+        The summary, shortened if it is of a roadmap or database.
+    """
+    if "made" not in summary:
+        return summary
+    head = f"{summary['format']}, version {summary['version']}, {summary['bytes']} bytes"
+    brief: dict[str, Any] = {"format": head, "cell_fingerprint": summary["cell_fingerprint"]}
+    brief["made"] = _how_made(summary["made"])
+    for key, value in summary.items():
+        if key not in (*brief, "version", "bytes", "rows"):
+            brief[key] = _shortened(value)
+    return brief
+
+
+def _shortened(value: Any) -> Any:
+    """Figures that are not 0 side by side, the first entries of a list; anything else as it is."""
+    if isinstance(value, dict):
+        return ", ".join(f"{name}: {figure}" for name, figure in value.items() if figure) or "none"
+    if isinstance(value, list) and len(value) > MOST_LISTED:
+        return [*value[:MOST_LISTED], f"and {len(value) - MOST_LISTED} more; --all lists them"]
+    return value
+
+
+def _how_made(made: Mapping[str, Any]) -> list[str]:
+    """Versions and settings of a stored file, in a line each."""
+    told = []
+    for key in ("by", "settings"):
+        values = made.get(key)
+        if isinstance(values, dict):
+            told.append(", ".join(f"{name} {value}" for name, value in values.items()))
+    return told
+
+
+def _plan_in_words(summary: dict[str, Any]) -> dict[str, Any]:
+    """A plan's segments, events, grasp and certificate in a sentence each."""
+    grasp = summary["grasp"]
+    is_certified = summary["certified"]
+    segments = [
+        f"{s['t_start_s']:.3f}..{s['t_end_s']:.3f} s {s['kind']}, tool {s['tool_state']}"
+        for s in summary["segments"]
+    ]
+    events = sorted(summary["events"], key=lambda e: math.inf if e["t_s"] is None else e["t_s"])
+    return {
+        **summary,
+        "certified": "its seal matches the plan; apc verify says if it is true" if is_certified else "no",
+        "grasp": None if grasp is None else f"{grasp['kind']} on {grasp['item']}, face {grasp['face']}",
+        "segments": segments,
+        "events": [_event(e["t_s"], e["device"], e["action"]) for e in events],
+    }
+
+
+def _event(t_trigger: float | None, device: str, action: str) -> str:
+    return f"{device} {action} " + ("not resolved" if t_trigger is None else f"at {t_trigger:.3f} s")
