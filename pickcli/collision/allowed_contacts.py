@@ -84,13 +84,13 @@ class AllowedContacts:
 
     @property
     def of_present(self) -> AllowedContacts:
-        """These contacts without those with items that are not there."""
+        """The contacts left when those with items that are not there are dropped."""
         item, cup = (tuple(t for t in ts if t[0] not in self.absent) for ts in (self.item, self.cup))
         return replace(self, item=item, cup=cup)
 
     @property
     def of_empty_cup(self) -> AllowedContacts:
-        """These contacts where nothing is held."""
+        """The contacts left when nothing is held."""
         return replace(self, item=())
 
     def ignored(self, world: CollisionWorld, cup: int, item: int) -> NDArray[np.uint64]:

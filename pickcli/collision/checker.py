@@ -8,7 +8,7 @@ from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.attached_item import AttachedItem, swept_cover
 from pickcli.collision.collision_world import KERNEL_KINDS, CollisionWorld, build_world
-from pickcli.collision.motion_validator import KernelValidator, KernelWorld
+from pickcli.collision.kernel_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array
 from pickcli.kernel import Checker

@@ -18,7 +18,7 @@ from pickcli.cell.item import Item
 from pickcli.cell.tool import ToolState
 from pickcli.collision.allowed_contacts import NO_CONTACTS, AllowedContacts
 from pickcli.collision.collision_world import KERNEL_KINDS, build_world
-from pickcli.collision.motion_validator import KernelValidator, KernelWorld
+from pickcli.collision.kernel_validator import KernelValidator, KernelWorld
 from pickcli.collision.robot_model import CollisionModel
 from pickcli.geometry import Array, inverse, pose
 from pickcli.kernel import Chain, Checker, JointKind

@@ -185,7 +185,7 @@ class CollisionModel:
         return frozenset((a, b)) in self._joined
 
     def are_apart(self, kernel: Checker, body: int) -> bool:
-        """Whether what a checker knows is apart wherever the joint stands that moves a body of the robot.
+        """Whether nothing touches at any position of the one joint that moves a body of the robot.
 
         Args:
             kernel: Of links that only this joint moves against each other, or against the world.
@@ -254,7 +254,7 @@ class CollisionModel:
 
     @cached_property
     def _covers(self) -> tuple[Cover, ...]:
-        """Per frame; empty for those that stand still."""
+        """Sphere covers of the frames; empty for frames that stand still."""
         links = zip(self.robot.links[1:], self.bodies, strict=True)
         return tuple(_cover(link.shapes if body > 0 else ()) for link, body in links)
 

@@ -240,7 +240,7 @@ class PickContacts:
 
     @cached_property
     def _met_at(self) -> Callable[[Outward | None], frozenset[str]]:
-        """``met``, which many grasps ask of the same few faces."""
+        """What is met by where the face looks, found once for each face: many grasps ask."""
         return cache(self._find_met)
 
     def _find_met(self, outward: Outward | None) -> frozenset[str]:

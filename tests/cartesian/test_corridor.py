@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pickcli.cartesian.corridor import LEAST_LIP_DISTANCE, RETREAT_DISTANCE, LiftPoses, corridors, pushes
 from pickcli.cell.shapes import Shape, ShapeKind
 from pickcli.collision.free_flyer import FreeItemChecker
-from pickcli.collision.motion_validator import Contact
+from pickcli.collision.kernel_validator import Contact
 from pickcli.errors import Failures
 from pickcli.geometry import Array, inverse, pose, transform_points
 from support.front_places import front_place

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from pickcli.cell.cell import Cell
-from pickcli.collision.motion_validator import Contact
+from pickcli.collision.kernel_validator import Contact
 from pickcli.geometry import Array, pose
 from pickcli.kinematics.arm import Arm
 from support.solid_helpers import MakeChecker, MakeScene, box_item

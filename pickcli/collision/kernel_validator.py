@@ -1,0 +1,280 @@
+"""The answers of the kernel for one moving body in one world: what is free, and in names what is not.
+
+Robot, item and tool differ in what they enter into the kernel; what they are asked after that is here.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pickcli.collision.collision_world import CollisionWorld
+from pickcli.errors import Reason
+from pickcli.geometry import Array
+from pickcli.kernel import Checker, ContactKind
+
+_SAMPLES = 17  # of an edge, to find where it is worst
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The closest pair of a configuration.
+
+    Attributes:
+        distance: m between spheres of the robot and what they are closest to, negative inside.
+        a: Link name or "held <item>".
+        b: Body name, item id, link name or "held <item>"; "" if nothing is near.
+        kind: What b is: "pod", "tote", "obstacle", "item", "base", "robot", "cloud", or "".
+    """
+
+    distance: float
+    a: str
+    b: str
+    kind: str = ""
+
+    @property
+    def item(self) -> str:
+        """Id of the item that b is, or ""."""
+        return self.b if self.kind == "item" else ""
+
+    def __str__(self) -> str:
+        if not self.b:
+            return "nothing near"
+        kind = "" if self.kind == "robot" else f"{self.kind} "
+        return f"{self.a} against {kind}{self.b}"
+
+    def with_distance(self, margin: float, place: str = "") -> str:
+        """What is against what and how near, beside how near it may be.
+
+        Args:
+            margin: m that are kept.
+            place: Where on a motion that is, with a leading space.
+
+        Returns:
+            Text for a reason.
+        """
+        millimetres = 1e3 * abs(self.distance)
+        if self.distance > 0:
+            return f"{self}, {millimetres:.1f} mm apart{place} ({1e3 * margin:.0f} mm are needed)"
+        return f"{self}, {millimetres:.0f} mm deep{place}"
+
+
+@dataclass(frozen=True, eq=False)
+class KernelWorld:
+    """A kernel checker, and which solids of a world were entered into it.
+
+    Attributes:
+        kernel: The moving body and the solids entered.
+        kept: Indices (K,) in the world of the solids, in the kernel's order.
+    """
+
+    kernel: Checker
+    kept: NDArray[np.intp]
+
+
+class KernelValidator:
+    """The answers of the kernel for one body in one world, with its numbers told as names.
+
+    Args:
+        world: Solids of the scene.
+        parts: Name of each frame of the body, the held item's last.
+        margin: m, kept from what is entered in ``clear``.
+        clear: What keeps the margin.
+        touch: What may be touched only so deep, if anything: it keeps out of solids that count as moved out
+            of its way.
+
+    Attributes:
+        world: Solids of the scene.
+        parts: Name of each frame of the body, the held item's last.
+        margin: m, kept from everything that may not be touched.
+    """
+
+    def __init__(
+        self,
+        world: CollisionWorld,
+        parts: tuple[str, ...],
+        margin: float,
+        clear: KernelWorld,
+        touch: KernelWorld | None,
+    ) -> None:
+        """Wrap the kernel's checkers."""
+        self.world, self.parts, self.margin = world, parts, margin
+        self._clear, self._touch = clear, touch
+
+    @property
+    def kernel(self) -> Checker:
+        """The moving body and everything that it keeps the margin from."""
+        return self._clear.kernel
+
+    def is_valid(self, q: Array) -> bool:
+        """Whether a configuration keeps more than the margin everywhere.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            True if it does.
+        """
+        is_free = bool(self.kernel.is_free(q, self.margin))
+        return is_free and (self._touch is None or bool(self._touch.kernel.is_free(q, 0.0)))
+
+    def are_valid(self, Q: Array) -> NDArray[np.bool_]:
+        """Whether each of many configurations keeps more than the margin everywhere.
+
+        Args:
+            Q: (N, n) configurations.
+
+        Returns:
+            (N,) True for those that do.
+        """
+        Q = np.ascontiguousarray(Q)
+        are_free = np.asarray(self.kernel.are_free(Q, self.margin), dtype=bool)
+        if self._touch is not None:
+            are_free &= np.asarray(self._touch.kernel.are_free(Q, 0.0), dtype=bool)
+        return are_free
+
+    def is_valid_edge(self, q0: Array, q1: Array) -> bool:
+        """Whether every point of a straight edge is proven free.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            True if it is proven.
+        """
+        is_free = bool(self.kernel.edge_is_free(q0, q1, self.margin))
+        return is_free and (self._touch is None or bool(self._touch.kernel.edge_is_free(q0, q1, 0.0)))
+
+    def is_valid_path(self, Q: Array, slack: Array | None = None) -> bool:
+        """Whether every point of a polyline is proven free.
+
+        Args:
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            True if it is proven.
+        """
+        return self.first_invalid_edge(Q, slack) < 0
+
+    def first_invalid_edge(self, Q: Array, slack: Array | None = None) -> int:
+        """Find the first edge of a polyline that is not proven free.
+
+        Args:
+            Q: (N, n) waypoints.
+            slack: (N - 1, n) half-width per joint of a tube around each edge that must be free as well.
+
+        Returns:
+            Index of the edge, -1 if all are proven.
+        """
+        Q = np.ascontiguousarray(Q)
+        blocked = int(self.kernel.path_is_free(Q, self.margin, slack))
+        if blocked >= 0 or self._touch is None:
+            return blocked
+        return int(self._touch.kernel.path_is_free(Q, 0.0, slack))
+
+    def at_margin(self, margin: float) -> Self:
+        """A validator for the same body and world, with another margin.
+
+        Args:
+            margin: m.
+
+        Returns:
+            A validator that shares the kernel's checkers.
+        """
+        wider = copy(self)
+        wider.margin = margin
+        return wider
+
+    def clearances(self, Q: Array, max_distance: float = 1.0) -> Array:
+        """Distance to the closest solid that is no planned contact, at many configurations.
+
+        Args:
+            Q: (N, n) configurations.
+            max_distance: m, beyond which nothing is measured.
+
+        Returns:
+            (N,) m, negative inside the solid.
+        """
+        return np.asarray(self.kernel.clearances(np.ascontiguousarray(Q), max_distance))
+
+    def clearance(self, q: Array, max_distance: float = 1.0) -> Contact:
+        """The closest pair that is no planned contact.
+
+        Args:
+            q: (n,) configuration.
+            max_distance: m, beyond which nothing counts as near.
+
+        Returns:
+            The pair and its distance.
+        """
+        return self._decoded(self._clear, q, max_distance)
+
+    def explain(self, q: Array) -> Reason:
+        """Why a configuration is not valid.
+
+        Args:
+            q: (n,) configuration.
+
+        Returns:
+            Which part of the body, which obstacle, how deep.
+        """
+        if self.kernel.is_free(q, self.margin) and (reason := self._too_deep(q)) is not None:
+            return reason
+        return self._reason(self.clearance(q), self.is_valid(q), "")
+
+    def explain_edge(self, q0: Array, q1: Array) -> Reason:
+        """Why a straight edge is not free: the deepest pair among even samples and the kernel's witness.
+
+        Args:
+            q0: (n,) configuration at the start.
+            q1: (n,) configuration at the end.
+
+        Returns:
+            Which part of the body, which obstacle, how deep, and where on the edge.
+        """
+        result = self.kernel.check_edge(q0, q1, self.margin)
+        if result.free and self._touch is not None:
+            touch = self._touch.kernel.check_edge(q0, q1, 0.0)
+            if not touch.free and (reason := self._too_deep((1 - touch.t) * q0 + touch.t * q1)) is not None:
+                return reason
+        fractions = np.linspace(0.0, 1.0, _SAMPLES)
+        if not result.free:
+            fractions = np.append(fractions, result.t)
+        Q = np.outer(1 - fractions, q0) + np.outer(fractions, q1)
+        # What is farther away than the margin does not count, and need not be measured.
+        t = float(fractions[np.argmin(self.kernel.clearances(Q, self.margin))])
+        contact = self.clearance((1 - t) * q0 + t * q1)
+        return self._reason(contact, result.free, f" at {100 * t:.0f} % of the edge")
+
+    def _too_deep(self, q: Array) -> Reason | None:
+        """Why q is not valid where it keeps clear of all but what it may touch, and goes too deep there."""
+        if self._touch is None or self._touch.kernel.is_free(q, 0.0):
+            return None
+        contact = self._decoded(self._touch, q, 1.0)
+        beyond = f"{-1e3 * contact.distance:.1f} mm beyond what poses and bellows explain"
+        return Reason("planned contact too deep", "", f"{contact}, {beyond}", contact.item)
+
+    def _decoded(self, entered: KernelWorld, q: Array, max_distance: float) -> Contact:
+        """The kernel's closest pair in names."""
+        distance, frame, kind, index = entered.kernel.clearance(q, max_distance)
+        if kind is ContactKind.NONE:
+            return Contact(float(distance), "", "")
+        if kind is ContactKind.SELF:
+            return Contact(float(distance), self.parts[frame], self.parts[index], "robot")
+        if kind is ContactKind.CLOUD:
+            assert self.world.cloud is not None
+            return Contact(float(distance), self.parts[frame], self.world.cloud.name(index), "cloud")
+        solid = int(entered.kept[index])
+        return Contact(float(distance), self.parts[frame], self.world.names[solid], self.world.kinds[solid])
+
+    def _reason(self, contact: Contact, is_valid: bool, place: str) -> Reason:
+        if is_valid:
+            return Reason("no collision", "", f"{contact}, {1e3 * contact.distance:.0f} mm apart{place}")
+        what = "too close" if contact.distance > 0 else "collision"
+        return Reason(what, "", contact.with_distance(self.margin, place), contact.item)
