@@ -128,7 +128,7 @@ def _holds(words: Sequence[str], part: Sequence[str]) -> bool:
 
 
 class ArtifactError(ApcError):
-    """A file of ours that must not be used."""
+    """A file written by this program that must not be used."""
 
     exit_code = 4
 
@@ -264,7 +264,7 @@ class Failures:
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
-        """Ids of the items that stood in the way, the most frequent first, of those the first named."""
+        """Ids of the items that stood in the way, the most frequent first, ties in their order."""
         found = Counter(reason.in_the_way for reason in self.reasons if reason.in_the_way)
         return tuple(name for name, _ in found.most_common())
 
@@ -290,7 +290,7 @@ class NoPlanError(ApcError):
 
     @property
     def in_the_way(self) -> tuple[str, ...]:
-        """Ids of the items that stood in the way, the most frequent first, of those the first named."""
+        """Ids of the items that stood in the way, the most frequent first, ties in their order."""
         return self.failures.in_the_way
 
     def summary(self, n_most: int = 3) -> str:

@@ -31,7 +31,7 @@ class Progress:
         return self.what
 
     def seconds_left(self, elapsed: float) -> float | None:
-        """Time left.
+        """Estimate the time that is left.
 
         Args:
             elapsed: s that the work has taken so far.

@@ -1,4 +1,4 @@
-"""Docstrings name every parameter: `Args` lists what the signature has, in its order."""
+"""Docstrings name every parameter in the order of the signature, and their first lines stand alone."""
 
 from __future__ import annotations
 
@@ -18,6 +18,11 @@ NATIVE = {"kernel"}
 MODULES = sorted(path.stem for path in PACKAGE.glob("[a-z]*.py"))
 PACKAGES = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
 DOCUMENTED = [*MODULES, *(name for name in PACKAGES if name not in NATIVE)]
+
+# First words of a sentence that leans on another one, which neither help() nor an editor shows beside it.
+LEANING = re.compile(
+    r"(The same|Those|These|They|It|Its|Likewise|Also|The way back|The other way|What happened\.|See [A-Z])\b"
+)
 
 
 def public(body: list[ast.stmt], of: str = "") -> Iterator[tuple[str, ast.FunctionDef]]:
@@ -71,3 +76,17 @@ def test_every_parameter_is_documented(name: str) -> None:
     assert functions
     wrong = [where for where, function in functions if documented(function) != parameters(function)]
     assert wrong == []
+
+
+@pytest.mark.parametrize("name", ["", *PACKAGES])
+def test_first_lines_do_not_lean_on_a_neighbour(name: str) -> None:
+    paths = sorted((PACKAGE / name).rglob("*.py")) if name else sorted(PACKAGE.glob("*.py"))
+    kinds = (ast.FunctionDef, ast.ClassDef, ast.Module)
+    summaries = [
+        (f"{path.name}: {getattr(node, 'name', '')}", docstring.partition("\n")[0])
+        for path in paths
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, kinds) and (docstring := ast.get_docstring(node))
+    ]
+    assert summaries
+    assert [(where, summary) for where, summary in summaries if LEANING.match(summary)] == []

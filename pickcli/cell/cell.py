@@ -128,7 +128,7 @@ class Cell:
         return place.in_world(self.T_world_pod)
 
     def item(self, name: str, year: int = 2016) -> Item:
-        """The item of a name, of the given year if it has one, else of the other.
+        """The item of a name: as it was in the given year if it is known there, else in the other year.
 
         Args:
             name: Of the item.

@@ -90,7 +90,7 @@ def _pairs(text: str) -> list[tuple[str, str]]:
 
 
 def _contestants(text: str, iterations: int) -> list[BenchmarkEntry]:
-    """The planners of those names. Raises InputError."""
+    """The planners named by --planners. Raises InputError for a name that is not known."""
     from pickcli.planner_benchmark.benchmark_entries import GeometricEntry, MinimumTimeEntry
     from pickcli.trajopt.trajectory_settings import TrajectorySettings
 

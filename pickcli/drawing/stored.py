@@ -60,7 +60,7 @@ def roadmap_picture(cell: Cell, roadmap: Roadmap, gaps: RoadmapGaps) -> Picture:
 
 
 def database_picture(cell: Cell, database: TrajectoryDatabase, missing: Sequence[Missing]) -> Picture:
-    """Picture of a database: motions as paths of the tip; per bin, how many of those wanted are stored.
+    """Picture of a database: motions as paths of the tip; per bin, how many of the wanted ones are stored.
 
     Args:
         cell: The cell.

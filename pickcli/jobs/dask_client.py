@@ -51,7 +51,7 @@ def connected(address: str, timeout: float) -> Iterator[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without Dask's logs, which tell the same as our errors, at length."""
+    """Silence Dask's logs for a while: the errors raised here say what they say, shorter."""
     names = [name for name in logging.root.manager.loggerDict if name.startswith(("distributed", "tornado"))]
     loud = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     for logger in loud:

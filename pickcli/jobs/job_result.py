@@ -45,7 +45,7 @@ class JobResult:
 
     @classmethod
     def of_bytes(cls, content: bytes) -> JobResult:
-        """The record of those bytes.
+        """Read a record from the bytes that it was written as.
 
         Args:
             content: What ``to_bytes`` made.

@@ -93,7 +93,7 @@ class Build:
         self._efforts: dict[Key, float] = {}
 
     def records(self, keys: Sequence[Key]) -> list[JobResult]:
-        """The records of tasks; those that were not kept are done now.
+        """The records of tasks; tasks without a kept record are done now.
 
         May be called again with what follows from the records: the next round's tasks count on top.
 

@@ -52,7 +52,7 @@ def outcome(job: Job, key: Key) -> bytes | Exception:
 
 
 def _portable(error: Exception, told: str) -> Exception:
-    """The exception, or one that says the same if it cannot travel."""
+    """The exception, or one with the same message if it cannot be pickled."""
     try:
         copy = pickle.loads(pickle.dumps(error))
     except Exception:

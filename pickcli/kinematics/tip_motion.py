@@ -30,7 +30,7 @@ class TipMotion:
     angular_acceleration: Array
 
     def at_rest(self) -> TipMotion:
-        """The same poses without any motion.
+        """The motion of a tip that stands still at each of these poses.
 
         Returns:
             A motion whose velocities and accelerations are zero.

@@ -48,7 +48,7 @@ class Grasp:
     load_ratio: float
 
     def __str__(self) -> str:
-        """What reasons call it."""
+        """The grasp as reasons of failures name it."""
         return f"{self.kind} grasp on face {self.face}"
 
 

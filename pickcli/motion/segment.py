@@ -73,7 +73,7 @@ class PathSegment:
 
     @property
     def has_length(self) -> bool:
-        """Whether it moves at all."""
+        """Whether the robot moves in this segment."""
         return float(np.abs(np.diff(self.waypoints, axis=0)).sum()) > STANDING
 
     def scaled(self, by: float) -> Self:

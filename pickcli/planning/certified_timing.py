@@ -245,7 +245,7 @@ def _timed_once(
 
 
 def _lower(*speeds: float | None) -> float | None:
-    """The lowest of limits in m/s, of which None is none."""
+    """The lowest of several limits of speed, m/s; None is no limit."""
     return min((speed for speed in speeds if speed is not None), default=None)
 
 

@@ -66,7 +66,7 @@ class GraspMotion:
         return self.outward[-1].end
 
     def turned_towards(self, limits: Limits, q: Array) -> GraspMotion:
-        """The same motion, its start within half a turn of a configuration in every continuous joint.
+        """The motion turned by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
             limits: Limits of the n joints.
@@ -121,7 +121,7 @@ class PlaceMotion:
         return self.inward[0].start
 
     def turned_towards(self, limits: Limits, q: Array) -> PlaceMotion:
-        """The same motion, its start within half a turn of a configuration in every continuous joint.
+        """The motion turned by whole turns, to start within half a turn of a configuration in every joint.
 
         Args:
             limits: Limits of the n joints.

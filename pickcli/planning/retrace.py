@@ -253,7 +253,7 @@ def _cut(trajectory: Trajectory, t0: float, t1: float) -> Trajectory:
 
 
 def _reversed(trajectory: Trajectory) -> Trajectory:
-    """The same curve from its end to its start."""
+    """A trajectory gone through from its end to its start."""
     return replace(
         trajectory,
         times=trajectory.duration - trajectory.times[::-1],

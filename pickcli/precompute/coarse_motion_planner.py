@@ -145,7 +145,7 @@ class CoarseMotionPlanner:
         return Reason("no path", f"{key.start} to {key.goal}", f"bending has found none, {detail}")
 
     def _finished(self, key: MotionKey, case: CheckerKey, motion: ParabolicTrajectory) -> CoarseMotion | None:
-        """The motion in earnest: jerk limits kept, proven anew, with path and figures; None if not proven."""
+        """The motion within its jerk limits, proven once more, with path and figures; None if not proven."""
         tests = self._proving[case]
         names = self.cell.robot.joint_names
         goal = self.cell.configurations[key.goal].q
@@ -191,7 +191,7 @@ class CoarseMotionPlanner:
 
 
 def _marked(nominal: CoarseMotion | Reason, why: str) -> CoarseMotion | Reason:
-    """What is had for the pod in its place alone, with the reason why there is none for any pod."""
+    """The motion for the nominal pod pose, marked with why there is none for all poses."""
     if isinstance(nominal, Reason):
         return nominal
     return replace(nominal, mark=PodValidity(PodPoses.NOMINAL, why))

@@ -87,7 +87,7 @@ def _motions(found: IntegrityReport) -> dict[Key, JobResult]:
 
 
 def _edges(found: IntegrityReport, cell: Cell) -> dict[Key, JobResult]:
-    """The same of a roadmap. An edge is known by the configurations at its ends, whatever became of nodes."""
+    """Records of the edges and reasons that are intact; an edge is named by the ends of its path."""
     configurations = {name: named.q.tobytes() for name, named in cell.configurations.items()}
     counts = Counter(configurations.values())
     name_of = {q: name for name, q in configurations.items() if counts[q] == 1}

@@ -129,7 +129,7 @@ class _Sieve:
         return kept
 
     def edges(self) -> dict[Key, JobResult]:
-        """The same of a roadmap."""
+        """Edges that hold in the cell as it is, and reasons that still do."""
         return {
             key: record
             for key, record in self.stored.items()

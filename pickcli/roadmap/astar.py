@@ -103,7 +103,7 @@ def _search(
     lengths: Sequence[float],
     dropped: frozenset[int],
 ) -> Route | None:
-    """A* proper."""
+    """The shortest way to any goal, by A* on plain lists."""
     if not goals:
         return None
     targets = set(goals)

@@ -40,7 +40,7 @@ def with_polylines(roadmap: Roadmap, polylines: Sequence[Array]) -> Roadmap:
 
 
 def without_doubles(stored: Sequence[Array], polylines: Sequence[Array]) -> list[Array]:
-    """Leave out polylines that join, either way, ends that another one joins already.
+    """Leave out polylines whose ends another polyline joins already, in either direction.
 
     Args:
         stored: Polylines that are there, each (K, n).

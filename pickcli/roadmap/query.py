@@ -102,7 +102,7 @@ def _quickest(problem: PlanningProblem, label: str) -> CoarseRoute:
 
 
 def _why_none(problem: PlanningProblem) -> Failures:
-    """That no planner found a path, and what stands in the straight way to each goal."""
+    """Reasons: no planner found a path, and what stands in the straight way to each goal."""
     detail = f"{problem.options.planner} gave up after {problem.options.max_iterations} iterations"
     met = (problem.checker.explain_edge(problem.q_start, goal) for goal in problem.goals)
     return Failures.of(Reason("no path", "", detail), *met)

@@ -30,7 +30,7 @@ class QueryGraph:
     links: tuple[tuple[int, Connection], ...]
 
     def is_link(self, edge: int) -> bool:
-        """Tell whether an edge is a link; the others are the roadmap's own.
+        """Tell whether an edge is a link of the query, and not an edge of the roadmap.
 
         Args:
             edge: Index of the edge.

@@ -22,7 +22,7 @@ def reason_table(*names: str) -> Table:
 
 
 def reason_columns(names: Sequence[str], rows: Sequence[tuple[Sequence[str], Reason]]) -> Columns:
-    """Lay out what a build could not have as columns of such a table.
+    """Lay out what a build could not have as the columns of a table of reasons.
 
     Args:
         names: Columns of names.
@@ -38,7 +38,7 @@ def reason_columns(names: Sequence[str], rows: Sequence[tuple[Sequence[str], Rea
 
 
 def reason_row(names: Sequence[str], row: Any) -> tuple[tuple[str, ...], Reason]:
-    """Read one row of such a table.
+    """Read one row of a table of reasons.
 
     Args:
         names: Columns of names.
@@ -53,7 +53,7 @@ def reason_row(names: Sequence[str], row: Any) -> tuple[tuple[str, ...], Reason]
 
 
 def reason_rows(names: Sequence[str], table: AnyArray) -> tuple[tuple[tuple[str, ...], Reason], ...]:
-    """Read all rows of such a table.
+    """Read all rows of a table of reasons.
 
     Args:
         names: Columns of names.

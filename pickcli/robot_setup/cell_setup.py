@@ -147,7 +147,7 @@ def set_up_cell(folder: Path, request: SetupOptions, on_progress: ProgressObserv
 
 @contextmanager
 def _staging(folder: Path, request: SetupOptions) -> Iterator[Path]:
-    """A folder beside the one to come. Messages that name it are of that one, or of the files as given."""
+    """A folder beside the final one; messages that name it are made to name that one or the given files."""
     staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
     staging.chmod(0o755)
     try:

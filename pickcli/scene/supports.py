@@ -242,7 +242,7 @@ class Supports:
 
     @cached_property
     def _grown(self) -> PosedSolids:
-        """The same solids, those of the pod with the error of its pose."""
+        """All solids as ``solids`` has them, but bodies of the pod grown by the error of its pose."""
         scene = self.scene
         pod = [(body, scene.T_world_pod) for body in scene.pod_bodies]
         return PosedSolids.of(scene, scene.items, [*pod, *scene.standing[len(pod) :]])

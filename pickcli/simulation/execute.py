@@ -266,7 +266,7 @@ class _Run:
         return next(inside, self.plan.segments[-1])
 
     def _allow_contacts(self, t_plan: float) -> None:
-        """Those of the segments between where the robot is and where it is told to be."""
+        """Allow the contacts of all segments between where the robot is and where it is told to be."""
         behind = min(self.tracker.progress, t_plan) - BEHIND
         now = [s for s in self.plan.segments if s.t_start <= t_plan and s.t_end >= behind]
         self.world.touching = frozenset(name for segment in now for name in segment.touching)

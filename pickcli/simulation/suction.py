@@ -311,7 +311,7 @@ class NoSuction(Suction):
         self.releases, self.contact_points = [], []
 
     def before_step(self, T_world_tip: Array) -> None:
-        """Nothing changes.
+        """Do nothing: there is no cup that could suck or press.
 
         Args:
             T_world_tip: (4, 4) of the flange.

@@ -136,7 +136,7 @@ def read_attributes(file: Any) -> dict[str, str]:
 
 
 def check_readable(path: Path) -> None:
-    """Check that a path can be a file of ours before it is opened.
+    """Check, before it is opened, that a path can be a file written by this program.
 
     Args:
         path: The file.

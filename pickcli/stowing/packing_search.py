@@ -86,7 +86,7 @@ def _large_first(items: Sequence[Item], rng: np.random.Generator) -> list[int]:
 def _put_in(
     fillings: BinPackings, k: int, others: Sequence[int], rng: np.random.Generator, tell: Callable[[], None]
 ) -> None:
-    """Put item k in; where it finds no room, a filling with room takes that one's place."""
+    """Put item k into every packing; one without room for it becomes a copy of one with room."""
     for attempt in range(MOST_TRIES):
         tell()
         fillings.move(k, rng)

@@ -163,7 +163,7 @@ def _rest(cell_bin: Place, middle: Array, half: Array, there: Placements) -> tup
 
 
 def _carried(middle: Array, half: Array, there: BoxArrays, carries: Bools) -> Array:
-    """Share (N,) of a base that lies on what carries it; 0 if its centre is not between those."""
+    """Share (N,) of a base that lies on what carries it; 0 if its centre is beside what carries it."""
     low = np.maximum((middle - half)[:, None], there.low[..., :2])
     high = np.minimum((middle + half)[:, None], there.high[..., :2])
     area = np.where(carries, np.prod(np.maximum(high - low, 0.0), axis=2), 0.0).sum(axis=1)

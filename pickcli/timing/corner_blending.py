@@ -80,7 +80,7 @@ class BlendedPath:
 
     @cached_property
     def _kernel(self) -> BlendedPolyline:
-        """The same curve, evaluated by the kernel."""
+        """The blended curve as the kernel has it, which evaluates it faster."""
         return BlendedPolyline(self.corners, self.corner_s, self.half_lengths, self.directions, self.turns)
 
     @property

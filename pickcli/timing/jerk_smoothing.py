@@ -40,7 +40,7 @@ class TimeLaw:
         return float(self.t[-1])
 
     def stretched(self, factor: float) -> TimeLaw:
-        """The same motion, slower.
+        """The time law with its time stretched.
 
         Args:
             factor: Factor on time.
@@ -51,7 +51,7 @@ class TimeLaw:
         return TimeLaw(self.t * factor, self.s, self.ds / factor, self.dds / factor**2)
 
     def shifted(self, by: float) -> TimeLaw:
-        """The same motion on a path on which it starts elsewhere.
+        """The time law on a longer path, on which it starts elsewhere.
 
         Args:
             by: Path parameter s at which it starts there.

@@ -75,7 +75,7 @@ class PathBounds:
         return np.interp(s, self.table_s, self.table_speed, left=0.0, right=0.0)
 
     def shifted(self, by: float) -> PathBounds:
-        """The same bounds for a path that starts later.
+        """The bounds with their places on the path moved on.
 
         Args:
             by: Path parameter s of these bounds at which the other path starts.

@@ -177,6 +177,6 @@ def _ramps(
 
 
 def _ramp_times(change: Array, acceleration: Array) -> Array:
-    """Whole ticks for changes of speed: at least one, unless there is none."""
+    """Whole ticks for changes of speed: at least one where the speed changes."""
     change = np.abs(change)
     return np.maximum(ticks_up(change / acceleration), np.where(change > _NOTHING, TICK, 0.0))

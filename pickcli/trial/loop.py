@@ -178,7 +178,7 @@ class _Trial:
         return planned if planned.plan is None else self.runner.carried_out(planned, scene)
 
     def _planned(self, attempt: Attempt, scene: Scene) -> Attempt:
-        """A plan with a grasp of another kind than those that failed; another place is second best."""
+        """Plan with a grasp of a kind that has not failed yet, else with another place of a kind that has."""
         if not self.runner.has_time_to_plan:
             return replace(attempt, outcome=Outcome.NO_TIME, reason="no time is left to plan it")
         self.runner.say(attempt, "planning")

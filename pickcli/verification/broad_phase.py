@@ -77,7 +77,7 @@ class Stretches:
         return len(self.bound)
 
     def __getitem__(self, which: NDArray[np.bool_] | Indices) -> Stretches:
-        """Those of a mask or of indices."""
+        """The stretches that a mask or indices choose."""
         return Stretches(
             self.bound[which],
             self.segment[which],
@@ -108,7 +108,7 @@ class Stretches:
 
     @property
     def middle(self) -> Indices:
-        """The state in the middle of each."""
+        """Index of the state in the middle of each stretch."""
         return (self.first + self.last) // 2
 
     def halved(self) -> Stretches:
@@ -210,7 +210,7 @@ def near_stretches(
 def tightened(
     stretches: Stretches, below: float, floor: float, states: States, solids: SolidArrays
 ) -> tuple[Stretches, float]:
-    """The same motion of the same pairs with higher bounds, where these were lower than ``below``.
+    """Raise the bounds of stretches that are lower than ``below``, by cutting these into shorter ones.
 
     A bound that stays lower is that of a stretch from one state to the next, or of one in the middle of
     which there is no gap: there only the exact shapes tell more.

@@ -140,12 +140,10 @@ class Clearance:
 
     Attributes:
         minimum: m, proven for all times; at most FAR.
-        n_distances: How many distances were measured.
         reasons: Faults.
     """
 
     minimum: float
-    n_distances: int
     reasons: tuple[Reason, ...]
 
 
@@ -213,7 +211,6 @@ class _Search:
         self._pairs: dict[tuple[int, int, int], Pair] = {}
         self._reasons: dict[tuple[int, str], Reason] = {}
         self._smallest = self._proven = FAR
-        self._n_distances = 0
 
     def run(self) -> Clearance:
         """The smallest clearance, or reasons."""
@@ -224,7 +221,7 @@ class _Search:
             for start, end in ((i, (i + j) // 2), ((i + j) // 2, j)) if is_measured else ((i, j),):
                 if not self._measure(pair, start, end):
                     break
-        return Clearance(min(self._proven, self._smallest), self._n_distances, tuple(self._reasons.values()))
+        return Clearance(min(self._proven, self._smallest), tuple(self._reasons.values()))
 
     def _has_lower(self) -> bool:
         """Whether the heap's lowest bound is too low to leave it at that; what waits is tightened before."""
@@ -255,7 +252,6 @@ class _Search:
     def _measure(self, pair: Pair, i: int, j: int) -> bool:
         """Ask fcl about both ends of a stretch. False: they are a reason against the plan."""
         needed = self._needed
-        self._n_distances += (i not in pair.measured) + (j not in pair.measured)
         low, near = pair.bound(i, j), min(pair.distance(i), pair.distance(j))
         is_last = j <= i + 1
         if is_last and low < needed <= near:
@@ -331,7 +327,7 @@ def _near(
 def _tested(
     stretches: Stretches, solids: SolidArrays, is_tested: Callable[[Part, Part | Fixture], bool]
 ) -> Stretches:
-    """Those of pairs that are tested; every pair is asked about once."""
+    """The stretches of pairs that are tested at all; every pair is asked about once."""
     keys, which = np.unique(stretches.a * len(solids.solids) + stretches.b, return_inverse=True)
     pairs = (solids.pair(*divmod(key, len(solids.solids))) for key in keys.tolist())
     return stretches[np.fromiter((is_tested(*pair) for pair in pairs), dtype=bool, count=len(keys))[which]]

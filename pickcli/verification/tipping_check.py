@@ -132,7 +132,7 @@ def beside_support(scene: Scene, placed: PlacedItem, force: Array, point: Array)
 
 
 def falls_over(scene: Scene, placed: PlacedItem, press: Press) -> bool:
-    """Whether a press from aside pushes an item over the edge of what carries it, wherever poses may be off.
+    """Whether a press from aside may push an item over an edge of what carries it, as poses are known.
 
     Args:
         scene: The scene.

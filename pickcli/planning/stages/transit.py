@@ -116,7 +116,7 @@ def _straight(
 def _searched(
     context: PlanningContext, checker: SceneChecker, q_start: Array, goals: Array, seed: int, where: str
 ) -> CoarsePath | Failures:
-    """What roadmap and planner find."""
+    """The path that the roadmap has, else one that the planner finds, else the reasons of both."""
     stored = _stored(context, checker, q_start, goals)
     if stored is not None:
         return stored
