@@ -10,15 +10,26 @@ from pathlib import Path
 import numpy as np
 
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
-from pickcli.cell.cell_schema import BoundsModel, CellModel, JointLimitModel, PoseModel, ToolModel
+from pickcli.cell.cell_schema import (
+    BoundsModel,
+    CellModel,
+    GripperModel,
+    JointLimitModel,
+    PoseModel,
+    SuctionModel,
+    cell_model,
+)
 from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device
 from pickcli.cell.fingerprint import fingerprint
+from pickcli.cell.gripper import Finger, ParallelGripper
+from pickcli.cell.gripper_consistency import check_hand, check_stroke, finger_joint, finger_sign, opening_sign
 from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
-from pickcli.cell.planning_group import mounted, planning_group, stripped
+from pickcli.cell.pinch_limits import PinchLimits
+from pickcli.cell.planning_group import mounted, planning_group, stripped, with_tip
 from pickcli.cell.pod import build_pod
 from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
 from pickcli.cell.shapes import Body, box
@@ -57,9 +68,11 @@ def load_cell(name_or_path: str | Path) -> Cell:
     source = read_yaml(path, CELL)
     _refuse_version_1(source)
     limits = add_joint_limits(source)
-    model = validate(source, CellModel)
+    model = validate(source, cell_model(source.data))
     urdf = _urdf(source, model, limits)
     check_consistency(source, model, urdf)
+    items = load_items()
+    check_stroke(source, model, items.values())
     tool = _tool(model, urdf)
     cell = Cell(
         name=model.name,
@@ -83,7 +96,7 @@ def load_cell(name_or_path: str | Path) -> Cell:
             *(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
             *_disabled(source, model, urdf),
         ),
-        items=load_items(),
+        items=items,
         speed_scale=model.speed_scale,
         clearance=model.clearance,
         max_tool_speed=model.max_tool_speed,
@@ -141,10 +154,13 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
         whole = (robot,) if tool is None else (robot, tool)
         refuse_unknown_joints(limits, [joint.name for part in whole for joint in part.joints.values()])
     robot = stripped(robot, model.robot.without)
-    if own is None or tool is None:
-        return robot
-    mount = own.T_flange_tool
-    return mounted(robot, tool, own.flange_link, np.eye(4) if mount is None else _pose(mount))
+    if own is not None and tool is not None:
+        mount = own.T_flange_tool
+        robot = mounted(robot, tool, own.flange_link, np.eye(4) if mount is None else _pose(mount))
+    if isinstance(own, GripperModel):
+        check_hand(source, own, robot)
+        robot = with_tip(robot, own.hand_link, own.cup_link, _pose(own.T_hand_tip))
+    return robot
 
 
 def _inside(source: Source, key: Key, name: str) -> Path:
@@ -172,7 +188,7 @@ def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]
 
 
 def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
-    moving = [*model.robot.joints, *([] if tool.joint is None else [tool.joint])]
+    moving = [*model.robot.joints, *tool.joints]
     links, joints = planning_group(urdf, tool.cup_link, moving, model.robot.posture)
     return Robot(
         name=urdf.name,
@@ -218,6 +234,8 @@ def _tool(model: CellModel, robot: Urdf) -> Tool:
     tool = model.tool
     if tool is None:
         return Tool.bare(model.tip)
+    if isinstance(tool, GripperModel):
+        return _gripper_tool(tool, robot)
     positions = {ToolState(name): angle for name, angle in (tool.states or {FIXED.name: 0.0}).items()}
     T_cup_tip = pose((0.0, 0.0, tool.cup_length))
     return Tool(
@@ -228,11 +246,41 @@ def _tool(model: CellModel, robot: Urdf) -> Tool:
         positions=positions,
         T_flange_tip={s: _T_flange_cup(tool, robot, angle) @ T_cup_tip for s, angle in positions.items()},
         T_cup_tip=T_cup_tip,
-        suction_cup=_cup(tool),
+        grip=_cup(tool),
     )
 
 
-def _cup(tool: ToolModel) -> SuctionCup:
+def _gripper_tool(tool: GripperModel, robot: Urdf) -> Tool:
+    """The tool whose frame is the last link of the chain, wherever the fingers stand."""
+    states = {ToolState(name): width for name, width in tool.states.items()}
+    T_flange_tip = _T_flange_cup(tool, robot)
+    along, deep = tool.pad_size
+    return Tool(
+        flange_link=tool.flange_link,
+        lance_link=tool.lance_link,
+        cup_link=tool.cup_link,
+        joint=None,
+        positions=states,
+        T_flange_tip=dict.fromkeys(states, T_flange_tip),
+        T_cup_tip=np.eye(4),
+        grip=ParallelGripper(
+            fingers=(_finger(tool, robot, 0), _finger(tool, robot, 1)),
+            pad=(along, deep),
+            gap=tool.pad_gap,
+            limits=PinchLimits(tool.force, tool.friction, (along, deep)),
+            closing_speed=tool.closing_speed,
+            contact_speed=tool.contact_speed,
+        ),
+    )
+
+
+def _finger(tool: GripperModel, robot: Urdf, k: int) -> Finger:
+    link = tool.fingers[k]
+    side, opening = finger_sign(tool, robot, link), opening_sign(tool, robot, link)
+    return Finger(link, finger_joint(robot, link).name, side, opening)
+
+
+def _cup(tool: SuctionModel) -> SuctionCup:
     return SuctionCup(
         radius=tool.cup_radius,
         stroke=tool.cup_stroke,
@@ -251,12 +299,10 @@ def _cup(tool: ToolModel) -> SuctionCup:
     )
 
 
-def _T_flange_cup(tool: ToolModel, robot: Urdf, position: float) -> Array:
-    """Pose (4, 4) of the cup link in the flange link at a position in rad or m of the tool's joint."""
-    T = np.eye(4)
-    for joint in robot.way(tool.cup_link)[-2:]:
-        T = T @ joint.T_parent_joint @ joint_motion(joint, position if joint.name == tool.joint else 0.0)
-    return T
+def _T_flange_cup(tool: SuctionModel | GripperModel, robot: Urdf, position: float = 0.0) -> Array:
+    """Pose (4, 4) of the chain's last link in the flange link, its last joint at a position in rad or m."""
+    fixed, last = robot.way(tool.cup_link)[-2:]
+    return fixed.T_parent_joint @ last.T_parent_joint @ joint_motion(last, position)
 
 
 def _pose(model: PoseModel) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from annotated_types import Len
 from pydantic import Field, field_validator, model_validator
@@ -27,8 +27,10 @@ MAX_PAIRS = 2000
 MAX_CONFIGURATIONS = 1000
 MAX_STATES = 32
 MAX_LINKS = 500
+TOOL_KINDS = ("suction", "gripper")
 FilePath = Annotated[str, Field(min_length=1, max_length=500)]
 Part = TypeVar("Part")
+Width = Annotated[float, Field(ge=0, le=0.5)]
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -94,11 +96,55 @@ class JointLimitModel(FileModel):
 
 
 class ToolModel(FileModel):
-    """The suction tool."""
+    """What every tool says of itself."""
 
+    kind: str = Field("suction", description="suction or gripper")
     urdf: FilePath | None = Field(None, description="the tool's own URDF, where the robot's has no tool")
     T_flange_tool: PoseModel | None = Field(None, description="where its root link is mounted on the flange")
     flange_link: Name = Field(description="the arm's last own link")
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, kind: str) -> str:
+        if kind not in TOOL_KINDS:
+            raise ValueError(f"expected {' or '.join(TOOL_KINDS)}, got {kind!r}; correct it")
+        return kind
+
+
+class GripperModel(ToolModel):
+    """A parallel gripper."""
+
+    hand_link: Name = Field(description="the link fixed to the flange, which carries the fingers")
+    T_hand_tip: PoseModel = Field(
+        description="the middle between the pads in the hand's frame: z out of the hand, y as they close"
+    )
+    fingers: Annotated[tuple[Name, ...], Len(2, 2)] = Field(description="the links of the two fingers")
+    states: Annotated[dict[Name, Width], Len(2, MAX_STATES)] = Field(
+        description="widths between the pads by state in m, the usual one first"
+    )
+    pad_size: Annotated[tuple[Thickness, ...], Len(2, 2)] = Field(
+        description="m, sides of a pad along x and z of the tool frame"
+    )
+    pad_gap: Width = Field(0.0, description="m between the pads where both finger joints stand at 0")
+    force: Force = Field(description="N with which each pad presses")
+    friction: Annotated[float, Field(gt=0, le=2)] = Field(description="friction between pads and items")
+    closing_speed: Annotated[float, Field(gt=0, le=2)] = Field(description="m/s at which the width changes")
+    contact_speed: Annotated[float, Field(gt=0, le=2)] = Field(description="m/s, fastest final approach")
+
+    @property
+    def lance_link(self) -> str:
+        """Name of the link fixed to the flange."""
+        return self.hand_link
+
+    @property
+    def cup_link(self) -> str:
+        """Name of the link between the pads, which the cell adds to the robot."""
+        return f"{self.hand_link}_tip"
+
+
+class SuctionModel(ToolModel):
+    """A suction tool."""
+
     lance_link: Name = Field(description="the link fixed to the flange")
     cup_link: Name = Field(description="the cup, the chain's last link")
     joint: Name | None = Field(None, description="the joint that changes the tool's state, if one does")
@@ -196,7 +242,7 @@ class ObstacleModel(BoundsModel):
 class DeviceModel(FileModel):
     """A switched device."""
 
-    kind: DeviceKind = Field(description="pump, valve, sensor or tool_actuator")
+    kind: DeviceKind = Field(description="pump, valve, sensor, tool_actuator or gripper")
     lead: Seconds = Field(description="s from the command to its full effect")
     actions: Annotated[tuple[Text, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
 
@@ -237,7 +283,7 @@ class CellModel(FileModel):
     max_tool_speed: Annotated[float, Field(ge=0.01, le=10)] | None = Field(
         None, description="m/s of the tool's tip, 0.01 to 10; none if left out"
     )
-    tool: ToolModel | None = Field(None, description="the tool, if one is mounted")
+    tool: SuctionModel | GripperModel | None = Field(None, description="the tool, if one is mounted")
     pod: PodModel | None = Field(None, description="the shelf, if there is one")
     tote: ToteModel | None = Field(None, description="the tote, if there is one")
     obstacles: Annotated[tuple[ObstacleModel, ...], Len(0, MAX_OBSTACLES)] = Field(
@@ -272,5 +318,31 @@ class CellModel(FileModel):
 
     @property
     def tool_joint(self) -> str | None:
-        """Name of the joint that moves the tool, if one does."""
-        return None if self.tool is None else self.tool.joint
+        """Name of the joint of the chain that moves the tool, if one does."""
+        return self.tool.joint if isinstance(self.tool, SuctionModel) else None
+
+
+class SuctionCellModel(CellModel):
+    """A cell file whose tool is a suction tool, or that has none."""
+
+    tool: SuctionModel | None = Field(None, description="the tool, if one is mounted")
+
+
+class GripperCellModel(CellModel):
+    """A cell file whose tool is a parallel gripper."""
+
+    tool: GripperModel | None = Field(None, description="the tool, if one is mounted")
+
+
+def cell_model(data: Any) -> type[CellModel]:
+    """The model of a cell file by the kind of its tool, so that mistakes are told of that kind alone.
+
+    Args:
+        data: The values of the file, whatever they are.
+
+    Returns:
+        The model.
+    """
+    tool = data.get("tool") if isinstance(data, dict) else None
+    is_gripper = isinstance(tool, dict) and tool.get("kind") == "gripper"
+    return GripperCellModel if is_gripper else SuctionCellModel

@@ -13,6 +13,7 @@ class DeviceKind(StrEnum):
     VALVE = "valve"
     SENSOR = "sensor"
     TOOL_ACTUATOR = "tool_actuator"
+    GRIPPER = "gripper"
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Device:
         name: Unique in the cell.
         kind: What it does.
         lead: s between the command and its full effect (a pump's time to full vacuum, a valve's switching).
-        actions: E.g. ("on", "off"), ("read",), ("straight", "down").
+        actions: E.g. ("on", "off"), ("read",), ("straight", "down"), ("open", "closed").
     """
 
     name: str

@@ -19,7 +19,7 @@ import numpy as np
 from pickcli.cell.cell import Cell
 from pickcli.cell.robot import Joint, Robot
 from pickcli.cell.shapes import Body
-from pickcli.cell.tool import SuctionCup
+from pickcli.cell.tool import GripModel, SuctionCup
 from pickcli.geometry import Array
 
 _DIGITS = 9  # 1 nm and 1 nrad: below any meaning, above the noise of reading a number twice
@@ -120,13 +120,19 @@ def _robot(robot: Robot) -> dict[str, Any]:
             "links": [tool.flange_link, tool.lance_link, tool.cup_link, tool.joint],
             "states": {state.name: numbers(position) for state, position in tool.positions.items()},
             "T_cup_tip": numbers(tool.T_cup_tip),
-            **_cup(tool.suction_cup),
+            **_grip(tool.grip),
         },
     }
 
 
-def _cup(cup: SuctionCup | None) -> dict[str, Any]:
-    return {} if cup is None else {"cup": numbers([cup.radius, cup.stroke, cup.tilt])}
+def _grip(grip: GripModel | None) -> dict[str, Any]:
+    """What a motion depends on of what holds items: of a gripper the ways of its fingers too."""
+    if grip is None:
+        return {}
+    if isinstance(grip, SuctionCup):
+        return {"cup": numbers([grip.radius, grip.stroke, grip.tilt])}
+    fingers = [[f.link, f.joint, numbers([f.side, f.opening])] for f in grip.fingers]
+    return {"gripper": [fingers, numbers([*grip.pad, grip.gap])]}
 
 
 def _joint(joint: Joint) -> list[Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from pickcli.cell.robot import Joint, JointType, Link, joint_motion
 from pickcli.cell.urdf import Urdf
 from pickcli.geometry import Array
@@ -42,6 +44,32 @@ def mounted(robot: Urdf, tool: Urdf, flange: str, T_flange_tool: Array) -> Urdf:
     )
 
 
+def with_tip(robot: Urdf, hand: str, tip: str, T_hand_tip: Array) -> Urdf:
+    """A robot with a frame between the fingers of its hand, as a link without a shape.
+
+    Args:
+        robot: The robot.
+        hand: Name of the link of the hand.
+        tip: Name of the new link, none of the robot's.
+        T_hand_tip: (4, 4) its pose in the hand.
+
+    Returns:
+        The robot with the link.
+    """
+    link = Link(name=tip, shapes=(), mass=0.0, T_link_inertia=np.eye(4))
+    joint = Joint(
+        name=f"{tip}_joint",
+        type=JointType.FIXED,
+        parent=hand,
+        child=tip,
+        T_parent_joint=T_hand_tip,
+        axis=np.array([0.0, 0.0, 1.0]),
+        lower=0.0,
+        upper=0.0,
+    )
+    return replace(robot, links={**robot.links, tip: link}, joints={**robot.joints, tip: joint})
+
+
 def stripped(robot: Urdf, without: Iterable[str]) -> Urdf:
     """A robot without some links and all that hangs on them.
 
@@ -76,7 +104,7 @@ def planning_group(
     Args:
         robot: The robot.
         tip: Name of the link at the end of the chain.
-        moving: Names of the joints that stay as they are, all of the chain.
+        moving: Names of the joints that stay as they are: of the chain, and of the tool's fingers.
         posture: Positions in rad or m of all other joints that neither are fixed nor mimic one.
 
     Returns:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pickcli.cell.cell_schema import CellModel
+from pickcli.cell.gripper_consistency import finger_joints
 from pickcli.cell.references import refer
 from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.urdf import Urdf
@@ -49,16 +50,16 @@ def _check_joints(source: Source, model: CellModel, robot: Urdf) -> None:
 
 def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
     """Every joint that is not planned stands somewhere, within its limits."""
-    tool_joint, posture = model.tool_joint, model.robot.posture
+    posture, of_tool = model.robot.posture, {model.tool_joint, *finger_joints(model, robot)}
     free = robot.driven(robot.joints.values())
-    chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, tool_joint}
+    chain = {joint.name for joint in robot.way(model.tip)} | {*model.robot.joints, *of_tool}
     for name in free.keys() - chain - posture.keys():
         source.add(
             ("robot", "posture", name), "is not planned; expected where it stands in rad or m, got nothing"
         )
     for name, position in posture.items():
         refer(source, ("robot", "posture", name), "moving joint", name, list(free))
-        if name == tool_joint:
+        if name in of_tool:
             source.add(
                 ("robot", "posture", name), "is the tool's; where it stands its states say: leave it out"
             )
@@ -68,7 +69,7 @@ def _check_posture(source: Source, model: CellModel, robot: Urdf) -> None:
                 f"expected {free[name].lower:g} to {free[name].upper:g}, got {position:g}; correct it",
             )
     for name, mimic in robot.mimics.items():
-        if mimic.joint in model.robot.joints or mimic.joint == tool_joint:
+        if name not in of_tool and mimic.joint in {*model.robot.joints, *of_tool}:
             text = f"{name!r} mimics it, which cannot be planned; let it stand (robot.posture)"
             source.add(("robot", "joints"), f"{mimic.joint!r}: {text}")
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from pickcli.cell.cup_limits import CupLimits
+from pickcli.cell.gripper import ParallelGripper
 from pickcli.errors import InputError
 from pickcli.geometry import Array, cross
 
@@ -17,6 +20,8 @@ ACROSS = np.array([-1.0, 0.0, 0.0])
 
 _SAME_DIRECTION = 0.98  # cosine from which two directions count as one: 11 degrees apart at most
 _DIGITS = 12  # of directions: what is a quarter turn in the cell file is exactly one here
+_WIDTH_NAME = re.compile(r"w_[0-9]\.[0-9]{4}")
+_WIDTH = "w_"  # how names of states begin that are a width of a gripper, in m
 
 
 @dataclass(frozen=True, order=True)
@@ -35,6 +40,23 @@ class ToolState:
     def __str__(self) -> str:
         """The name, as files and messages have it."""
         return self.name
+
+    @classmethod
+    def of_width(cls, width: float) -> ToolState:
+        """The state of a gripper whose pads stand some way apart, e.g. on an item.
+
+        Args:
+            width: m, told to a tenth of a millimetre.
+
+        Returns:
+            The state, e.g. ``w_0.0450``.
+        """
+        return cls(f"{_WIDTH}{width:.4f}")
+
+    @property
+    def width(self) -> float | None:
+        """The width in m that the name tells; None for a state that the cell names."""
+        return float(self.name[len(_WIDTH) :]) if _WIDTH_NAME.fullmatch(self.name) else None
 
 
 # On the way from any state to any other: the tool may be anywhere in between, so that what is free in this
@@ -72,23 +94,31 @@ class SuctionCup:
     seal_time: float
 
 
+GripModel: TypeAlias = SuctionCup | ParallelGripper
+"""What holds items, and what it bears: of every tool one of these kinds."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tool:
-    """What is mounted on the flange: a lance whose last part, the cup, may be moved by a joint of its own.
+    """What is mounted on the flange: a lance with a suction cup, or a hand with two fingers.
 
-    The tool frame sits at the tip of the uncompressed cup, +z out of the cup along its axis. Where nothing is
-    mounted, all three links are the flange, and the tool frame is its frame.
+    Of a suction tool the cup may be moved by a joint of its own, and the tool frame sits at the tip of the
+    uncompressed cup, +z out of it along its axis. Of a gripper it sits between the pads (``gripper.py``): a
+    link without a shape, fixed to the hand, ends the chain there. Where nothing is mounted, all three links
+    are the flange, and the tool frame is its frame.
 
     Attributes:
         flange_link: The robot's last own link.
-        lance_link: Fixed to the flange.
-        cup_link: Moved by ``joint``, if there is one; the last link of the chain.
-        joint: The joint that the state moves, the last of the chain; None for a tool with one state.
-        positions: Position in rad (of a prismatic joint: m) of the joint in each state, in the order of the
-            cell file; 0 without a joint. The first is the state where nothing else is said.
+        lance_link: Fixed to the flange: the lance, or the hand.
+        cup_link: The last link of the chain: the cup, moved by ``joint`` if there is one; of a gripper that
+            between the pads.
+        joint: The joint of the chain that the state moves, its last; None where the state moves none of it.
+        positions: What each state is, in the order of the cell file: position in rad (of a prismatic joint:
+            m) of the joint, width in m of a gripper, 0 without either. The first is the state where nothing
+            else is said.
         T_flange_tip: Pose (4, 4) of the tool frame in the flange link, by state.
         T_cup_tip: Pose (4, 4) of the tool frame in the cup link.
-        suction_cup: The cup; None where nothing is mounted.
+        grip: What holds items; None where nothing is mounted.
     """
 
     flange_link: str
@@ -98,7 +128,7 @@ class Tool:
     positions: dict[ToolState, float]
     T_flange_tip: dict[ToolState, Array]
     T_cup_tip: Array
-    suction_cup: SuctionCup | None
+    grip: GripModel | None
 
     @classmethod
     def bare(cls, flange_link: str) -> Tool:
@@ -115,13 +145,37 @@ class Tool:
         )
 
     @property
+    def suction_cup(self) -> SuctionCup | None:
+        """The cup; None where none is mounted."""
+        return self.grip if isinstance(self.grip, SuctionCup) else None
+
+    @property
+    def gripper(self) -> ParallelGripper | None:
+        """The gripper; None where none is mounted."""
+        return self.grip if isinstance(self.grip, ParallelGripper) else None
+
+    @property
     def cup(self) -> SuctionCup:
-        """The cup. Raises InputError where nothing is mounted."""
+        """The cup. Raises InputError where none is mounted."""
         if self.suction_cup is None:
             raise InputError(
-                f"nothing is mounted on {self.flange_link}: picks need a suction cup; add `tool` to the cell"
+                f"no suction cup is mounted on {self.flange_link}: picks need one; add `tool` to the cell"
             )
         return self.suction_cup
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints that the state moves: the cup's, or those of the fingers."""
+        if self.gripper is not None:
+            return tuple(finger.joint for finger in self.gripper.fingers)
+        return () if self.joint is None else (self.joint,)
+
+    @property
+    def contact_links(self) -> tuple[str, ...]:
+        """Names of the links that may touch what is grasped: the cup, or the fingers."""
+        if self.gripper is not None:
+            return tuple(finger.link for finger in self.gripper.fingers)
+        return (self.cup_link,)
 
     @property
     def states(self) -> tuple[ToolState, ...]:
@@ -140,19 +194,72 @@ class Tool:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and greatest position in rad or m of the joint over all states."""
+        """Least and greatest position in rad or m of the joint, or width, over all states."""
         return min(self.positions.values()), max(self.positions.values())
 
-    def position(self, state: ToolState) -> float:
-        """Position of the joint in a state; MOVING counts as the default state.
+    def knows(self, state: ToolState) -> bool:
+        """Whether the tool can rest in a state: one that the cell names, or a width between two of those.
 
         Args:
             state: State of the tool.
 
         Returns:
+            True if it can.
+        """
+        least, most = self.range
+        is_between = self.gripper is not None and state.width is not None and least <= state.width <= most
+        return state in self.positions or is_between
+
+    def position(self, state: ToolState) -> float:
+        """Position of the joint in a state, or width of a gripper; MOVING counts as the default state.
+
+        Args:
+            state: State of the tool.
+
+        Returns:
+            rad, or m of a prismatic joint and of a width.
+        """
+        if self.gripper is not None and state.width is not None and state not in self.positions:
+            return state.width
+        return self.positions[self.default_state if state == MOVING else state]
+
+    def joint_position(self, joint: str, state: ToolState) -> float:
+        """Position of one of the joints that the state moves.
+
+        Args:
+            joint: Name of the joint.
+            state: State of the tool; MOVING counts as the default state.
+
+        Returns:
             rad, or m of a prismatic joint.
         """
-        return self.positions[self.default_state if state == MOVING else state]
+        return self._joint_at(joint, self.position(state))
+
+    def joint_range(self, joint: str) -> tuple[float, float]:
+        """Least and greatest position that one of these joints takes over all states.
+
+        Args:
+            joint: Name of the joint.
+
+        Returns:
+            rad, or m of a prismatic joint.
+        """
+        ends = [self._joint_at(joint, position) for position in self.range]
+        return min(ends), max(ends)
+
+    def _joint_at(self, joint: str, position: float) -> float:
+        return position if self.gripper is None else self.gripper.joint_position(joint, position)
+
+    def tip_in_flange(self, state: ToolState) -> Array:
+        """Pose of the tool frame in the flange link.
+
+        Args:
+            state: State of the tool; what is none of the cell's counts as the default state.
+
+        Returns:
+            (4, 4).
+        """
+        return self.T_flange_tip.get(state, self.T_flange_tip[self.default_state])
 
     def lance_axis(self, state: ToolState) -> Array:
         """Direction of the lance, the flange's +z.
@@ -163,7 +270,7 @@ class Tool:
         Returns:
             (3,) in the tool frame.
         """
-        return np.asarray(np.round(self.T_flange_tip[state][2, :3], _DIGITS) + 0.0)
+        return np.asarray(np.round(self.tip_in_flange(state)[2, :3], _DIGITS) + 0.0)
 
     def has_lance(self, state: ToolState, axis: Array) -> bool:
         """Whether the lance points along an axis.
@@ -186,7 +293,7 @@ class Tool:
         Returns:
             (3,) m, in the tool frame.
         """
-        T = self.T_flange_tip[state]
+        T = self.tip_in_flange(state)
         return np.asarray(np.round(T[:3, :3].T @ (-T[0, 3], -T[1, 3], 0.0), _DIGITS) + 0.0)
 
     def state_with_lance(self, axis: Array) -> ToolState | None:

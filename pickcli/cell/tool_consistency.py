@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pickcli.cell.cell_schema import CellModel, RobotModel, ToolModel
+from pickcli.cell.cell_schema import CellModel, GripperModel, RobotModel, SuctionModel, ToolModel
 from pickcli.cell.device import DeviceKind
+from pickcli.cell.gripper_consistency import check_gripper
 from pickcli.cell.references import refer
 from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import Urdf
@@ -46,14 +47,22 @@ def check_mount(source: Source, stated: ToolModel, robot: Urdf, tool: Urdf | Non
         source.add(("tool", "urdf"), f"joint {name!r} is one of the robot's too; rename one")
 
 
-def check_tool(source: Source, tool: ToolModel, robot: Urdf) -> None:
-    """Check that the chain ends flange, lance, cup, and that the tool's states are positions of its joint.
+def check_tool(source: Source, tool: SuctionModel | GripperModel, robot: Urdf) -> None:
+    """Check the links of the tool and its states.
 
     Args:
         source: Collects the mistakes with their places in the file.
         tool: The tool as it stands in the file.
         robot: The robot with the tool.
     """
+    if isinstance(tool, GripperModel):
+        check_gripper(source, tool, robot)
+    else:
+        _check_suction_tool(source, tool, robot)
+
+
+def _check_suction_tool(source: Source, tool: SuctionModel, robot: Urdf) -> None:
+    """Check that the chain ends flange, lance, cup, and that the states are positions of its joint."""
     names = list(robot.links)
     for role in ("flange_link", "lance_link", "cup_link"):
         refer(source, ("tool", role), "link", getattr(tool, role), names)
@@ -79,7 +88,7 @@ def tool_states(model: CellModel) -> list[str]:
     return list(positions or {FIXED.name: 0.0})
 
 
-def _check_states(source: Source, tool: ToolModel, robot: Urdf) -> None:
+def _check_states(source: Source, tool: SuctionModel, robot: Urdf) -> None:
     """The states of the tool are positions of the last joint of the chain."""
     name, positions = tool.joint, tool.states
     if name is None or positions is None:
@@ -111,13 +120,28 @@ def check_devices(source: Source, model: CellModel) -> None:
         source: Collects the mistakes with their places in the file.
         model: The cell as it stands in the file.
     """
-    states = tool_states(model)
+    states, is_gripper = tool_states(model), isinstance(model.tool, GripperModel)
+    mover = DeviceKind.GRIPPER if is_gripper else DeviceKind.TOOL_ACTUATOR
     for name, device in model.devices.items():
-        if device.kind != DeviceKind.TOOL_ACTUATOR:
+        if device.kind not in (DeviceKind.TOOL_ACTUATOR, DeviceKind.GRIPPER):
             continue
+        if device.kind != mover:
+            text = f"expected {mover}, which moves this tool, got {device.kind}; correct it"
+            source.add(("devices", name, "kind"), text)
+        if isinstance(model.tool, GripperModel):
+            _check_lead(source, model.tool, name, device.lead)
         for i, action in enumerate(device.actions):
             refer(source, ("devices", name, "actions", i), "state of the tool", action, states)
         missing = [state for state in states if state not in device.actions]
         if missing:
             text = f"no action leads to {', '.join(missing)}; add one by the name of each state of the tool"
             source.add(("devices", name, "actions"), text)
+
+
+def _check_lead(source: Source, tool: GripperModel, device: str, lead: float) -> None:
+    """The lead of what moves the fingers is at least what the widest way between two states takes."""
+    least = (max(tool.states.values()) - min(tool.states.values())) / tool.closing_speed
+    if lead < least:
+        text = f"expected at least {least:.3g} s, which the fingers need for the way between their states at "
+        text += f"closing_speed, got {lead:g}; correct one of them"
+        source.add(("devices", device, "lead"), text)

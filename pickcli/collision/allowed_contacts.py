@@ -27,13 +27,13 @@ Touchers: TypeAlias = tuple[tuple[str, Way | None], ...]  # by name, sorted: has
 
 @dataclass(frozen=True)
 class AllowedContacts:
-    """What the held item and the cup may touch, and which items are not there at all.
+    """What the held item and the cup or the fingers may touch, and which items are not there at all.
 
     Attributes:
         item: What the held item may touch: body or item by name, and how far it counts as moved out of the
             way; None where it may be touched anyhow.
-        cup: What the cup may touch: body or item by name, and how far it counts as moved out of the way; None
-            where it may be touched anyhow.
+        cup: What the cup or the fingers may touch: body or item by name, and how far it counts as moved out
+            of the way; None where it may be touched anyhow.
         absent: Ids of items that are not there: the one that is held, and those a planner may ignore.
         opening: Pairs (link of the robot or "held <item>", body or item) that are not tested: those that a
             way out of a stop only has to take apart.
@@ -93,12 +93,12 @@ class AllowedContacts:
         """The contacts left when nothing is held."""
         return replace(self, item=())
 
-    def ignored(self, world: CollisionWorld, cup: int, item: int) -> NDArray[np.uint64]:
+    def ignored(self, world: CollisionWorld, tool: tuple[int, ...], item: int) -> NDArray[np.uint64]:
         """Which frames keep no clearance from which solids.
 
         Args:
             world: Solids of the scene.
-            cup: Frame of the cup.
+            tool: Frames of the tool that may touch: that of the cup, or those of the fingers.
             item: Frame of the held item.
 
         Returns:
@@ -108,8 +108,8 @@ class AllowedContacts:
             UnknownNameError: If a name is none of the scene.
         """
         bits = np.zeros(len(world.names), np.uint64)
-        for frame, touchers in ((cup, self.cup), (item, self.item)):
-            bits[world.indices(name for name, _ in touchers)] |= np.uint64(1 << frame)
+        for frames, touchers in ((tool, self.cup), ((item,), self.item)):
+            bits[world.indices(name for name, _ in touchers)] |= np.uint64(sum(1 << f for f in set(frames)))
         return bits
 
     def enter(self, kernel: Checker, world: CollisionWorld, cup: int, item: int) -> NDArray[np.intp]:

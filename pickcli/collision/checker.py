@@ -61,8 +61,8 @@ class SceneChecker(KernelValidator):
 
     def _clear_of(self, world: CollisionWorld, contacts: AllowedContacts) -> KernelWorld:
         """The whole robot, and all solids but those it may touch."""
-        cup, item = self._cup, self._cup + 1
-        ignored = world.ignored | contacts.ignored(world, cup, item)
+        item = self._cup + 1
+        ignored = world.ignored | contacts.ignored(world, self._model.tool_frames, item)
         for part, name in contacts.opening:
             frame = item if part.startswith("held ") else self._model.frame_names.index(part)
             ignored[world.indices([name])] |= np.uint64(1 << frame)

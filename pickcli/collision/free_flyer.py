@@ -87,7 +87,7 @@ class FreeItemChecker(KernelValidator):
             return kernel
 
         clear = KernelWorld(flying(free.inflate), np.flatnonzero(world.is_kept(contacts.absent)))
-        world.enter(clear.kernel, clear.kept, contacts.ignored(world, this, this))
+        world.enter(clear.kernel, clear.kept, contacts.ignored(world, (this,), this))
         touch: KernelWorld | None = None
         if contacts.is_limited:
             kernel = flying(0.0)
@@ -159,8 +159,9 @@ class FreeToolChecker(KernelValidator):
         kernel = _floating_tool(model, tool_state, R_world_axes.tobytes()).bare()
         contacts = contacts.of_present
         clear = KernelWorld(kernel, np.flatnonzero(world.is_kept(contacts.absent)))
-        world.enter(kernel, clear.kept, contacts.ignored(world, CUP, CUP + 1))
-        parts = (*[""] * LANCE, model.robot.tool.lance_link, model.robot.tool.cup_link)
+        world.enter(kernel, clear.kept, contacts.ignored(world, (CUP,), CUP + 1))
+        tool = model.robot.tool
+        parts = (*[""] * LANCE, tool.lance_link, " or ".join(tool.contact_links))
         super().__init__(world, parts, model.cell.clearance, clear, None)
 
     def displacements(self, T_world_tip: Array) -> Array:
@@ -202,14 +203,14 @@ def _floating_tool(model: CollisionModel, tool_state: ToolState, axes: bytes) ->
 
 @lru_cache(maxsize=32)
 def _tool_spheres(model: CollisionModel, tool_state: ToolState) -> tuple[Array, Array, NDArray[np.int32]]:
-    """Centres (S, 3), radii (S,) and frames (S,) of lance and cup, level about the tip. Cached."""
+    """Centres (S, 3), radii (S,) and frames (S,) of the tool's links, level about the tip. Cached."""
     state, tool = model.state(tool_state), model.robot.tool
     links = state.chain.fk(np.zeros(state.chain.n))
     T_frame_tip = pose(R=tool.R_tip_lance(tool_state).T)
     T_frame_world = T_frame_tip @ inverse(links[-1] @ tool.T_cup_tip)
     centers, frames = np.empty((0, 3)), np.empty(0, np.int32)
     radii = np.empty(0)
-    for frame, name in ((LANCE, tool.lance_link), (CUP, tool.cup_link)):
+    for frame, name in ((LANCE, tool.lance_link), *((CUP, name) for name in tool.contact_links)):
         k = model.frame_names.index(name)
         is_of_link = state.frames == k
         T = T_frame_world @ links[k]

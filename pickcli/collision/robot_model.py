@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.robot import Link, Robot
+from pickcli.cell.robot import Joint, Link, Robot
 from pickcli.cell.shapes import Body, ShapeKind
 from pickcli.cell.tool import MOVING, ToolState
 from pickcli.collision.sphere_cover import Cover, cover_bodies, cover_meshes
@@ -128,6 +128,18 @@ class CollisionModel:
         return self._covers[-1].excess
 
     @property
+    def tool_frames(self) -> tuple[int, ...]:
+        """Frames that may touch what is grasped: that of the cup, or those of the fingers."""
+        return tuple(self.frame_names.index(link) for link in self.robot.tool.contact_links)
+
+    @property
+    def _fingers(self) -> dict[int, Joint]:
+        """Joints of the fingers of a gripper, by the frame that each moves."""
+        if self.robot.tool.gripper is None:
+            return {}
+        return {k: self.robot.joints[k] for k in self.tool_frames}
+
+    @property
     def held_tested_frames(self) -> NDArray[np.int32]:
         """Frames that the held item must stay clear of: all but those rigid with it or with the base."""
         return np.array([k for k, b in enumerate(self.bodies) if 0 < b < self.bodies[-1]], dtype=np.int32)
@@ -154,11 +166,14 @@ class CollisionModel:
         Returns:
             Spheres in that frame.
         """
-        tool, joint = self.robot.tool, self.robot.joints[-1]
-        (least, most), here = tool.range, tool.position(MOVING)
-        if joint.name != tool.joint or least == most:
-            return cover
-        return sweep(cover, joint, least - here, most - here)
+        joint = self.robot.joints[-1]
+        return self._in_any_state(cover, joint) if joint.name == self.robot.tool.joint else cover
+
+    def _in_any_state(self, cover: Cover, joint: Joint) -> Cover:
+        """Spheres around all that a cover passes through that one of the tool's joints moves."""
+        tool = self.robot.tool
+        (least, most), here = tool.joint_range(joint.name), tool.joint_position(joint.name, MOVING)
+        return cover if least == most else sweep(cover, joint, least - here, most - here)
 
     def is_allowed(self, a: str, b: str) -> bool:
         """Whether the cell exempts two names from being tested against each other.
@@ -262,6 +277,8 @@ class CollisionModel:
         covers = list(self._covers)
         if tool_state == MOVING:
             covers[-1] = self.swept(covers[-1])
+            for k, finger in self._fingers.items():
+                covers[k] = self._in_any_state(covers[k], finger)
         whole = KernelRobot(
             build_chain(self.robot, tool_state),
             np.concatenate([c.centers for c in covers]),

@@ -83,6 +83,8 @@ class Arm:
         Returns:
             The chain, with the tool's joint folded in as a fixed one.
         """
+        if tool_state not in self._chains:  # a width of a gripper that the cell does not name
+            self._chains[tool_state] = build_chain(self.robot, tool_state)
         return self._chains[tool_state]
 
     def tip(self, q: Array, tool_state: ToolState) -> Array:
@@ -95,7 +97,7 @@ class Arm:
         Returns:
             (4, 4) T_world_tip.
         """
-        return np.asarray(self._chains[tool_state].fk(q)[-1] @ self._T_last_tip)
+        return np.asarray(self.chain(tool_state).fk(q)[-1] @ self._T_last_tip)
 
     def tips(self, Q: Array, tool_state: ToolState) -> Array:
         """Forward kinematics of the tool frame for many configurations.
@@ -107,7 +109,7 @@ class Arm:
         Returns:
             (N, 4, 4) T_world_tip of each.
         """
-        return self._chains[tool_state].tips(np.ascontiguousarray(Q), self._T_last_tip)
+        return self.chain(tool_state).tips(np.ascontiguousarray(Q), self._T_last_tip)
 
     def tip_motion(self, Q: Array, dQ: Array, ddQ: Array, tool_state: ToolState) -> TipMotion:
         """How the tool frame moves in the world, the tool's joint at rest.
@@ -121,7 +123,7 @@ class Arm:
         Returns:
             Poses, velocities and accelerations of the tool frame at the N states.
         """
-        poses, motions = self._chains[tool_state].tip_motion(Q, dQ, ddQ, self._T_last_tip)
+        poses, motions = self.chain(tool_state).tip_motion(Q, dQ, ddQ, self._T_last_tip)
         return TipMotion(poses, *(np.ascontiguousarray(motions[:, k]) for k in range(4)))
 
     def jacobian(self, q: Array, tool_state: ToolState) -> Array:
@@ -135,7 +137,7 @@ class Arm:
             (6, n) in world axes per unit of joint rate: velocity of the tip in m/s, then angular velocity in
             rad/s.
         """
-        return np.asarray(self._chains[tool_state].jacobian(q, self._T_last_tip))
+        return np.asarray(self.chain(tool_state).jacobian(q, self._T_last_tip))
 
     def manipulability(self, q: Array, tool_state: ToolState) -> float:
         """Yoshikawa's measure of manipulability.
@@ -161,7 +163,7 @@ class Arm:
             (M, n) distinct configurations within limits that put the tip at the pose, in the seeds' order;
             (0, n) if there is no solution.
         """
-        solutions = self._chains[tool_state].ik(
+        solutions = self.chain(tool_state).ik(
             T_world_tip, self._T_last_tip, np.ascontiguousarray(np.atleast_2d(seeds)),
             self._lower, self._upper, self.weights,
         )  # fmt: skip
@@ -236,7 +238,7 @@ class Arm:
             The configurations as far as they go, and why they end before the last pose, if they do.
         """
         poses = np.ascontiguousarray(T_world_tips, dtype=np.float64)
-        Q, end, off = self._chains[tool_state].follow(
+        Q, end, off = self.chain(tool_state).follow(
             poses, self._T_last_tip, q0, self._lower, self._upper, self.weights, self.max_step,
             deviation.position, deviation.angle,
         )  # fmt: skip
@@ -260,7 +262,7 @@ class Arm:
         Returns:
             Indices (M,) of rows of Q, the first and the last among them.
         """
-        return self._chains[tool_state].longest_chords(
+        return self.chain(tool_state).longest_chords(
             Q, T_world_tips, self._T_last_tip, deviation.position, deviation.angle
         )
 

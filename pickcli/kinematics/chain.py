@@ -64,9 +64,9 @@ def is_planned(robot: Robot, joint: Joint) -> bool:
         joint: One of its joints.
 
     Returns:
-        False for a fixed joint and for that of the tool.
+        False for a fixed joint and for those of the tool.
     """
-    return joint.type is not JointType.FIXED and joint.name != robot.tool.joint
+    return joint.type is not JointType.FIXED and joint.name not in robot.tool.joints
 
 
 def bodies_of_frames(robot: Robot) -> tuple[int, ...]:
@@ -100,9 +100,11 @@ def _origins(robot: Robot, tool_state: ToolState) -> list[Array]:
 
 
 def _folded(robot: Robot, joint: Joint, tool_state: ToolState) -> Array:
-    """Pose (4, 4) of a joint's child in the joint frame, if it is the tool's; the others stand at 0."""
+    """Pose (4, 4) of a joint's child in the joint frame, if it is one of the tool's; others stand at 0."""
     tool = robot.tool
-    return joint_motion(joint, tool.position(tool_state)) if joint.name == tool.joint else np.eye(4)
+    if joint.name not in tool.joints:
+        return np.eye(4)
+    return joint_motion(joint, tool.joint_position(joint.name, tool_state))
 
 
 def _check_chain(robot: Robot) -> None:

@@ -21,7 +21,7 @@ from pickcli.cell.cell_file import load_cell
 from pickcli.cell.fingerprint import digest, numbers
 from pickcli.cell.item import Item
 from pickcli.cell.pod_tolerance import Displacement
-from pickcli.cell.tool import SuctionCup
+from pickcli.cell.tool import GripModel, SuctionCup
 from pickcli.errors import InputError, StaleError
 from pickcli.files.atomic_write import write_text
 from pickcli.files.file_kind import SCENE
@@ -126,15 +126,20 @@ def scene_hash(scene: Scene) -> str:
             "cell": scene.cell.fingerprint,
             "T_world_pod": _coarse(scene.T_world_pod),
             "pod_error": numbers(dataclasses.astuple(scene.pod_error)),
-            **_cup_limits(scene.cell.robot.tool.suction_cup),
+            **_grip_limits(scene.cell.robot.tool.grip),
             "noise": numbers([scene.noise.position, scene.noise.angle]),
             "items": sorted(_item_content(placed) for placed in scene.items),
         }
     )
 
 
-def _cup_limits(cup: SuctionCup | None) -> dict[str, Any]:
-    return {} if cup is None else {"cup limits": numbers(astuple(cup.limits))}
+def _grip_limits(grip: GripModel | None) -> dict[str, Any]:
+    """What the tool bears."""
+    if grip is None:
+        return {}
+    if isinstance(grip, SuctionCup):
+        return {"cup limits": numbers(astuple(grip.limits))}
+    return {"pinch limits": numbers([grip.limits.force, grip.limits.friction, *grip.limits.pad])}
 
 
 def _item_content(placed: PlacedItem) -> list[Any]:

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pickcli.cell.robot import Robot
+from pickcli.cell.tool import MOVING
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import SegmentKind
 from pickcli.scene.scene import Scene
-from pickcli.verification.contact_exemptions import ends_at_rest, may_touch
+from pickcli.verification.contact_exemptions import ends_at_rest, may_touch, releases
 from pickcli.verification.moving_parts import Part
 from pickcli.verification.state_sampling import States
 from pickcli.verification.static_solids import PlanFixtures
@@ -23,11 +24,13 @@ class Exemptions:
 
     Attributes:
         touching: Names that cup and held item are planned to touch here, near to where that one is at rest.
+        pinched: Id of the item that fingers close on or open from here, "" if they do not.
         neighbours: Links that a joint connects, directly or through links without a shape.
         allowed: The cell's list, each with its reason there.
     """
 
     touching: frozenset[str]
+    pinched: str
     neighbours: frozenset[frozenset[str]]
     allowed: frozenset[frozenset[str]]
 
@@ -41,6 +44,8 @@ class Exemptions:
         Returns:
             True if it may.
         """
+        if part.is_finger:
+            return name == self.pinched
         if part.is_cup or part.is_held:
             return name in self.touching
         # What stands still is as near to the world as the cell and the scene put it, whatever moves.
@@ -59,7 +64,7 @@ class Exemptions:
         if a.name == b.name:
             return True
         if a.is_held or b.is_held:
-            return a.is_cup or b.is_cup
+            return a.is_cup or b.is_cup or a.is_finger or b.is_finger
         names = frozenset((a.name, b.name))
         # Where no joint moves between two links their pose is the tool maker's business.
         return names in self.neighbours or names in self.allowed or _is_rigid(a, b)
@@ -83,9 +88,26 @@ def exemptions(
     neighbours = _neighbours(scene.cell.robot)
     allowed = frozenset(frozenset((p.a, p.b)) for p in scene.cell.allowed_pairs)
     return tuple(
-        Exemptions(_touching(plan, scene, states, moving, world, k), neighbours, allowed)
+        Exemptions(_touching(plan, scene, states, moving, world, k), pinched(plan, k), neighbours, allowed)
         for k in range(len(plan.segments))
     )
+
+
+def pinched(plan: Plan, k: int) -> str:
+    """The item that the fingers of a gripper may touch in a segment: that on which they close, or open.
+
+    Args:
+        plan: The plan.
+        k: Index of the segment.
+
+    Returns:
+        Its id; "" in every segment in which the fingers do not move, or move while nothing is grasped.
+    """
+    segment = plan.segments[k]
+    if plan.grasp is None or segment.tool_state != MOVING or plan.grasp.item not in segment.touching:
+        return ""
+    is_opening = segment.kind is SegmentKind.DEPART and k - 1 in releases(plan)
+    return plan.grasp.item if is_opening or segment.kind is SegmentKind.CONTACT else ""
 
 
 def _is_rigid(a: Part, b: Part) -> bool:

@@ -20,7 +20,7 @@ BLOCK = 1024  # configurations of which the whole chain stays in the cache; BLAS
 def link_poses(robot: Robot, Q: Array) -> Array:
     """Poses of the robot's links in the world, in the order of ``robot.links``.
 
-    The tool's joint stands at 0: what hangs on it is posed by ``T_lance_cup``.
+    The tool's joints stand at 0: what hangs on them is posed by ``T_parent_child``.
 
     Args:
         robot: The robot.
@@ -92,6 +92,22 @@ def cup_joint_index(robot: Robot) -> int:
     return next(i for i, joint in enumerate(robot.joints) if joint.child == robot.tool.cup_link)
 
 
+def touching_joints(robot: Robot) -> tuple[int, ...]:
+    """Indices in ``robot.joints`` of the joints on which hangs what may touch a grasped item.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        That of the cup, or those of both fingers.
+    """
+    gripper = robot.tool.gripper
+    if gripper is None:
+        return (cup_joint_index(robot),)
+    links = [finger.link for finger in gripper.fingers]
+    return tuple(i for i, joint in enumerate(robot.joints) if joint.child in links)
+
+
 def lance_index(robot: Robot) -> int:
     """Index in ``robot.links`` of the link that the cup hangs on.
 
@@ -101,29 +117,57 @@ def lance_index(robot: Robot) -> int:
     Returns:
         The index.
     """
-    return _parents(robot)[cup_joint_index(robot)]
+    return parent_index(robot, cup_joint_index(robot))
 
 
-def T_lance_cup(robot: Robot, position: float) -> Array:
+def parent_index(robot: Robot, joint: int) -> int:
+    """Index in ``robot.links`` of the link that a joint hangs on.
+
+    Args:
+        robot: The robot.
+        joint: Index of the joint.
+
+    Returns:
+        The index.
+    """
+    return _parents(robot)[joint]
+
+
+def T_lance_cup(robot: Robot, tool_state: ToolState) -> Array:
     """Pose of the cup link in the link it hangs on.
 
     Args:
         robot: The robot.
-        position: Of its joint, rad (prismatic: m).
+        tool_state: State of the tool.
 
     Returns:
         (4, 4).
     """
-    joint = robot.joints[cup_joint_index(robot)]
-    if joint.name != robot.tool.joint:
+    cup = cup_joint_index(robot)
+    return T_parent_child(robot, cup, joint_position(robot, cup, stated_position(robot, tool_state)))
+
+
+def T_parent_child(robot: Robot, index: int, position: float) -> Array:
+    """Pose of the child of one of the tool's joints in the link it hangs on.
+
+    Args:
+        robot: The robot.
+        index: Of the joint.
+        position: Of the joint, rad (prismatic: m).
+
+    Returns:
+        (4, 4).
+    """
+    joint = robot.joints[index]
+    if joint.type is JointType.FIXED:
         return joint.T_parent_joint
     if joint.type is JointType.PRISMATIC:
         return joint.T_parent_joint @ pose(position * joint.axis)
     return joint.T_parent_joint @ pose(R=rotation_axis_angle(joint.axis, position))
 
 
-def cup_position(robot: Robot, tool_state: ToolState) -> float:
-    """Position of the tool's joint in a state; on the way between two states, that of the first state.
+def stated_position(robot: Robot, tool_state: ToolState) -> float:
+    """What a state is: position of the cup's joint, or width; on the way between two states, the first one.
 
     Args:
         robot: The robot.
@@ -133,7 +177,33 @@ def cup_position(robot: Robot, tool_state: ToolState) -> float:
         rad or m.
     """
     positions = robot.tool.positions
-    return next(iter(positions.values())) if tool_state == MOVING else positions[tool_state]
+    if tool_state == MOVING:
+        return next(iter(positions.values()))
+    if tool_state in positions:
+        return positions[tool_state]
+    assert tool_state.width is not None
+    return tool_state.width
+
+
+def joint_position(robot: Robot, index: int, stated: float) -> float:
+    """Position of one of the tool's joints where the tool stands as a state says.
+
+    The pads of a gripper stand ``gap`` apart where the joints of the fingers stand at 0, and each finger goes
+    half of the way.
+
+    Args:
+        robot: The robot.
+        index: Of the joint.
+        stated: As of ``stated_position``, rad or m.
+
+    Returns:
+        rad or m.
+    """
+    gripper, name = robot.tool.gripper, robot.joints[index].name
+    if gripper is None:
+        return stated
+    way = 0.5 * (stated - gripper.gap)
+    return next((way * finger.opening for finger in gripper.fingers if finger.joint == name), 0.0)
 
 
 def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
@@ -147,9 +217,7 @@ def tip_poses(robot: Robot, links: Array, tool_state: ToolState) -> Array:
     Returns:
         (N, 4, 4).
     """
-    return np.asarray(
-        links[lance_index(robot)] @ T_lance_cup(robot, cup_position(robot, tool_state)) @ robot.tool.T_cup_tip
-    )
+    return np.asarray(links[lance_index(robot)] @ T_lance_cup(robot, tool_state) @ robot.tool.T_cup_tip)
 
 
 def reaches(robot: Robot, link: int, radius: float) -> Array:

@@ -15,11 +15,13 @@ from pickcli.motion.segment import Segment
 from pickcli.scene.scene import Scene
 from pickcli.verification.fcl_solids import CoveringSpheres, Solid, cover
 from pickcli.verification.forward_kinematics import (
-    T_lance_cup,
+    T_parent_child,
     cup_joint_index,
-    cup_position,
-    lance_index,
+    joint_position,
+    parent_index,
     reaches,
+    stated_position,
+    touching_joints,
 )
 
 SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the moving cup
@@ -29,8 +31,8 @@ SWEEP_STEP = 0.003  # m that a point moves between two checked positions of the 
 class Part:
     """One solid of the robot, or the held item.
 
-    The cup and what it holds are posed in the link before the cup, at the position they stand at; while the
-    cup moves there is one part for each of many positions.
+    The cup and what it holds, and the fingers, are posed in the link that they hang on, at the position they
+    stand at; while they move there is one part for each of many positions.
 
     Attributes:
         name: Name of the link, or id of the held item.
@@ -43,6 +45,7 @@ class Part:
         slack: m that any point of the part may be outside of its shape, for the positions in between and for
             what the pose of a held item may be off.
         is_cup: Whether it is the cup.
+        is_finger: Whether it is of a finger of a gripper.
         is_held: Whether it is the held item.
     """
 
@@ -55,6 +58,7 @@ class Part:
     reach: Array
     slack: float = 0.0
     is_cup: bool = False
+    is_finger: bool = False
     is_held: bool = False
 
 
@@ -113,20 +117,21 @@ def parts(scene: Scene, segment: Segment, T_tip_item: Array | None) -> tuple[Par
         The parts.
     """
     robot = scene.cell.robot
-    cup = cup_joint_index(robot) + 1
+    cup, joints = cup_joint_index(robot) + 1, touching_joints(robot)
     found = [
         _part(robot, i, replace(body, name=link.name))
         for i, link in enumerate(robot.links)
-        if i < cup
+        if i < cup and i - 1 not in joints
         for body in link.shapes
     ]
-    for body in robot.links[cup].shapes:
-        found += _in_states(robot, segment.tool_state, body)
+    for joint in joints:
+        for body in robot.links[joint + 1].shapes:
+            named = replace(body, name=robot.links[joint + 1].name)
+            found += _in_states(robot, joint, segment.tool_state, named)
     if segment.held is not None and T_tip_item is not None:
         bound = scene.noise.bound(scene.item(segment.held))
-        found += _in_states(
-            robot, segment.tool_state, held_body(scene, segment.held, T_tip_item), bound, True
-        )
+        held = held_body(scene, segment.held, T_tip_item)
+        found += _in_states(robot, cup - 1, segment.tool_state, held, bound, True)
     return tuple(found)
 
 
@@ -176,22 +181,25 @@ def held_body(scene: Scene, item_id: str, T_tip_item: Array) -> Body:
 
 
 def _in_states(
-    robot: Robot, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
+    robot: Robot, index: int, tool_state: ToolState, body: Body, slack: float = 0.0, is_held: bool = False
 ) -> list[Part]:
-    """A body in the cup link as parts of the link before it: one, or many where the cup moves."""
-    lance, joint = lance_index(robot), robot.joints[cup_joint_index(robot)]
-    name = body.name if is_held else joint.child
-    positions = [cup_position(robot, tool_state)]
-    least, most = min(robot.tool.positions.values()), max(robot.tool.positions.values())
+    """A body that hangs on one of the tool's joints as parts of the link before that, many where it moves."""
+    parent, joint, is_finger = parent_index(robot, index), robot.joints[index], robot.tool.gripper is not None
+    positions = [joint_position(robot, index, stated_position(robot, tool_state))]
+    ends = [joint_position(robot, index, stated) for stated in robot.tool.positions.values()]
+    least, most = min(ends), max(ends)
     if tool_state == MOVING and most > least:
         radius = _radius(body.T_parent_shape, body.shape)
         lever = 1.0 if joint.type is JointType.PRISMATIC else radius  # m per rad or m
         n = int(np.ceil((most - least) * lever / SWEEP_STEP)) + 1
         positions = list(np.linspace(least, most, n))
         slack += (most - least) / (n - 1) * (lever + (slack if lever is radius else 0.0)) / 2
-    poses = (T_lance_cup(robot, position) @ body.T_parent_shape for position in positions)
-    placed = (_part(robot, lance, Body(name, body.shape, T)) for T in poses)
-    return [replace(part, slack=slack, is_cup=not is_held, is_held=is_held) for part in placed]
+    poses = (T_parent_child(robot, index, position) @ body.T_parent_shape for position in positions)
+    placed = (_part(robot, parent, Body(body.name, body.shape, T)) for T in poses)
+    is_cup, is_of_finger = not (is_held or is_finger), is_finger and not is_held
+    return [
+        replace(part, slack=slack, is_cup=is_cup, is_finger=is_of_finger, is_held=is_held) for part in placed
+    ]
 
 
 def _part(robot: Robot, link: int, body: Body) -> Part:

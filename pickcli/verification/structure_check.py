@@ -127,7 +127,7 @@ def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
     if plan.grasp is not None:
         stated.append(("grasp", plan.grasp.tool_state))
     for where, state in stated:
-        if state != MOVING and state not in scene.cell.robot.tool.positions:
+        if state != MOVING and not scene.cell.robot.tool.knows(state):
             yield Reason("unknown tool state", where, f"the tool of the cell has no state {str(state)!r}")
 
 

@@ -93,7 +93,7 @@ def test_the_floor_under_a_pressed_cup_gives_no_more_than_the_bellows(
     plan = plan_pick(planner, thin, PickQuery(BIN, BOOK), home)
     assert verify(plan, thin).certificate is not None
     for stroke, is_too_deep in ((0.008, False), (0.001, True)):  # the floor 3 mm inside of the pressed cup
-        tool = replace(cell.robot.tool, suction_cup=replace(cell.robot.tool.cup, stroke=stroke))
+        tool = replace(cell.robot.tool, grip=replace(cell.robot.tool.cup, stroke=stroke))
         stiff = replace(cell, robot=replace(cell.robot, tool=tool))
         raised = replace(thin, cell=stiff, T_world_pod=pose((0.0, 0.0, 0.006)))
         reasons = verify(replace(plan, scene_hash=scene_hash(raised)), raised).reasons

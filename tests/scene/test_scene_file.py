@@ -288,9 +288,7 @@ def test_the_hash_sees_every_figure_that_a_plan_depends_on(cell: Cell) -> None:
     changed = [
         *(replace(scene, pod_error=Displacement(*bounds)) for bounds in 0.01 * np.eye(3)),
         *(
-            replace(
-                scene, cell=replace(cell, robot=replace(cell.robot, tool=replace(tool, suction_cup=each)))
-            )
+            replace(scene, cell=replace(cell, robot=replace(cell.robot, tool=replace(tool, grip=each))))
             for each in cups
         ),
         *(scene.moved(replace(first, item=item)) for item in others),

@@ -70,7 +70,7 @@ def test_a_tool_that_seals_slowly_needs_more_rest_and_one_that_seals_at_once_non
     plan, scene = pick()
     for seal_time, refused in ((0.3, True), (0.0, False), (20.0, True)):
         tool = scene.cell.robot.tool
-        slower = replace(tool, suction_cup=replace(tool.cup, seal_time=seal_time))
+        slower = replace(tool, grip=replace(tool.cup, seal_time=seal_time))
         robot = replace(scene.cell.robot, tool=slower)
         other = replace(scene, cell=replace(scene.cell, robot=robot))
         assert ("no time to seal" in whats(check_io(plan, other))) is refused

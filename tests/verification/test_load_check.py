@@ -92,7 +92,7 @@ def test_each_limit_of_the_cup_counts(limits: CupLimits, expected: str) -> None:
     _, scene = pick()
     robot = scene.cell.robot
     cup = replace(robot.tool.cup, limits=limits)
-    weak = replace(robot, tool=replace(robot.tool, suction_cup=cup))
+    weak = replace(robot, tool=replace(robot.tool, grip=cup))
     texts = told(replace(scene, cell=replace(scene.cell, robot=weak)))
     assert any("does not hold" in t and expected in t for t in texts)
     other = "shear and twist" if expected == "pull and moment" else "pull and moment"
@@ -108,7 +108,7 @@ def test_an_item_that_may_be_heavier_than_stated_must_hold_as_such() -> None:
 def with_take_up(scene: Scene, speed: float) -> Scene:
     robot = scene.cell.robot
     cup = replace(robot.tool.cup, take_up_speed=speed)
-    gentle = replace(robot, tool=replace(robot.tool, suction_cup=cup))
+    gentle = replace(robot, tool=replace(robot.tool, grip=cup))
     return replace(scene, cell=replace(scene.cell, robot=gentle))
 
 

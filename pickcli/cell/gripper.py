@@ -1,0 +1,62 @@
+"""A parallel gripper as data: two fingers that mirror each other, their pads, how hard and fast they close.
+
+The width of a gripper is the distance between its pads. The tool frame sits between them: its origin in the
+middle of the pads, +z out of the hand, y along which the fingers close.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pickcli.cell.pinch_limits import PinchLimits
+
+
+@dataclass(frozen=True)
+class Finger:
+    """One of the two fingers.
+
+    Attributes:
+        link: Name of its link.
+        joint: Name of the prismatic joint that moves it in the hand.
+        side: +1 if its pad is on the +y side of the tool frame, -1 on the other.
+        opening: +1 if its joint's position grows as the gripper opens, else -1.
+    """
+
+    link: str
+    joint: str
+    side: float
+    opening: float
+
+
+@dataclass(frozen=True, eq=False)
+class ParallelGripper:
+    """The figures of a parallel gripper.
+
+    Attributes:
+        fingers: Both fingers; each moves by half of what the width changes.
+        pad: (a, b) m, sides of the pads along x and z of the tool frame.
+        gap: m, width at which both joints stand at 0.
+        limits: What the pads bear when they are closed on something.
+        closing_speed: m/s at which the width changes.
+        contact_speed: m/s, fastest final approach, the fingers on either side of the item.
+    """
+
+    fingers: tuple[Finger, Finger]
+    pad: tuple[float, float]
+    gap: float
+    limits: PinchLimits
+    closing_speed: float
+    contact_speed: float
+
+    def joint_position(self, joint: str, width: float) -> float:
+        """Position of a finger's joint at a width.
+
+        Args:
+            joint: Name of the joint.
+            width: m between the pads.
+
+        Returns:
+            m.
+        """
+        finger = next(finger for finger in self.fingers if finger.joint == joint)
+        return finger.opening * (width - self.gap) / 2

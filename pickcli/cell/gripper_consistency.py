@@ -1,0 +1,269 @@
+"""What a cell file says of a parallel gripper, held against the URDF: fingers, joints, pads and widths."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from pickcli.cell.cell_schema import CellModel, GripperModel
+from pickcli.cell.item import Item
+from pickcli.cell.references import refer
+from pickcli.cell.robot import Joint, JointType, joint_motion
+from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.cell.tool import MOVING
+from pickcli.cell.urdf import Urdf
+from pickcli.files.yaml_reader import Source
+from pickcli.geometry import Array, inverse, pose
+
+ALONG = 0.999  # cosine from which a direction counts as that of an axis: 2.5 degrees
+INSIDE = 0.001  # m behind a pad's face that is asked about: there the finger must be solid
+BESIDE = 0.0005  # m that a pad may stand out of the finger's shapes: figures are rounded
+IN_FRONT = 0.002  # m before a pad's face that is asked about: there the finger must be nowhere
+_ROUNDING = 1e-9
+
+
+def check_hand(source: Source, tool: GripperModel, robot: Urdf) -> None:
+    """Check that the gripper's links are there, and that its fingers slide in its hand.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        tool: The tool as it stands in the file.
+        robot: The robot with the tool, without the frame between the pads.
+
+    Raises:
+        InputError: With every mistake: without these links there is no gripper to look at.
+    """
+    names = list(robot.links)
+    refer(source, ("tool", "flange_link"), "link", tool.flange_link, names)
+    refer(source, ("tool", "hand_link"), "link", tool.hand_link, names)
+    if tool.cup_link in robot.links:
+        text = f"{tool.cup_link!r} is what the frame between the pads is called; rename the robot's link"
+        source.add(("robot", "urdf"), text)
+    for k, link in enumerate(tool.fingers):
+        refer(source, ("tool", "fingers", k), "link", link, names)
+    if tool.fingers[0] == tool.fingers[1]:
+        source.add(("tool", "fingers"), "expected two links, got one twice; name both fingers")
+    source.check()
+    for k, link in enumerate(tool.fingers):
+        joint = robot.joints.get(link)
+        if joint is None or joint.parent != tool.hand_link or joint.type is not JointType.PRISMATIC:
+            got = "the root link" if joint is None else f"a {joint.type} joint on {joint.parent!r}"
+            text = f"expected {link!r} to slide in {tool.hand_link!r} on a prismatic joint, got {got}"
+            source.add(("tool", "fingers", k), f"{text}; only parallel grippers are known")
+        elif not robot.links[link].shapes:
+            source.add(
+                ("tool", "fingers", k), f"{link!r} has no collision shape; add <collision> to the URDF"
+            )
+    source.check()
+
+
+def check_gripper(source: Source, tool: GripperModel, robot: Urdf) -> None:
+    """Check that the chain ends flange, hand, tip, and that fingers, pads and widths fit together.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        tool: The tool as it stands in the file.
+        robot: The robot with the tool and the frame between its pads.
+    """
+    last = [robot.root, *(joint.child for joint in robot.way(tool.cup_link))][-3:]
+    if last[:2] != [tool.flange_link, tool.hand_link]:
+        text = f"expected the hand to hang on the flange, {tool.flange_link!r}; the chain ends with "
+        source.add(("tool", "hand_link"), text + ", ".join(last[:2]))
+    if MOVING.name in tool.states:
+        text = f"{MOVING} means that the tool is between two states; give this one another name"
+        source.add(("tool", "states", MOVING.name), text)
+    axes = [_axis(tool, robot, link) for link in tool.fingers]
+    for k, axis in enumerate(axes):
+        if abs(axis[1]) < ALONG:
+            text = "moves across the y axis of T_hand_tip; turn that so that y points along which it closes"
+            source.add(("tool", "fingers", k), f"{tool.fingers[k]!r} {text}")
+    if any(abs(axis[1]) < ALONG for axis in axes):
+        return
+    if finger_sign(tool, robot, tool.fingers[0]) == finger_sign(tool, robot, tool.fingers[1]):
+        text = "both stand on one side of T_hand_tip; put its origin in the middle between the pads"
+        source.add(("tool", "fingers"), text)
+        return
+    _check_mirrored(source, tool, robot)
+    _check_widths(source, tool, robot)
+    for k, link in enumerate(tool.fingers):
+        _check_pad(source, tool, robot, k, link)
+
+
+def check_stroke(source: Source, model: CellModel, items: Iterable[Item]) -> None:
+    """Check that a gripper opens wider than the thinnest item.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        model: The cell as it stands in the file.
+        items: The items that there are.
+
+    Raises:
+        InputError: It does not.
+    """
+    if not isinstance(model.tool, GripperModel):
+        return
+    widest = max(model.tool.states.values())
+    thinnest = min(items, key=lambda item: item.shape.extents.min())
+    thin = float(thinnest.shape.extents.min())
+    if widest <= thin:
+        text = f"the widest is {widest:g} m, the thinnest item ({thinnest.name}) is {thin:g} m thick; "
+        source.add(("tool", "states"), text + "nothing fits between the pads: widths are in m, not mm")
+    source.check()
+
+
+def finger_joints(model: CellModel, robot: Urdf) -> tuple[str, ...]:
+    """Names of the joints of a gripper's fingers, none for any other tool.
+
+    Args:
+        model: The cell as it stands in the file.
+        robot: The robot with the tool.
+
+    Returns:
+        Two names, or none.
+    """
+    if not isinstance(model.tool, GripperModel):
+        return ()
+    return tuple(finger_joint(robot, link).name for link in model.tool.fingers)
+
+
+def finger_joint(robot: Urdf, link: str) -> Joint:
+    """The joint that moves a finger.
+
+    Args:
+        robot: The robot with the tool.
+        link: The finger's link.
+
+    Returns:
+        The joint.
+    """
+    return robot.joints[link]
+
+
+def finger_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
+    """On which side of the tool frame a finger is, by the middle of its shapes where its joint stands at 0.
+
+    Args:
+        tool: The tool as it stands in the file.
+        robot: The robot with the tool.
+        link: The finger's link.
+
+    Returns:
+        +1 on the side of +y, else -1.
+    """
+    T_tip_finger = _T_tip_finger(tool, robot, link, 0.0)
+    middle = np.mean([(T_tip_finger @ body.T_parent_shape)[1, 3] for body in robot.links[link].shapes])
+    return 1.0 if middle > 0.0 else -1.0
+
+
+def opening_sign(tool: GripperModel, robot: Urdf, link: str) -> float:
+    """Whether the position of a finger's joint grows as the gripper opens.
+
+    Args:
+        tool: The tool as it stands in the file.
+        robot: The robot with the tool.
+        link: The finger's link.
+
+    Returns:
+        +1 if it does, else -1.
+    """
+    return float(np.sign(_axis(tool, robot, link)[1])) * finger_sign(tool, robot, link)
+
+
+def _axis(tool: GripperModel, robot: Urdf, link: str) -> Array:
+    """(3,) direction of a finger's joint in the tool frame."""
+    joint = finger_joint(robot, link)
+    R_tip_hand = inverse(_pose(tool))[:3, :3]
+    return np.asarray(R_tip_hand @ joint.T_parent_joint[:3, :3] @ joint.axis)
+
+
+def _T_tip_finger(tool: GripperModel, robot: Urdf, link: str, position: float) -> Array:
+    """Pose (4, 4) of a finger in the tool frame at a position in m of its joint."""
+    joint = finger_joint(robot, link)
+    return np.asarray(inverse(_pose(tool)) @ joint.T_parent_joint @ joint_motion(joint, position))
+
+
+def _pose(tool: GripperModel) -> Array:
+    x, y, z = tool.T_hand_tip.xyz
+    return pose((x, y, z), rpy=tool.T_hand_tip.rpy)
+
+
+def _check_mirrored(source: Source, tool: GripperModel, robot: Urdf) -> None:
+    """What mimics moves as far as the other, to the other side; without a mimic both are driven so."""
+    joints = {finger_joint(robot, link).name: link for link in tool.fingers}
+    for name, link in joints.items():
+        mimic = robot.mimics.get(name)
+        if mimic is None:
+            continue
+        if mimic.joint not in joints:
+            text = (
+                f"mimics {mimic.joint!r}, which is no finger's joint; the fingers have to mirror each other"
+            )
+            source.add(("tool", "fingers"), f"joint {name!r} {text}")
+            continue
+        signs = [opening_sign(tool, robot, of) for of in (link, joints[mimic.joint])]
+        if mimic.multiplier * signs[0] * signs[1] != 1.0 or mimic.offset != 0.0:
+            text = (
+                f"mimics {mimic.joint!r} by {mimic.multiplier:g} and {mimic.offset:g} m, so that they do not "
+            )
+            text += "mirror each other; in a parallel gripper the middle between the pads stays where it is"
+            source.add(("tool", "fingers"), f"joint {name!r} {text}")
+
+
+def _check_widths(source: Source, tool: GripperModel, robot: Urdf) -> None:
+    """Every state is a width that both joints allow, and no two are the same."""
+    least, most = 0.0, np.inf
+    for link in tool.fingers:
+        joint, sign = finger_joint(robot, link), opening_sign(tool, robot, link)
+        ends = sorted(tool.pad_gap + 2.0 * sign * limit for limit in (joint.lower, joint.upper))
+        least, most = max(least, ends[0]), min(most, ends[1])
+    for name, width in tool.states.items():
+        if not least - _ROUNDING <= width <= most + _ROUNDING:
+            text = f"expected {least:g} to {most:g} m, as far as the joints of the fingers go, got {width:g}"
+            source.add(("tool", "states", name), f"{text}; widths are between the pads, in m")
+    if len(set(tool.states.values())) < len(tool.states):
+        source.add(("tool", "states"), "two are the same width; leave one out")
+
+
+def _check_pad(source: Source, tool: GripperModel, robot: Urdf, k: int, link: str) -> None:
+    """A finger is solid behind its pad, and not before it."""
+    T_finger_tip = inverse(_T_tip_finger(tool, robot, link, 0.0))
+    side, half = finger_sign(tool, robot, link), np.array(tool.pad_size) / 2 - BESIDE
+    face, shapes = side * tool.pad_gap / 2, robot.links[link].shapes
+
+    def is_solid(x: float, y: float, z: float) -> bool:
+        p = T_finger_tip @ (x, y, z, 1.0)
+        return any(_holds(body, p) for body in shapes)
+
+    corners = [(i * half[0], j * half[1]) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    if not all(is_solid(x, face + side * INSIDE, z) for x, z in corners):
+        size = " x ".join(f"{side:g}" for side in tool.pad_size)
+        text = f"a pad of {size} m is not all on {link!r}, whose shapes do not fill what is behind it; "
+        source.add(("tool", "pad_size"), text + "correct pad_size, pad_gap or T_hand_tip")
+    elif is_solid(0.0, face - side * IN_FRONT, 0.0):
+        text = (
+            f"{link!r} reaches over the face of its pad by {1e3 * IN_FRONT:g} mm and more; correct pad_gap, "
+        )
+        source.add(("tool", "pad_gap"), text + "the width where both joints stand at 0")
+
+
+def _holds(body: Body, p: Array) -> bool:
+    """Whether a solid holds a point (4,) of its parent's frame."""
+    x = (inverse(body.T_parent_shape) @ p)[:3]
+    kind, size = body.shape.kind, body.shape.size
+    if kind is ShapeKind.BOX:
+        return bool((np.abs(x) <= np.array(size) / 2).all())
+    if kind is ShapeKind.SPHERE:
+        return bool(np.linalg.norm(x) <= size[0])
+    if kind is ShapeKind.CYLINDER:
+        return bool(np.hypot(x[0], x[1]) <= size[0] and abs(x[2]) <= size[1] / 2)
+    corners = np.array(body.shape.vertices)
+    return _in_hull(corners, x)
+
+
+def _in_hull(corners: Array, x: Array) -> bool:
+    """Whether a point (3,) is in the convex hull of points (V, 3)."""
+    from scipy.spatial import ConvexHull  # only where a finger has meshes
+
+    planes = ConvexHull(corners).equations
+    return bool((planes[:, :3] @ x + planes[:, 3] <= _ROUNDING).all())

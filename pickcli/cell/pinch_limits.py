@@ -1,0 +1,125 @@
+"""What two finger pads bear: limits on the wrench between a parallel gripper and the item, stated for a cell.
+
+The wrench is w = (fx, fy, fz, tx, ty, tz), force in N and torque in Nm that the pads exert on the item, about
+the middle between the pads, in the tool frame: z out of the hand, y along which the fingers close. Both pads
+press with the same force F, evenly over a rectangle of a x b. Two things end a hold:
+
+- *Slip.* Friction of both pads bears shear along them and twist about y together, inside an elliptic limit
+  surface. Each pad is a soft finger: its friction bears a twist of mu F times the mean distance of the pad
+  from its middle. S. Goyal, A. Ruina, J. Papadopoulos, "Planar sliding with dry friction", Wear 143 (1991);
+  R. D. Howe and M. R. Cutkosky, "Practical force-motion models for sliding manipulation", IJRR 15(6), 1996.
+- *Opening.* A force along y adds to one pad what it takes from the other, and a torque across y shifts the
+  pressure towards an edge of each: by F b / 2 at most for each pad, b being the pad's shorter side. A pad
+  lifts where both eat up its pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pickcli.geometry import Array
+
+N_PADS = 2
+
+
+@dataclass(frozen=True)
+class PinchLimits:
+    """Limits of a closed parallel gripper.
+
+    Attributes:
+        force: N with which each pad presses.
+        friction: Coefficient of friction between pad and item.
+        pad: (a, b) m, sides of the pads along x and z of the tool frame.
+    """
+
+    force: float
+    friction: float
+    pad: tuple[float, float]
+
+    @property
+    def max_shear(self) -> float:
+        """N along the pads, in any direction."""
+        return N_PADS * self.friction * self.force
+
+    @property
+    def max_twist(self) -> float:
+        """Nm about the axis along which the fingers close."""
+        return self.max_shear * mean_distance(*self.pad)
+
+    @property
+    def max_pull(self) -> float:
+        """N along the axis along which the fingers close, either way."""
+        return N_PADS * self.force
+
+    @property
+    def max_moment(self) -> float:
+        """Nm of bending, about any axis across that one."""
+        return N_PADS * self.force * min(self.pad) / 2
+
+    def along_axis(self, wrench: Array) -> Array:
+        """The wrench in axes whose last one is that along which the fingers close.
+
+        Args:
+            wrench: (..., 6) about the tip, in the tool frame.
+
+        Returns:
+            (..., 6) in the axes z, x, y of the tool frame.
+        """
+        return np.asarray(wrench[..., [2, 0, 1, 5, 3, 4]])
+
+    def lip(self, wrench: Array, share: Array | float = 1.0) -> Array:
+        """Share of a pad's pressure that force along y and bending take up.
+
+        Args:
+            wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
+            share: Of the limits that may be used.
+
+        Returns:
+            (...) |fy| / max_pull + bending / max_moment over the share; a pad lifts above 1.
+        """
+        bending = np.hypot(wrench[..., 3], wrench[..., 5])
+        return np.asarray((np.abs(wrench[..., 1]) / self.max_pull + bending / self.max_moment) / share)
+
+    def slip(self, wrench: Array, share: Array | float = 1.0) -> Array:
+        """Share of the friction that shear and twist take up.
+
+        Args:
+            wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
+            share: Of the limits that may be used.
+
+        Returns:
+            (...) length of (shear / max_shear, twist / max_twist) over the share; the pads slip above 1.
+        """
+        shear = np.hypot(wrench[..., 0], wrench[..., 2])
+        return np.asarray(np.hypot(shear / self.max_shear, wrench[..., 4] / self.max_twist) / share)
+
+    def ratio(self, wrench: Array, share: Array | float = 1.0) -> Array:
+        """The load on the pads over what they bear: they hold up to 1.
+
+        Homogeneous of degree 1 in the wrench.
+
+        Args:
+            wrench: (..., 6) about the tip, in the tool frame, exerted by the pads on the item.
+            share: Of the limits that may be used.
+
+        Returns:
+            (...) the worse of ``lip`` and ``slip``, >= 0.
+        """
+        return np.maximum(self.lip(wrench, share), self.slip(wrench, share))
+
+
+def mean_distance(a: float, b: float) -> float:
+    """Mean distance of the points of a rectangle from its middle.
+
+    Args:
+        a: m, one side.
+        b: m, the other.
+
+    Returns:
+        m; 0.3826 a for a square.
+    """
+    d = np.hypot(a, b)
+    ends = a**2 / b * np.log((b + d) / a) + b**2 / a * np.log((a + d) / b)
+    return float(d / 6 + ends / 12)
