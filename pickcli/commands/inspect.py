@@ -20,6 +20,7 @@ from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
+    from pickcli.cell.tool import Tool
     from pickcli.scene.scene import Scene
 
 HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
@@ -162,6 +163,7 @@ def _cell(path: Path) -> dict[str, Any]:
         "joints": list(robot.joint_names),
         "links": len(robot.links),
         "link_shapes": sum(len(link.shapes) for link in robot.links),
+        "tool": _tool(robot.tool),
         "spheres": _spheres(cell),
         "bins": list(cell.pod.bins),
         "pod_may_be_off_by": allowed(cell),
@@ -179,6 +181,12 @@ def _cell(path: Path) -> dict[str, Any]:
         "max_tool_speed": cell.max_tool_speed,
         "clearance_m": cell.clearance,
     }
+
+
+def _tool(tool: Tool) -> dict[str, Any]:
+    """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
+    kind = "suction cup" if tool.suction_cup is not None else "none" if tool.gripper is None else "gripper"
+    return {"kind": kind, **{f"state {state}": position for state, position in tool.positions.items()}}
 
 
 def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:
