@@ -160,7 +160,7 @@ MISTAKES = {
     "unknown device kind": (
         "pump: {kind: pump",
         "pump: {kind: fan",
-        "devices.pump.kind: expected pump, valve, sensor or tool_actuator",
+        "devices.pump.kind: expected pump, valve, sensor, tool_actuator or gripper",
     ),
     "too short configuration": (
         HOME,
