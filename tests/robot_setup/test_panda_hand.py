@@ -1,4 +1,4 @@
-"""The Panda with its hand, as others prepared it: an initialised cell gets the gripper, moves and is verified."""
+"""The Panda with its hand, as others prepared it: its cell gets the gripper, moves and is verified."""
 
 from __future__ import annotations
 
