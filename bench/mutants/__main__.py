@@ -59,7 +59,7 @@ PACKAGES = (
         "scene files",
         ("scene/scene_checks", "scene/scene_file", "scene/solid_overlap"),
         ("tests/scene/test_scene_file.py", "tests/scene/test_scene_checks.py",
-         "tests/scene/test_solid_overlap.py"),
+         "tests/scene/test_solid_overlap.py", "tests/scene/test_cloud.py"),
     ),
     Package(
         "plan files",
@@ -87,7 +87,9 @@ PACKAGES = (
          "tests/verification/test_verify.py", "tests/verification/test_clearance_check.py",
          "tests/verification/test_broad_phase.py", "tests/verification/test_recovery_levels.py",
          "tests/verification/test_held_from_start.py", "tests/verification/test_tipping_check.py",
-         "tests/verification/test_fcl_solids.py"),
+         "tests/verification/test_fcl_solids.py", "tests/verification/test_event_bounds.py",
+         "tests/verification/test_tipping_geometry.py", "tests/verification/test_separation.py",
+         "tests/verification/test_load_model.py", "tests/verification/test_recovery_bounds.py"),
     ),
     Package(
         "contact rules",

@@ -14,7 +14,7 @@ import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import chain, count
+from itertools import chain, count, pairwise
 
 import numpy as np
 
@@ -218,7 +218,8 @@ class _Search:
             _, _, pair, i, j, is_measured = heapq.heappop(self._heap)
             if (pair.segment, pair.names) in self._reasons:
                 continue
-            for start, end in ((i, (i + j) // 2), ((i + j) // 2, j)) if is_measured else ((i, j),):
+            cuts = (i, (i + j) // 2, j) if is_measured else (i, j)
+            for start, end in pairwise(cuts):
                 if not self._measure(pair, start, end):
                     break
         return Clearance(min(self._proven, self._smallest), tuple(self._reasons.values()))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +15,7 @@ from pickcli.motion.event import AnchorKind, Event
 from pickcli.motion.plan import Plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.scene.scene import Scene
-from pickcli.verification.forward_kinematics import link_poses, tip_poses
-from pickcli.verification.straightness_check import fastest_tip
+from pickcli.verification.straightness_check import every_millisecond, fastest_tip, tip_points
 
 TIME_TOLERANCE = 1e-6  # s
 WAY_TOLERANCE = 5e-4  # m of tool path, for anchors by arc length
@@ -26,6 +26,21 @@ CLOSES_WITHIN = 0.010  # m before the place of release
 RELEASE_SPEED, STANDING = 0.1, 0.002
 RESTING = 1e-6  # rad or m by which a joint that rests may move: what a motion written as text rounds
 LAST_MOMENT = 1e-3  # s before the release in which the tool's speed counts, however late the valve closes
+
+
+@dataclass(frozen=True)
+class _Command:
+    """An event whose times are known.
+
+    device, action: as of the event. kind: what the device does
+    trigger: s, when the command is given. complete: s, when its effect is
+    """
+
+    device: str
+    kind: DeviceKind
+    action: str
+    trigger: float
+    complete: float
 
 
 def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
@@ -40,7 +55,13 @@ def check_io(plan: Plan, scene: Scene) -> tuple[Reason, ...]:
     """
     reasons = [*_resolved(plan, scene)]
     if not reasons:
-        reasons = [*_apart(plan), *_order(plan, scene), *_tool_state(plan, scene)]
+        commands = [
+            _Command(e.device, scene.cell.devices[e.device].kind, e.action, e.t_trigger, e.t_anchor)
+            for e in plan.events
+            if e.t_trigger is not None
+            if e.t_anchor is not None
+        ]
+        reasons = [*_apart(commands), *_order(plan, scene, commands), *_tool_state(plan, commands)]
     return tuple(reasons)
 
 
@@ -74,14 +95,12 @@ def _resolved(plan: Plan, scene: Scene) -> Iterator[Reason]:
             yield from _anchored(plan, scene, event, where)
 
 
-def _apart(plan: Plan) -> Iterator[Reason]:
+def _apart(commands: Iterable[_Command]) -> Iterator[Reason]:
     """No device gets two commands at one moment: nobody knows which of them comes last."""
-    events = sorted(plan.events, key=lambda event: (event.device, event.t_trigger or 0.0))
-    for one, other in pairwise(events):
-        assert one.t_trigger is not None and other.t_trigger is not None
-        if one.device == other.device and other.t_trigger - one.t_trigger <= TIME_TOLERANCE:
+    for one, other in pairwise(sorted(commands, key=lambda command: (command.device, command.trigger))):
+        if one.device == other.device and other.trigger - one.trigger <= TIME_TOLERANCE:
             where = f"{one.device} {one.action} and {other.action}"
-            yield Reason("commands at the same time", where, f"both at {one.t_trigger:.3f} s")
+            yield Reason("commands at the same time", where, f"both at {one.trigger:.3f} s")
 
 
 def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Reason]:
@@ -104,167 +123,155 @@ def _anchored(plan: Plan, scene: Scene, event: Event, where: str) -> Iterator[Re
 
 def _way(plan: Plan, scene: Scene, segment: Segment, t: float) -> float:
     """Way of the tool in m from a segment's start to a time; negative before it."""
-    a, b = sorted((segment.t_start, t))
-    times = np.linspace(a, b, max(2, int(np.ceil((b - a) * 1e3)) + 1))
-    robot = scene.cell.robot
-    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), segment.tool_state)[:, :3, 3]
-    way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
-    return way if t >= segment.t_start else -way
+    times = every_millisecond(*sorted((segment.t_start, t)))
+    p = tip_points(plan, scene.cell.robot, segment.tool_state, times)
+    return float(np.copysign(np.linalg.norm(np.diff(p, axis=0), axis=1).sum(), t - segment.t_start))
 
 
-def _order(plan: Plan, scene: Scene) -> Iterator[Reason]:
+def _order(plan: Plan, scene: Scene, commands: Sequence[_Command]) -> Iterator[Reason]:
     """Vacuum when the cup is pressed on, sensor while holding, air again where the item is released."""
     contact = next((s for s in plan.segments if s.kind is SegmentKind.CONTACT), None)
     held = [s for s in plan.segments if s.held is not None]
-    find = _finder(plan, scene)
+    find = _finder(commands)
     if contact is not None:
         lift_end = next((s.t_start for s in held if s.kind is not SegmentKind.LIFT), held[-1].t_end)
         sealing = contact.t_end - scene.cell.robot.tool.cup.seal_time
         yield from _rests(plan, sealing, contact.t_end)
-        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), 0.0, sealing)
-        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), 0.0, sealing)
+        yield from _needed("pump on", find(DeviceKind.PUMP, "on"), latest=sealing)
+        yield from _needed("valve on", find(DeviceKind.VALVE, "on"), latest=sealing)
         yield from _needed("sensor read", find(DeviceKind.SENSOR, "read"), lift_end, held[-1].t_end)
-        for event in find(DeviceKind.VALVE, "on"):
-            yield from _near(plan, scene, contact, event.t_anchor, OPENS_WITHIN, "valve on")
+        for valve in find(DeviceKind.VALVE, "on"):
+            yield from _near(plan, scene, contact, valve.complete, OPENS_WITHIN, "valve on")
         for kind in (DeviceKind.PUMP, DeviceKind.VALVE):
             yield from _is_on(find(kind, "on"), find(kind, "off"), contact.t_end)
-    if contact is None and not held:
-        for event in find(DeviceKind.PUMP, "on") + find(DeviceKind.VALVE, "on"):
-            yield Reason("vacuum for nothing", f"{event.device} on", "the plan takes and holds nothing")
-    if held and plan.segments[-1].held is not None:
-        yield from _kept(
-            find(DeviceKind.PUMP, "off") + find(DeviceKind.VALVE, "off"), held[0].t_start, np.inf
-        )
-    if held and plan.segments[-1].held is None:
+    off = find(DeviceKind.PUMP, "off") + find(DeviceKind.VALVE, "off")
+    if not held:
+        for command in find(DeviceKind.PUMP, "on") + find(DeviceKind.VALVE, "on"):
+            if contact is None:
+                yield Reason("vacuum for nothing", f"{command.device} on", "the plan takes and holds nothing")
+    elif plan.segments[-1].held is not None:
+        yield from _kept(off, held[0].t_start, np.inf)
+    else:
         yield from _release(plan, scene, held[0], held[-1], find)
 
 
 def _rests(plan: Plan, t_start: float, t_end: float) -> Iterator[Reason]:
     """No joint moves while the vacuum builds up under the cup."""
-    times = np.linspace(max(0.0, t_start), t_end, int(np.ceil((t_end - t_start) * 1e3)) + 1)
-    q = plan.trajectory.sample(times)
-    moved = float(np.abs(q - q[-1]).max())
+    q = plan.trajectory.sample(every_millisecond(max(0.0, t_start), t_end))
+    moved = float(np.ptp(q, axis=0).max())
     if t_start < 0.0 or moved > RESTING:
         needed = f"the tool is to rest on the item from {t_start:.3f} to {t_end:.3f} s"
         yield Reason("no time to seal", "contact", f"{needed}; a joint moves by {moved:.6f} rad or m")
 
 
 def _release(
-    plan: Plan, scene: Scene, first: Segment, last: Segment, find: Callable[[DeviceKind, str], list[Event]]
+    plan: Plan,
+    scene: Scene,
+    first: Segment,
+    last: Segment,
+    find: Callable[[DeviceKind, str], list[_Command]],
 ) -> Iterator[Reason]:
     """The valve closes where the item is released, the pump stops, and nothing lets the vacuum go before."""
-    valves = find(DeviceKind.VALVE, "off")
+    valves, pumps = find(DeviceKind.VALVE, "off"), find(DeviceKind.PUMP, "off")
     yield from _needed("valve off", valves, last.t_start, last.t_end)
-    for event in valves:
-        yield from _near(plan, scene, last, event.t_trigger, CLOSES_WITHIN, "valve off")
-        yield from _slow(plan, scene, last, event)
-    released = max((e.t_trigger for e in valves if e.t_trigger is not None), default=last.t_end)
-    pumps = find(DeviceKind.PUMP, "off")
-    yield from _needed("pump off", pumps, released, np.inf)
-    yield from _kept(pumps + valves, first.t_start, released - TIME_TOLERANCE)
+    for valve in valves:
+        yield from _near(plan, scene, last, valve.trigger, CLOSES_WITHIN, "valve off")
+        yield from _slow(plan, scene, last, valve)
+        yield from _needed("pump off", pumps, valve.trigger)
+        yield from _kept(pumps + valves, first.t_start, valve.trigger - TIME_TOLERANCE)
 
 
-def _slow(plan: Plan, scene: Scene, last: Segment, event: Event) -> Iterator[Reason]:
+def _slow(plan: Plan, scene: Scene, last: Segment, valve: _Command) -> Iterator[Reason]:
     """The tool is nearly at rest where the item is let go: it is set down or dropped, and not thrown."""
-    for at, most in ((event.t_trigger, RELEASE_SPEED), (event.t_anchor, STANDING)):
-        if at is not None:
-            t = max(last.t_start, min(at, last.t_end - LAST_MOMENT))
-            speed = fastest_tip(plan, scene.cell.robot, last.tool_state, t, last.t_end)
-            if speed > most:
-                detail = f"the tool moves at {speed:.3f} m/s from {t:.3f} s on, at most {most} m/s"
-                yield Reason("released too fast", "valve off", detail)
-                return
+    for at, most in ((valve.trigger, RELEASE_SPEED), (valve.complete, STANDING)):
+        t = max(last.t_start, min(at, last.t_end - LAST_MOMENT))
+        speed = fastest_tip(plan, scene.cell.robot, last.tool_state, t, last.t_end)
+        if speed > most:
+            detail = f"the tool moves at {speed:.3f} m/s from {t:.3f} s on, at most {most} m/s"
+            yield Reason("released too fast", "valve off", detail)
+            return
 
 
-def _is_on(on: list[Event], off: list[Event], t: float) -> Iterator[Reason]:
+def _is_on(on: Iterable[_Command], off: Iterable[_Command], t: float) -> Iterator[Reason]:
     """What was switched on last before a time is not switched off again until then."""
-    since = max((e.t_trigger for e in on if e.t_trigger is not None and e.t_trigger <= t), default=np.inf)
-    for event in off:
-        if event.t_trigger is not None and since <= event.t_trigger <= t:
-            at = f"at {event.t_trigger:.3f} s, before the contact is made"
-            yield Reason("vacuum lost", f"{event.device} off", at)
+    since = max((command.trigger for command in on if command.trigger <= t), default=np.inf)
+    for command in off:
+        if since <= command.trigger <= t:
+            at = f"at {command.trigger:.3f} s, before the contact is made"
+            yield Reason("vacuum lost", f"{command.device} off", at)
 
 
-def _kept(off: list[Event], t_start: float, t_end: float) -> Iterator[Reason]:
+def _kept(off: Iterable[_Command], t_start: float, t_end: float) -> Iterator[Reason]:
     """Nothing is switched off from one time on and before another."""
-    for event in off:
-        if event.t_trigger is not None and t_start - TIME_TOLERANCE <= event.t_trigger < t_end:
-            where = f"{event.device} off"
-            yield Reason("vacuum lost", where, f"at {event.t_trigger:.3f} s the item is still held")
+    for command in off:
+        if t_start - TIME_TOLERANCE <= command.trigger < t_end:
+            where = f"{command.device} off"
+            yield Reason("vacuum lost", where, f"at {command.trigger:.3f} s the item is still held")
 
 
-def _near(
-    plan: Plan, scene: Scene, segment: Segment, t: float | None, most: float, what: str
-) -> Iterator[Reason]:
+def _near(plan: Plan, scene: Scene, segment: Segment, t: float, most: float, what: str) -> Iterator[Reason]:
     """At a time the tool is at most so far, in m, from where the segment ends."""
-    assert t is not None
-    robot = scene.cell.robot
-    at, end = tip_poses(
-        robot, link_poses(robot, plan.trajectory.sample(np.array([t, segment.t_end]))), segment.tool_state
-    )
-    away = float(np.linalg.norm(at[:3, 3] - end[:3, 3]))
+    times = np.array([t, segment.t_end])
+    at, end = tip_points(plan, scene.cell.robot, segment.tool_state, times)
+    away = float(np.linalg.norm(at - end))
     if away > most:
         where = f"the tool is {away * 1e3:.0f} mm away, at most {most * 1e3:.0f}"
         yield Reason("event at the wrong place", what, where)
 
 
-def _finder(plan: Plan, scene: Scene) -> Callable[[DeviceKind, str], list[Event]]:
-    def find(kind: DeviceKind, action: str) -> list[Event]:
-        return [e for e in plan.events if scene.cell.devices[e.device].kind is kind and e.action == action]
+def _finder(commands: Iterable[_Command]) -> Callable[[DeviceKind, str], list[_Command]]:
+    def find(kind: DeviceKind, action: str) -> list[_Command]:
+        return [command for command in commands if command.kind is kind and command.action == action]
 
     return find
 
 
-def _needed(what: str, events: Sequence[Event], earliest: float, latest: float) -> Iterator[Reason]:
-    """Exactly one event whose effect is complete between two times."""
-    times = [event.t_anchor for event in events if event.t_anchor is not None]
-    if len(times) != 1:
-        yield Reason(
-            "event missing" if not times else "event twice", what, f"{len(times)} of them, needs one"
-        )
-    elif not earliest - TIME_TOLERANCE <= times[0] <= latest + TIME_TOLERANCE:
-        yield Reason(
-            "event at the wrong time", what, f"{times[0]:.3f} s, needs {earliest:.3f}..{latest:.3f} s"
-        )
+def _needed(
+    what: str, commands: Sequence[_Command], earliest: float = 0.0, latest: float = np.inf
+) -> Iterator[Reason]:
+    """Exactly one command whose effect is complete between two times."""
+    if len(commands) != 1:
+        found = f"{len(commands)} of them, needs one"
+        yield Reason("event twice" if commands else "event missing", what, found)
+    for command in commands:
+        if not earliest - TIME_TOLERANCE <= command.complete <= latest + TIME_TOLERANCE:
+            needs = f"{command.complete:.3f} s, needs {earliest:.3f}..{latest:.3f} s"
+            yield Reason("event at the wrong time", what, needs)
 
 
-def _tool_state(plan: Plan, scene: Scene) -> Iterator[Reason]:
+def _tool_state(plan: Plan, commands: Iterable[_Command]) -> Iterator[Reason]:
     """Segments say what the cup does; commands must make it so, at rest in the hand."""
-    find = _finder(plan, scene)
     moves = sorted(
-        (e.t_trigger, e.t_anchor, state)
-        for state in scene.cell.robot.tool.states
-        for e in find(DeviceKind.TOOL_ACTUATOR, state.name)
-        if e.t_trigger is not None and e.t_anchor is not None
+        (command for command in commands if command.kind is DeviceKind.TOOL_ACTUATOR),
+        key=lambda command: command.trigger,
     )
     for k, segment in enumerate(plan.segments):
         where = f"segment {k} ({segment.kind})"
-        if segment.tool_state == MOVING:
-            if segment.held is not None:
-                yield Reason(
-                    "tool changes its state while holding", where, "the load on the cup would not be known"
-                )
-            continue
-        yield from _still(segment, moves, where)
-    yield from _changes(plan, moves)
+        if segment.tool_state != MOVING:
+            yield from _still(segment, moves, where)
+        elif segment.held is not None:
+            detail = "the load on the cup would not be known"
+            yield Reason("tool changes its state while holding", where, detail)
+    yield from _changes(plan.segments, moves)
 
 
-def _still(segment: Segment, moves: Sequence[tuple[float, float, ToolState]], where: str) -> Iterator[Reason]:
+def _still(segment: Segment, moves: Iterable[_Command], where: str) -> Iterator[Reason]:
     """No command moves the cup while a segment counts on its state."""
-    for trigger, anchor, state in moves:
-        if trigger < segment.t_end - TIME_TOLERANCE and anchor > segment.t_start + TIME_TOLERANCE:
-            yield Reason("wrong tool state", where, f"moves to {state} from {trigger:.3f} to {anchor:.3f} s")
+    for move in moves:
+        if move.trigger < segment.t_end - TIME_TOLERANCE and move.complete > segment.t_start + TIME_TOLERANCE:
+            told = f"moves to {move.action} from {move.trigger:.3f} to {move.complete:.3f} s"
+            yield Reason("wrong tool state", where, told)
 
 
-def _changes(plan: Plan, moves: Sequence[tuple[float, float, ToolState]]) -> Iterator[Reason]:
+def _changes(segments: Sequence[Segment], moves: Iterable[_Command]) -> Iterator[Reason]:
     """Every resting state is the one that the last command before it leads to, or the one at the start."""
-    resting = [(k, s) for k, s in enumerate(plan.segments) if s.tool_state != MOVING]
-    for k, segment in resting:
-        done = [m[2] for m in moves if m[1] <= segment.t_start + TIME_TOLERANCE]
-        first, at_start = resting[0]
-        known = done[-1] if done else (at_start.tool_state if first == 0 else None)
-        if known != segment.tool_state:
-            said = f"the commands leave it {known}" if known else "no command says to where it moves before"
-            yield Reason(
-                "wrong tool state", f"segment {k} ({segment.kind})", f"stated {segment.tool_state}, {said}"
+    at_start = segments[0].tool_state
+    for k, segment in enumerate(segments):
+        known = [] if at_start == MOVING else [at_start]
+        known += [ToolState(m.action) for m in moves if m.complete <= segment.t_start + TIME_TOLERANCE]
+        if segment.tool_state not in (MOVING, *known[-1:]):
+            said = (
+                f"the commands leave it {known[-1]}" if known else "no command says to where it moves before"
             )
+            where = f"segment {k} ({segment.kind})"
+            yield Reason("wrong tool state", where, f"stated {segment.tool_state}, {said}")

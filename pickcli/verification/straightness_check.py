@@ -117,11 +117,38 @@ def fastest_tip(plan: Plan, robot: Robot, tool_state: ToolState, t_start: float,
     Returns:
         m/s.
     """
-    n = max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1)
-    times = np.linspace(t_start, t_end, n)
-    p = tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), tool_state)[:, :3, 3]
+    times = every_millisecond(t_start, t_end)
+    p = tip_points(plan, robot, tool_state, times)
     # The chord over a millisecond is the mean speed in it.
     return float((np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(times)).max())
+
+
+def tip_points(plan: Plan, robot: Robot, tool_state: ToolState, times: Array) -> Array:
+    """Where the tip is, the tool in one state.
+
+    Args:
+        plan: The plan.
+        robot: The robot.
+        tool_state: State of the tool.
+        times: (N,) s.
+
+    Returns:
+        (N, 3) m in the world.
+    """
+    return tip_poses(robot, link_poses(robot, plan.trajectory.sample(times)), tool_state)[:, :3, 3]
+
+
+def every_millisecond(t_start: float, t_end: float) -> Array:
+    """Times from one to another, both included, at most a millisecond apart.
+
+    Args:
+        t_start: s.
+        t_end: s.
+
+    Returns:
+        (N,) s, evenly spaced, at least two.
+    """
+    return np.linspace(t_start, t_end, max(2, int(np.ceil((t_end - t_start) * 1e3)) + 1))
 
 
 def _touched_too_long(touched: Mapping[SegmentKind, float]) -> Iterator[Reason]:

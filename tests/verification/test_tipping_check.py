@@ -94,6 +94,12 @@ def test_what_may_be_as_high_as_what_carries_bears_as_well(
     assert bool(told(replace(scene, items=(*scene.items, second)), 0.06)) is is_refused
 
 
+def test_a_plan_that_grasps_nothing_tips_nothing() -> None:
+    plan, scene = pressing(across_a_bar(), 0.06), across_a_bar()
+    assert len(list(check_tipping(plan, scene))) == 1
+    assert list(check_tipping(replace(plan, grasp=None), scene)) == []
+
+
 def test_what_rolls_is_not_judged() -> None:
     ball = across_a_bar(shape=Shape(ShapeKind.SPHERE, (0.01,)))
     assert told(ball, 0.06) == ""

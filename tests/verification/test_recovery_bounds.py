@@ -1,0 +1,215 @@
+"""Ways out of a stop, by the rail alone: how far, how fast and how near is told by where the rail is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.geometry import pose
+from pickcli.motion.event import Anchor, AnchorKind, Event
+from pickcli.motion.plan import Plan, RecoveryLevel
+from pickcli.motion.segment import Segment, SegmentKind
+from pickcli.motion.trajectory import Trajectory
+from pickcli.scene.scene import Scene
+from pickcli.verification.fcl_solids import Solid
+from pickcli.verification.forward_kinematics import link_poses
+from pickcli.verification.moving_parts import Fixture, fixtures, parts
+from pickcli.verification.recovery_check import (
+    SLOW,
+    Opening,
+    _followed,
+    _near_at_start,
+    check_recovery,
+    needed_clearance,
+)
+from pickcli.verification.state_sampling import States, sample_states
+from support.handmade_plans import CRAYOLA, cell, make_scene, tip
+from support.tool_states import STRAIGHT
+
+HOME = np.asarray(cell().configurations["home"].q)
+ALONG = tip(HOME + np.eye(len(HOME))[0])[:3, 3] - tip(HOME)[:3, 3]  # where the rail takes the tool
+SLOW_LEVELS = (RecoveryLevel.SLOWLY, RecoveryLevel.JOG)
+NEAR = Opening(frozenset({("cup", "box")}))
+FREE = Opening()
+
+
+def rail(*ways: float, level: RecoveryLevel | None = None, kind: SegmentKind = SegmentKind.RETREAT) -> Plan:
+    """The rail goes by so many m, one after the other, at rest in between."""
+    at = np.cumsum([0.0, *ways])
+    p = np.tile(HOME, (len(at), 1))
+    p[:, 0] += at
+    still = np.zeros_like(p)
+    trajectory = Trajectory(cell().robot.joint_names, np.arange(float(len(at))), p, still, still)
+    segments = tuple(Segment(kind, a, b, STRAIGHT, None) for a, b in pairwise(trajectory.times.tolist()))
+    return Plan("recover", "", "", 0, segments, trajectory, (), recovery=level)
+
+
+def states_of(plan: Plan) -> States:
+    reach = np.zeros(len(HOME))
+    reach[0] = 1.0
+    return sample_states(cell().robot, plan.trajectory, np.empty(0), reach)
+
+
+def told(
+    plan: Plan,
+    scene: Scene,
+    velocity: float = 0.05,
+    opening: Opening = NEAR,
+    stopped: Trajectory | None = None,
+) -> list[str]:
+    return [r.what for r in check_recovery(plan, scene, states_of(plan), velocity, opening, stopped)]
+
+
+def pod_at(depth: float) -> Scene:
+    """A scene whose pod begins so many m behind the tool, as the rail goes: that goes straight in."""
+    x = ALONG / np.linalg.norm(ALONG)
+    y = np.cross([0.0, 0.0, 1.0], x)
+    R = np.column_stack([x, y / np.linalg.norm(y), np.cross(x, y / np.linalg.norm(y))])
+    return replace(make_scene(), T_world_pod=pose(tip(HOME)[:3, 3] - depth * x, R=R))
+
+
+def test_only_a_slow_way_out_may_come_as_near_as_poses_may_be_off() -> None:
+    for level in (None, *RecoveryLevel):
+        kept = needed_clearance(rail(0.1, level=level), make_scene())
+        assert kept == (0.0 if level in SLOW_LEVELS else cell().clearance)
+
+
+def test_what_is_no_recovery_claims_nothing() -> None:
+    assert told(rail(3.0), pod_at(0.0), velocity=1.0, opening=FREE) == []
+    assert told(rail(3.0, level=RecoveryLevel.AS_PLANNED), pod_at(0.0), velocity=1.0, opening=FREE) == []
+
+
+@pytest.mark.parametrize("level", list(RecoveryLevel))
+def test_a_way_out_takes_nothing_and_a_slow_one_holds_nothing_and_is_slow(level: RecoveryLevel) -> None:
+    outside, way = pod_at(-1.0), rail(-0.02, level=level)
+    assert told(way, outside) == []
+    event = Event("valve", "off", Anchor(AnchorKind.TIME, 0, 0.0), 0.05, 0.5, 0.45)
+    contact = rail(-0.02, level=level, kind=SegmentKind.CONTACT)
+    assert told(replace(way, events=(event,)), outside) == told(contact, outside) == ["not a way out"]
+    carried = replace(way, segments=(replace(way.segments[0], held=CRAYOLA),))
+    is_slow = level in SLOW_LEVELS
+    assert told(carried, outside) == ["not a way out"] * is_slow
+    for velocity, is_refused in ((SLOW, False), (SLOW * (1 + 0.9e-6), False), (SLOW * (1 + 1.1e-6), is_slow)):
+        assert told(way, outside, velocity) == ["not slow"] * is_refused
+
+
+@pytest.mark.parametrize(
+    ("ways", "is_long"),
+    [((-0.0299,), False), ((-0.0301,), True), ((-0.015, 0.0149), False), ((-0.015, 0.0151), True)],
+)
+def test_a_jog_is_as_long_as_all_of_its_way(ways: tuple[float, ...], is_long: bool) -> None:
+    for level in RecoveryLevel:
+        is_refused = is_long and level is RecoveryLevel.JOG
+        assert told(rail(*ways, level=level), pod_at(-1.0)) == ["not a jog"] * is_refused
+
+
+@pytest.mark.parametrize("level", [RecoveryLevel.OPENING, RecoveryLevel.SLOWLY, RecoveryLevel.BACKWARDS])
+@pytest.mark.parametrize(
+    ("depth", "ways", "is_refused"),
+    [
+        (0.1, (0.0149,), False), (0.1, (0.0151,), True), (0.1, (-0.2,), False),
+        (0.1, (-0.05, 0.0149), False), (0.1, (-0.05, 0.0151), True), (0.1, (-0.05, 0.01, -0.05, 0.01), False),
+        (-0.05, (0.0649,), False), (-0.05, (0.0651,), True), (-0.5, (0.4,), False),
+    ],
+)  # fmt: skip
+def test_a_way_out_leads_at_most_15_mm_deeper_than_it_has_been(
+    level: RecoveryLevel, depth: float, ways: tuple[float, ...], is_refused: bool
+) -> None:
+    assert told(rail(*ways, level=level), pod_at(depth)) == ["leads into the pod"] * is_refused
+
+
+def test_a_slow_way_out_begins_in_the_pod_or_near_to_something() -> None:
+    for level in (RecoveryLevel.OPENING, RecoveryLevel.BACKWARDS, *SLOW_LEVELS):
+        for depth in (-1.0, -1e-6, 1e-6):
+            problem = ["not a way out"] * (level in SLOW_LEVELS and depth < 0.0)
+            assert told(rail(-0.01, level=level), pod_at(depth), opening=FREE) == problem
+            assert told(rail(-0.01, level=level), pod_at(depth), opening=NEAR) == []
+
+
+def test_a_way_back_is_held_against_the_motion_that_stopped_where_that_is_known() -> None:
+    back, there = rail(0.2, level=RecoveryLevel.BACKWARDS), rail(0.2, -0.2).trajectory
+    assert told(back, pod_at(0.1)) == ["leads into the pod"]
+    assert told(back, pod_at(0.1), stopped=there) == []
+    assert told(back, pod_at(0.1), stopped=rail(0.1, -0.1).trajectory) == ["not back the way it came"]
+    assert told(rail(0.2, level=RecoveryLevel.OPENING), pod_at(0.1), stopped=there) == ["leads into the pod"]
+    first = check_recovery(back, pod_at(0.1), states_of(back), 0.05, NEAR, rail(0.1, -0.1).trajectory)[0]
+    assert "rad or m off the motion that stopped" in first.detail
+
+
+# What is near, and comes near again
+
+RADIUS = 0.02
+
+
+def ball_beside_the_cup(apart: float) -> tuple[Scene, Fixture]:
+    """A ball that the rail drives the cup straight at, so many m away (overlapping, if negative)."""
+    scene = make_scene()
+    cup = next(p for p in parts(scene, rail(0.0).segments[0], None) if p.is_cup)
+    T = link_poses(cell().robot, HOME[None])[cup.link, 0] @ cup.T_link_shape
+    way = ALONG / np.linalg.norm(ALONG)
+    cup.solid.place(T)
+    solid = Solid(Shape(ShapeKind.SPHERE, (RADIUS,)))
+    solid.place(pose(T[:3, 3] + way))
+    far = cup.solid.distance(solid)  # from 1 m away it is nearer by what lies in between
+    T_ball = pose(T[:3, 3] + way * (1.0 - far + apart))
+    solid.place(T_ball)
+    return scene, Fixture("ball", T_ball, Shape(ShapeKind.SPHERE, (RADIUS,)), solid)
+
+
+CLEAR = 0.003  # m
+
+
+@pytest.mark.parametrize(
+    ("apart", "ways", "closes"),
+    [
+        (0.002, (-0.05,), False), (0.002, (0.0009,), False), (0.002, (0.0012,), True),
+        (0.0005, (-0.0015, 0.0009), False), (0.0005, (-0.0015, 0.0012), True),
+        (0.0005, (-0.02, 0.0184), False), (0.0005, (-0.02, 0.0188), True),
+        (-0.004, (-0.003, 0.0008), False), (-0.004, (-0.003, 0.0012), True), (-0.004, (0.0012,), True),
+        (0.0005, (-0.03, 0.01, -0.01, 0.01), False),
+    ],
+)  # fmt: skip
+def test_what_was_near_may_come_nearer_by_a_millimetre_than_it_has_been(
+    apart: float, ways: tuple[float, ...], closes: bool
+) -> None:
+    """What it has been counts up to the clearance; the ball is straight ahead."""
+    scene, ball = ball_beside_the_cup(apart)
+    plan = rail(*ways)
+    states, cups = states_of(plan), [p for p in parts(scene, plan.segments[0], None) if p.is_cup]
+    nearest = {(cups[0].name, "ball"): -np.inf}
+    found = _followed(states, cups, ball, range(len(states.times)), CLEAR, nearest)
+    assert (found is not None) is closes
+    assert found is None or found.what == "closes again"
+    if not closes:
+        most = max(apart - at for at in np.cumsum([0.0, *ways]))
+        assert nearest[cups[0].name, "ball"] == pytest.approx(min(CLEAR, most), abs=1e-4)
+
+
+def test_a_ball_is_as_near_as_it_says_and_its_pose_may_be_off() -> None:
+    for apart in (-0.002, 0.0005, 0.004):
+        scene, ball = ball_beside_the_cup(apart)
+        plan = rail(0.0)
+        moving = [p for p in parts(scene, plan.segments[0], None) if p.is_cup]
+        for slack, is_near in ((0.0, apart <= CLEAR), (0.002, True)):
+            found = list(_near_at_start(states_of(plan), moving, [replace(ball, slack=slack)], CLEAR))
+            assert bool(found) is is_near
+
+
+@pytest.mark.parametrize("most", [0.003, 0.1])
+def test_what_is_near_at_the_start_is_what_exact_distances_say(most: float) -> None:
+    scene = make_scene()
+    q = np.asarray(cell().configurations["bin_H"].q)
+    still = np.zeros((2, len(q)))
+    trajectory = Trajectory(cell().robot.joint_names, np.array([0.0, 1.0]), np.stack([q, q]), still, still)
+    states = sample_states(cell().robot, trajectory, np.empty(0), np.zeros(len(q)))
+    moving, world = parts(scene, rail(0.0).segments[0], None), fixtures(scene)
+    expected = set()
+    for part in moving:
+        part.solid.place(states.links[part.link, 0] @ part.T_link_shape)
+        near = [f.name for f in world if part.solid.distance(f.solid) - part.slack - f.slack <= most]
+        expected |= {(part.name, name) for name in near}
+    assert set(_near_at_start(states, moving, world, most)) == expected
