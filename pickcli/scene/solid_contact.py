@@ -9,6 +9,9 @@ import numpy as np
 from pickcli.geometry import Array, perpendiculars
 
 CARRIES = np.sin(np.radians(20.0))  # vertical part of a contact's normal from which on it carries weight
+STEEP = np.sin(
+    np.arctan(0.5)
+)  # level part of a contact's normal from which on no friction holds what is on it
 FRICTION = 0.2  # that is counted on; cardboard, plastic and cloth on board have 0.25 to 0.5
 MOST_FORCE = 4.0  # weights: what needs more is wedged, and wedges slip
 UNBALANCED = 1e-6  # weights, or weights times size, that may be left over
@@ -39,6 +42,11 @@ class SolidContact:
     def carries(self) -> bool:
         """Whether b bears weight of a."""
         return bool(self.normal[2] <= -CARRIES)
+
+    @property
+    def is_steep(self) -> bool:
+        """Whether what lies there must be held by something else too, and so holds what it lies on."""
+        return bool(np.hypot(self.normal[0], self.normal[1]) > STEEP)
 
 
 def bears(patch: Array, normal: Array, force: Array, point: Array) -> bool:

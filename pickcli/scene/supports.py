@@ -157,10 +157,14 @@ class Supports:
             item_id: Id of the item.
 
         Returns:
-            (N, 3) m in the world, corners of all contacts that carry it; none where it may stand beside them.
+            (N, 3) m in the world, corners of all contacts that carry it, wherever poses may be off. Where
+            those may put it beside all of them, as the poses say: on something it stands.
         """
-        corners = [self._patch(contact) for contact in self.touching[item_id] if contact.carries]
-        return np.concatenate([np.empty((0, 3)), *corners])
+        carrying = [contact for contact in self.touching[item_id] if contact.carries]
+        sure = np.concatenate([np.empty((0, 3)), *(self._patch(contact) for contact in carrying)])
+        if len(sure) or not carrying:
+            return sure
+        return np.concatenate([self._found_patch(contact, inset=0.0) for contact in carrying])
 
     def lies_level(self, item_id: str) -> bool:
         """Whether an item that can roll lies on nothing but level ground: it stays unless it is pushed.
@@ -217,8 +221,8 @@ class Supports:
             return True  # it lies on what goes, be it only in part
         if self.stays(name, gone):
             return False
-        if name in below:  # what is lifted off it may be its counterweight, and no more
-            return self.stays(name)
+        if name in below:  # what is lifted off it may be its counterweight, or keep it on a slope
+            return self.stays(name) or contact.is_steep
         return not self._lies_level(name, gone)
 
     def _lies_level(self, name: str, gone: frozenset[str]) -> bool:
@@ -274,16 +278,22 @@ class Supports:
         """(N, 3) corners of where a presses on b."""
         key = contact.a, contact.b, contact.normal.tobytes()
         if key not in self._patches:
-            self._patches[key] = self._found_patch(contact)
+            self._patches[key] = self._found_patch(contact, self._inset(contact))
         return self._patches[key]
 
-    def _found_patch(self, contact: SolidContact) -> Array:
+    def _inset(self, contact: SolidContact) -> float:
+        """How far (m) inside of an item another must lie to be on it wherever poses may be off.
+
+        What is carried by a body of the pod is carried wherever it lies on it.
+        """
+        a, b = self._index[contact.a], self._index[contact.b]
+        return float(self.solids.bound[a] + self.solids.bound[b]) if contact.b in self._items else 0.0
+
+    def _found_patch(self, contact: SolidContact, inset: float) -> Array:
         a, b = self._index[contact.a], self._index[contact.b]
         solids, askew = self.solids, SETTLED + 2 * self.scene.noise.angle
         mine = feature(solids.shapes[a], solids.T[a], contact.normal, askew)
         theirs = feature(solids.shapes[b], solids.T[b], -contact.normal, askew)
-        # What is carried by a body of the pod is carried wherever it lies on it.
-        inset = 0.0 if contact.b not in self._items else float(solids.bound[a] + solids.bound[b])
         return patch(mine, theirs, contact.normal, inset)
 
     def _is_balanced(self, name: str, gone: frozenset[str]) -> bool:

@@ -96,3 +96,16 @@ def test_what_the_planner_presses_on_stands_by_the_verifier_s_rule_too(
     assert not falls_over(problem.scene, item, press)
     if speed < cell.robot.tool.cup.contact_speed and depth / 2 < 0.99 * height:
         assert falls_over(problem.scene, item, replace(press, speed=1.4 * speed))
+
+
+def test_what_stands_on_something_narrow_is_met_slowly_too(cell: Cell) -> None:
+    """Poses may put it beside what carries it, and it stands there all the same."""
+    noise, rail = PoseNoise(0.002, float(np.radians(1.0))), shaped(cell, (0.012, 0.3, 0.02))
+    item = at(cell, "box", shaped(cell, (0.03, 0.08, 0.08), mass=1.0), 0.35, 0.0, 0.06)
+    problem, grasp = pressed(cell, item, 0.05, noise)
+    carried = replace(problem.scene, items=(item, at(cell, "rail", rail, 0.35, 0.0, 0.01)))
+    on_the_rail = contact_speed(replace(problem, scene=carried), grasp)
+    assert on_the_rail is not None and on_the_rail < cell.robot.tool.cup.contact_speed
+    push = overtravel(grasp, cell.robot.tool, noise)
+    tip = item.T_world_item @ grasp.T_item_tip @ pose((0.0, 0.0, push))
+    assert not falls_over(carried, item, Press(tip, push, cell.robot.tool.cup.stiffness, on_the_rail))

@@ -296,3 +296,47 @@ def test_what_hangs_exactly_beside_an_item_does_not_hang_over_it(cell: Cell) -> 
         poses = {"low": pose((-2.0, 0.0, 4.0)), "high": pose((-2.0 + x, 0.0, 4.5))}
         supports = of(cell, *(PlacedItem(name, cube, BIN, T) for name, T in poses.items()))
         assert ("low" in supports.carriers("high")) is is_over
+
+
+@pytest.mark.parametrize(("degrees", "falls"), [(20.0, ()), (40.0, ("plate", "roll"))])
+def test_what_lies_where_no_friction_holds_is_held_by_what_is_on_it(
+    cell: Cell, degrees: float, falls: tuple[str, ...]
+) -> None:
+    """A plate on the flank of a roll, and a block on it that must lean on something, or both would slide."""
+    radius, thick, side = 0.07, 0.03, 0.05
+    turn = float(np.radians(degrees))
+    roll = at(
+        cell,
+        "roll",
+        shaped(cell, (radius, 0.28), ShapeKind.CYLINDER),
+        0.3,
+        0.0,
+        radius,
+        (0.0, np.pi / 2, 0.0),
+    )
+    plate, block = (
+        at(
+            cell,
+            name,
+            shaped(cell, size),
+            0.3,
+            -out * np.sin(turn),
+            radius + out * np.cos(turn),
+            (turn, 0.0, 0.0),
+        )
+        for name, size, out in (
+            ("plate", (0.12, 0.12, thick), radius + thick / 2),
+            ("block", (side, side, side), radius + thick + side / 2),
+        )
+    )
+    supports = of(cell, roll, plate, block)
+    assert supports.carriers("block") == ("plate",) and not supports.stays("plate")
+    assert supports.falling("block") == falls
+
+
+def test_what_may_stand_beside_what_is_narrow_stands_on_it(cell: Cell) -> None:
+    rail = at(cell, "rail", shaped(cell, (0.3, 0.01, 0.05)), 0.3, 0.0, 0.025)
+    plank = at(cell, "plank", shaped(cell, (0.2, 0.012, 0.08)), 0.3, 0.002, 0.09)
+    exact, noisy = (of(cell, rail, plank, noise=noise).footing("plank") for noise in (EXACT, NOISY))
+    assert np.ptp(exact[:, 1]) == pytest.approx(0.009, abs=1e-6)
+    assert noisy == pytest.approx(exact)
