@@ -131,7 +131,9 @@ def cell_file(name_or_path: str | Path) -> Path:
             if candidate.is_file():
                 return candidate
     hint = "it is a folder without cell.yaml" if path.is_dir() else ""
-    raise UnknownNameError("cell", str(name_or_path), cell_names(), hint=hint)
+    with suppress(OSError):
+        beside = sorted(str(file.parent) for file in path.parent.glob("*/cell.yaml"))
+    raise UnknownNameError("cell", str(name_or_path), [*cell_names(), *beside], hint=hint)
 
 
 def _refuse_version_1(source: Source) -> None:

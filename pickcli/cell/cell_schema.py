@@ -32,6 +32,7 @@ FilePath = Annotated[str, Field(min_length=1, max_length=500)]
 Part = TypeVar("Part")
 Width = Annotated[float, Field(ge=0, le=0.5)]
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+FROM_MAKER: dict[str, Any] = {"advice": "fill in what the controller allows: its manual or its maker says"}
 
 
 class PoseModel(FileModel):
@@ -88,11 +89,15 @@ class JointLimitModel(FileModel):
     min_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
     max_position: Number | None = Field(None, description="m or rad, narrows the URDF's")
     has_velocity_limits: Literal[True] = Field(description="true (no limit is assumed)")
-    max_velocity: LimitOf = Field(description="a velocity limit in m/s or rad/s")
+    max_velocity: LimitOf = Field(
+        description="a velocity limit in m/s or rad/s", json_schema_extra=FROM_MAKER
+    )
     has_acceleration_limits: Literal[True] = Field(description="true (no limit is assumed)")
-    max_acceleration: LimitOf = Field(description="an acceleration limit in m/s2 or rad/s2")
+    max_acceleration: LimitOf = Field(
+        description="an acceleration limit in m/s2 or rad/s2", json_schema_extra=FROM_MAKER
+    )
     has_jerk_limits: Literal[True] = Field(description="true (no limit is assumed)")
-    max_jerk: LimitOf = Field(description="a jerk limit in m/s3 or rad/s3")
+    max_jerk: LimitOf = Field(description="a jerk limit in m/s3 or rad/s3", json_schema_extra=FROM_MAKER)
 
 
 class ToolModel(FileModel):

@@ -162,7 +162,7 @@ def build_world(model: CollisionModel, scene: Scene) -> CollisionWorld:
     if ours.fingerprint != theirs.fingerprint:
         raise StaleError(
             f"the scene is of cell {theirs.name!r} ({theirs.fingerprint[:12]}), the collision model of "
-            f"{ours.name!r} ({ours.fingerprint[:12]}); make the scene again for this cell"
+            f"{ours.name!r} ({ours.fingerprint[:12]}); plan with a planner of that cell"
         )
     solids = [*_pod(scene), *_standing(scene), *_base(model), *_items(scene)]
     return CollisionWorld(

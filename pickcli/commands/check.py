@@ -13,7 +13,7 @@ from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import cell_option, json_option
+from pickcli.commands.options import cell_option, json_option, refuse_missing
 from pickcli.errors import DamagedError
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
     from pickcli.cell.cell_file import load_cell
     from pickcli.roadmap.store import describe, surveyed
 
+    refuse_missing(path, (".h5",))
     if _is_cell(path):
         _check_cell(path, as_json)
         return

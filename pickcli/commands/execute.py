@@ -28,6 +28,7 @@ from pickcli.commands.progress_bar import progress
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_or_cell_options, scene_or_empty
 
 if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
     from pickcli.cell.robot import Limits
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
@@ -97,7 +98,7 @@ def command(
     if bridge and _is_away(plan, q, scene.cell.robot.limits):
         planner = load_planner(scene.cell, roadmap, trajectories)
         plans.insert(0, _bridge(planner, believed, plan, q, tool_state, seed))
-    film = _film(video)
+    film = _film(video, scene.cell, plans)
     world = World(scene, q, tool_state, reality=reality, seed=seed)
     with stage("simulation"):
         runs = _run(plans, world, film)
@@ -121,7 +122,12 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
     from pickcli.errors import StaleError
     from pickcli.scene.scene_file import scene_hash
 
-    here, carried = scene_hash(believed), plan.certificate
+    here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
+    if plan.cell_fingerprint != cell.fingerprint:
+        raise StaleError(
+            f"{path}: made for the cell {plan.cell_fingerprint}, {cell.name} is {cell.fingerprint}; plan it "
+            "anew"
+        )
     if carried is not None and plan.scene_hash != here:
         raise StaleError(
             f"{path}: made for the scene {plan.scene_hash}, this is {here}; plan it anew, or name the scene "
@@ -178,12 +184,15 @@ def _bridge(
     return certified(bridge, believed, "try another --seed")
 
 
-def _film(video: Path | None) -> GifRecorder | None:
+def _film(video: Path | None, cell: Cell, plans: list[Plan]) -> GifRecorder | None:
     if video is None:
         return None
-    from pickcli.simulation.camera import GifRecorder
+    import numpy as np
 
-    return GifRecorder.named(video)
+    from pickcli.simulation.camera import GifRecorder, view_of_motion
+
+    Q = np.concatenate([plan.trajectory.positions for plan in plans])
+    return GifRecorder.named(video, view_of_motion(cell, Q))
 
 
 def _run(plans: list[Plan], world: World, film: GifRecorder | None) -> list[Execution]:

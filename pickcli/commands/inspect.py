@@ -11,7 +11,7 @@ import click
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
-from pickcli.commands.options import json_option, overwrite_option, refuse_output
+from pickcli.commands.options import json_option, overwrite_option, refuse_missing, refuse_output
 from pickcli.commands.report import key_lines, plan_summary
 from pickcli.commands.scene_options import allowed, open_scene
 from pickcli.commands.stored_motion import motions_between
@@ -36,7 +36,7 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
 @click.option("--motion", "ends", nargs=2, metavar="START GOAL",
               help="Of a database only the motions between two named configurations.")  # fmt: skip
 @click.option("--plot", type=PATH, metavar="FILE",
-              help="Draw a roadmap or database over its cell: .png, or .html to turn about.")  # fmt: skip
+              help="Draw a cell, or a stored file over its cell: .png, or .html to turn about.")  # fmt: skip
 @overwrite_option
 @json_option
 def command(
@@ -81,17 +81,26 @@ def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None
 def _draw(
     path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any], overwrite: bool
 ) -> None:  # fmt: skip
-    """Draw what was described. Raises InputError for what is no roadmap or database."""
+    """Draw what was described. Raises InputError for what is no cell, roadmap or database."""
     from pickcli.cell.cell_file import load_cell
-    from pickcli.drawing.draw import cell_of, draw
+    from pickcli.drawing.cell_picture import cell_picture
+    from pickcli.drawing.draw import cell_of, draw, write_picture
     from pickcli.errors import InputError
 
-    if summary["format"] not in ("roadmap", "trajectory database"):
+    if summary["format"] == "apc cell":
+        cell = load_cell(path)
+        if not cell.configurations:
+            raise InputError(
+                f"{path}: --plot draws the arm in a named configuration, the cell has none; add one"
+            )
+        write_picture(cell_picture(cell), plot, overwrite)
+    elif summary["format"] in ("roadmap", "trajectory database"):
+        cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else load_cell(cell_name)
+        draw(path, plot, cell, overwrite)
+    else:
         raise InputError(
-            f"{path}: --plot draws a roadmap or a trajectory database only, this is: {summary['format']}"
+            f"{path}: --plot draws a cell, roadmap or trajectory database, this is: {summary['format']}"
         )
-    cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else load_cell(cell_name)
-    draw(path, plot, cell, overwrite)
     summary["plot"] = str(plot)
 
 
@@ -101,6 +110,7 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     from pickcli.files.bounded_reading import refuse_special_file
     from pickcli.files.file_kind import CELL, PLAN, SCENE, STORE, kind_of, refuse_utf_16
 
+    refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
         return _cell(path)
     try:
@@ -141,15 +151,10 @@ def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str) -> None:
 
 
 def _cell(path: Path) -> dict[str, Any]:
-    from pickcli.cell.cell_file import cell_names, load_cell
-    from pickcli.errors import InputError, UnknownNameError
+    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.empty_cell_checkers import why_not_free
 
-    try:
-        cell = load_cell(path)
-    except UnknownNameError:
-        what = "a folder without cell.yaml" if path.is_dir() else "no such file, and no cell of that name"
-        raise InputError(f"{path}: {what}; cells: {', '.join(cell_names())}") from None
+    cell = load_cell(path)
     robot = cell.robot
     by_kind: dict[str, list[str]] = {}
     for configuration in cell.configurations.values():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from pickcli.commands.option_types import PATH, NumberType
-from pickcli.errors import InputError
+from pickcli.errors import InputError, suggestion
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -189,6 +189,26 @@ def refuse_same(*outputs: Path) -> None:
         first = by_target.setdefault(os.path.realpath(output), output)
         if first is not output:
             raise InputError(f"{output}: would be written twice, also as {first}; name two files")
+
+
+def refuse_missing(path: Path, suffixes: Collection[str] = ()) -> None:
+    """Refuse a path that leads nowhere and is no name of a cell either, with what was meant.
+
+    Args:
+        path: A file, or the name or folder of a cell.
+        suffixes: Of the files that could be meant.
+
+    Raises:
+        InputError: Nothing is there.
+    """
+    from pickcli.cell.cell_file import cell_names
+
+    known = cell_names()
+    if path.exists() or str(path) in known:
+        return
+    beside = sorted(path.parent.iterdir()) if path.parent.is_dir() else []
+    known += [str(each) for each in beside if (each / "cell.yaml").is_file() or each.suffix in suffixes]
+    raise InputError(f"{path}: no such file, and no cell of that name; {suggestion(str(path), known)}")
 
 
 @contextmanager

@@ -70,7 +70,8 @@ def scene_or_empty(path: Path | None, cell_name: str | None) -> Scene:
         The scene.
 
     Raises:
-        InputError: Neither is named, or the file or the cell cannot be read.
+        UsageError: Neither is named.
+        InputError: The file or the cell cannot be read.
         StaleError: The scene was made for another cell.
     """
     from pickcli.cell.cell_file import load_cell
@@ -79,7 +80,9 @@ def scene_or_empty(path: Path | None, cell_name: str | None) -> Scene:
     if path is not None:
         return open_scene(path, cell_name)
     if cell_name is None:
-        raise InputError("what is around the robot? name a scene with --scene, or with --cell a cell alone")
+        raise click.UsageError(
+            "what is around the robot? Name a scene with --scene, or with --cell a cell alone"
+        )
     with stage("reading of the cell"):
         return empty_scene(load_cell(cell_name))
 

@@ -43,7 +43,21 @@ def draw(stored: Path, output: Path, cell: Cell, replace: bool = True) -> None:
         InputError: If the suffix is another, or a file cannot be read or written.
     """
     refuse_suffix(output)
-    picture = picture_of(stored, cell)
+    write_picture(picture_of(stored, cell), output, replace)
+
+
+def write_picture(picture: Picture, output: Path, replace: bool = True) -> None:
+    """Write a picture as a PNG or an HTML page.
+
+    Args:
+        picture: The picture.
+        output: Its file; the suffix says which kind.
+        replace: Whether a file that exists may be replaced.
+
+    Raises:
+        InputError: If the suffix is another, or the file cannot be written.
+    """
+    refuse_suffix(output)
     # Each of them is heavy, and only one is needed.
     if output.suffix.lower() == ".png":
         from pickcli.drawing.png import png_bytes

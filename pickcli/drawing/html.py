@@ -24,12 +24,15 @@ def html_bytes(picture: Picture) -> bytes:
     Returns:
         Bytes of the file.
     """
+    coverage = picture.coverage
+    titles, widths = ("",) if coverage is None else ("", coverage.title), [0.75, 0.25]
     figure = make_subplots(
-        1, 2, column_widths=[0.75, 0.25], specs=[[{"type": "scene"}, {"type": "bar"}]],
-        subplot_titles=("", picture.coverage.title),
+        1, len(titles), column_widths=widths[: len(titles)], subplot_titles=titles,
+        specs=[[{"type": "scene"}, {"type": "bar"}][: len(titles)]],
     )  # fmt: skip
     figure.add_traces([*_solids(picture), *_lines(picture), _nodes(picture)], rows=1, cols=1)
-    figure.add_traces(_bars(picture.coverage), rows=1, cols=2)
+    if coverage is not None:
+        figure.add_traces(_bars(coverage), rows=1, cols=2)
     told = "<br>".join(html.escape(line) for line in picture.words)
     figure.update_layout(
         title={"text": f"{html.escape(picture.title)}<br><sub>{told}</sub>"}, barmode="stack",

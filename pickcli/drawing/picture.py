@@ -122,7 +122,7 @@ class Picture:
         solids: Of the cell and of the arm at home.
         lines: The arm first, then paths.
         nodes: Named places.
-        coverage: Of the bins.
+        coverage: Of the bins; None where nothing is stored.
         lines_by_ink: The legend of the lines.
     """
 
@@ -131,7 +131,7 @@ class Picture:
     solids: tuple[DrawnSolid, ...]
     lines: tuple[DrawnLine, ...]
     nodes: tuple[DrawnNode, ...]
-    coverage: Coverage
+    coverage: Coverage | None
     lines_by_ink: tuple[tuple[str, Colour], ...]
 
     @property

@@ -31,11 +31,13 @@ def png_bytes(picture: Picture) -> bytes:
     """
     with matplotlib.rc_context({"font.size": 9}):
         figure = Figure(_SIZE, _DPI, layout="constrained")
-        halves: Any = figure.subfigures(1, 2, width_ratios=(2.6, 1.0))
-        scene = halves[0].add_subplot(projection="3d", computed_zorder=False)
+        widths = (1.0,) if picture.coverage is None else (2.6, 1.0)
+        parts: Any = figure.subfigures(1, len(widths), width_ratios=widths, squeeze=False)[0]
+        scene = parts[0].add_subplot(projection="3d", computed_zorder=False)
         _draw_cell(scene, picture)
         _draw_legend(scene, picture)
-        _draw_coverage(halves[1].add_subplot(), picture.coverage)
+        if picture.coverage is not None:
+            _draw_coverage(parts[1].add_subplot(), picture.coverage)
         figure.suptitle(picture.title, fontsize=15)
         file = io.BytesIO()
         figure.savefig(file, format="png", metadata={"Software": None})
@@ -60,7 +62,8 @@ def _draw_cell(axes: Any, picture: Picture) -> None:
     for node in picture.nodes:
         _draw_node(axes, node)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set(xlabel="x, m (into the shelf)", ylabel="y, m", zlabel="z, m")
+    has_shelf = any(solid.ink is Colour.POD for solid in picture.solids)
+    axes.set(xlabel="x, m (into the shelf)" if has_shelf else "x, m", ylabel="y, m", zlabel="z, m")
     axes.set_box_aspect(high - low, zoom=1.22)  # one scale for all axes
     axes.view_init(*_FROM)
 
@@ -105,6 +108,8 @@ def _draw_coverage(axes: Any, coverage: Coverage) -> None:
 
 def _draw_legend(axes: Any, picture: Picture) -> None:
     axes.text2D(0.02, 0.98, "\n".join(picture.words), va="top", transform=axes.transAxes, linespacing=1.6)
+    if not picture.lines_by_ink:
+        return
     handles = [Line2D([], [], color=ink, label=name, linewidth=2.0) for name, ink in picture.lines_by_ink]
     axes.legend(
         handles=handles, title="path of the tip of the cup", alignment="left", frameon=False,

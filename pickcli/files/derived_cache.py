@@ -9,6 +9,7 @@ import hashlib
 import json
 import logging
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -77,9 +78,21 @@ def _kept(path: Path | None) -> Any:
 def _keep(path: Path | None, values: Any) -> None:
     content = json.dumps(values, separators=(",", ":")).encode()
     if path is None:
+        _warn_once("of a user without a home")
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
     except (OSError, InputError) as error:
         _log.info("not kept in the cache: %s", error)
+        _warn_once(str(path.parent.parent))
+
+
+@cache
+def _warn_once(folder: str) -> None:
+    """Tell that work is done again each time: not for each of the many files that this is true of."""
+    _log.warning(
+        "nothing can be kept in the cache %s, so what takes long is computed anew each time; set "
+        "XDG_CACHE_HOME to a folder that can be written",
+        folder,
+    )

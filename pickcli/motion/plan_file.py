@@ -101,6 +101,7 @@ def read_plan(path: Path) -> Plan:
     Raises:
         InputError: If the file is missing, too large, or breaks the format (all problems at once, each with
             its field).
+        StaleError: If it is of another version of the format.
         DamagedError: If the file was changed after it was certified.
     """
     text = read_text(path, MAX_BYTES, "plan one with apc plan-pick", PLAN)

@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, conlist, create_model
 
 from pickcli.cell.tool import ToolState
-from pickcli.errors import InputError, shortened
+from pickcli.errors import InputError, StaleError, shortened
 from pickcli.files.json_reader import parse_json
 from pickcli.files.schema import causes, explain
 from pickcli.files.yaml_reader import name_of
@@ -190,12 +190,16 @@ def parse_plan(text: str, where: str) -> tuple[Plan, str]:
 
     Raises:
         InputError: With the place where the JSON breaks, or with all problems (field, expected, got).
+        StaleError: The plan is of another version of the format.
     """
     data = parse_json(text, where)
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f'{where}: format: expected "{FORMAT}"; this is not a plan file')
-    if type(data.get("version")) is not int or data["version"] != VERSION:
-        raise InputError(f"{where}: version: expected {VERSION}, got {data.get('version')!r}; plan it anew")
+    version = data.get("version")
+    if type(version) is not int:
+        raise InputError(f"{where}: version: expected {VERSION}, got {_SHORT.repr(version)}; plan it anew")
+    if version != VERSION:
+        raise StaleError(f"{where}: version: expected {VERSION}, got {version}, of another apc; plan it anew")
     try:
         model = _Plan.model_validate(data)
     except ValidationError as error:

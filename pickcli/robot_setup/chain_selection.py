@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from pickcli.cell.robot import JointType
+from pickcli.cell.robot import Joint, JointType
 from pickcli.cell.srdf import Group, Srdf
 from pickcli.cell.urdf import Urdf
 from pickcli.errors import InputError, UnknownNameError
@@ -23,12 +23,14 @@ class PlannedChain:
         tip: Name of the link at the end.
         group: Name of the SRDF group that says so; empty where none does.
         other_tips: Links that stand still with the tip and carry no shape: each could be it as well.
+        beyond: Joints of the arm behind the tip, which are not planned: it was asked for in the middle.
     """
 
     joints: tuple[str, ...]
     tip: str
     group: str
     other_tips: tuple[str, ...]
+    beyond: tuple[str, ...] = ()
 
 
 def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | None) -> PlannedChain:
@@ -58,12 +60,14 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
         group, joints = _likeliest(robot, srdf, fingers)
     if not joints:
         raise InputError(f"--tip {tip}: no joint moves this link; name one at the end of the arm")
-    if tip is not None and not set(joints) <= robot.driven(robot.way(tip)).keys():
-        raise InputError(f"--tip {tip}: is not at the end of {_told(joints)}; name a link that they move")
     ends = _rigid_with_last(robot, joints[-1])
+    if tip is not None and not set(joints) <= robot.driven(robot.way(tip)).keys():
+        listed = ", ".join(ends)
+        raise InputError(f"--tip {tip}: is not at the end of {_told(joints)}; name one of {listed}")
     chosen = tip or _likeliest_tip(robot, srdf, group, ends)
     frames = tuple(link for link in ends if not robot.links[link].shapes and link != chosen)
-    return PlannedChain(joints, chosen, group, frames)
+    hanging = dict.fromkeys(name for end in ends for j in robot.children(end) for name in _below(robot, j))
+    return PlannedChain(joints, chosen, group, frames, _without(hanging, fingers))
 
 
 def group_joints(robot: Urdf, srdf: Srdf, name: str) -> tuple[str, ...]:
@@ -105,9 +109,7 @@ def finger_joints(robot: Urdf, srdf: Srdf | None) -> frozenset[str]:
         chains = [_longest_below(robot, joint.child, joint.name, found) for joint in robot.children(link)]
         branches = [chain for chain in chains if chain]
         if len(branches) > 1 and all(len(branch) < before for branch in branches):
-            found |= {
-                name for joint in robot.children(link) for name in _below(robot, joint.child, joint.name)
-            }
+            found |= {name for joint in robot.children(link) for name in _below(robot, joint)}
     return frozenset(found)
 
 
@@ -130,10 +132,10 @@ def _without(joints: Iterable[str], fingers: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in joints if name not in left_out)
 
 
-def _below(robot: Urdf, link: str, joint: str) -> list[str]:
+def _below(robot: Urdf, joint: Joint) -> list[str]:
     """Driven joints of a branch that begins with a joint."""
-    own = list(robot.driven([robot.joints[link]]))
-    return own + [name for child in robot.children(link) for name in _below(robot, child.child, child.name)]
+    behind = (name for child in robot.children(joint.child) for name in _below(robot, child))
+    return [*robot.driven([joint]), *behind]
 
 
 def _longest_below(robot: Urdf, link: str, joint: str, fingers: Iterable[str]) -> tuple[str, ...]:

@@ -7,7 +7,13 @@ from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 
+import numpy as np
+
+from pickcli.errors import InputError
 from pickcli.geometry import Array, transform_points
+
+FAR = 100.0  # m from the origin of their frame; beyond it points are in another unit
+AROUND = 15.0  # m from there; where half of the points are beyond it, they are too
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +33,25 @@ class Cloud:
     measured: Array
     radius: float
     error: float
+
+    def __post_init__(self) -> None:
+        """Refuse what are no points around a robot. Raises InputError."""
+        if self.measured.ndim != 2 or self.measured.shape[1] != 3 or not len(self.measured):
+            raise InputError(f"{self.file}: expected points of shape (N, 3), got {self.measured.shape}")
+        is_finite = np.isfinite(self.measured).all(axis=1)
+        if not is_finite.all():
+            raise InputError(f"{self.file}: {int((~is_finite).sum())} points are not finite; leave them out")
+        amounts = np.abs(self.measured).max(axis=1)
+        if (farthest := float(amounts.max())) > FAR:
+            raise InputError(
+                f"{self.file}: reaches {farthest:.4g} m far, expected {FAR:g} at most; lengths are in m, not "
+                "mm"
+            )
+        if (middle := float(np.median(amounts))) > AROUND:
+            raise InputError(
+                f"{self.file}: half of the points are over {middle:.4g} m from the sensor, no robot reaches "
+                "there; lengths are in m, not mm"
+            )
 
     @cached_property
     def points(self) -> Array:

@@ -14,7 +14,6 @@ from pickcli.geometry import Array
 
 MAX_BYTES = 64_000_000
 MAX_POINTS = 1_000_000
-FAR = 100.0  # m from the origin of their frame; beyond it they are in another unit
 
 # NumPy's names of PLY's types.
 _TYPES = {
@@ -41,7 +40,7 @@ def read_points(path: Path) -> Array:
         (N, 3) m.
 
     Raises:
-        InputError: It cannot be read, is of another kind, damaged or too large, or has points that are none.
+        InputError: It cannot be read, is of another kind, damaged or too large.
     """
     readers = {".npy": _from_npy, ".npz": _from_npz, ".ply": _from_ply}
     reader = readers.get(path.suffix.lower())
@@ -57,13 +56,7 @@ def read_points(path: Path) -> Array:
         raise InputError(f"{path}: expected numbers of shape (N, 3), got {points.dtype} {points.shape}")
     if not 0 < len(points) <= MAX_POINTS:
         raise InputError(f"{path}: has {len(points)} points; expected 1 to {MAX_POINTS}: thin it out")
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    is_finite = np.isfinite(points).all(axis=1)
-    if not is_finite.all():
-        raise InputError(f"{path}: {int((~is_finite).sum())} points are not finite; leave them out")
-    if (farthest := float(np.abs(points).max())) > FAR:
-        raise InputError(f"{path}: reaches {farthest:.4g} m far, expected {FAR:g} at most; lengths are in m")
-    return points
+    return np.ascontiguousarray(points, dtype=np.float64)
 
 
 def _from_npy(content: bytes) -> Array:

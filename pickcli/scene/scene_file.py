@@ -64,7 +64,7 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     if model.cell.fingerprint != cell.fingerprint:
         raise StaleError(
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
-            f"{cell.name} {cell.fingerprint}; make the scene again"
+            f"{cell.name} {cell.fingerprint}; {_remade(cell)}"
         )
     check_names(source, model, cell)
     scene = Scene(
@@ -89,6 +89,13 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     check_floating(source, scene)
     source.check()
     return scene
+
+
+def _remade(cell: Cell) -> str:
+    """What to do about a scene of another cell: without places it was written by hand, or by a camera."""
+    if cell.places:
+        return "make the scene again"
+    return "if its poses are still right, write that fingerprint into it"
 
 
 def write_scene(scene: Scene, path: Path, replace: bool = True) -> None:

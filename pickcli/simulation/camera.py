@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pickcli.cell.cell import Cell
 from pickcli.errors import InputError
 from pickcli.files.atomic_write import write_bytes
+from pickcli.geometry import Array
+from pickcli.kinematics.arm import Arm
 from pickcli.scene.scene import Scene
 from pickcli.simulation.engine import Engine
 from pickcli.simulation.scene_bodies import add_items, add_statics
@@ -34,6 +37,8 @@ class View:
 CELL_VIEW = View((-2.6, 1.9, 2.3), (-0.55, -0.1, 1.05), 48.0)  # robot, pod and tote from behind on the left
 POD_VIEW = View((-1.60, 0.0, 1.40), (0.2, 0.0, 1.28), 40.0)  # straight into the bins
 SMALL = (480, 360)  # pixels
+MARGIN = 0.25  # m around the frames of an arm, for what its links reach beyond them
+N_SAMPLES = 40  # of a motion, by which a view is chosen
 TOTE_VIEW = View((-1.05, -0.1, 1.75), (-1.045, -0.6165, 0.6), 32.0)  # down into the tote
 
 
@@ -103,6 +108,30 @@ def picture_of(scene: Scene, view: View = POD_VIEW, size: tuple[int, int] = (960
         engine.close()
 
 
+def view_of_motion(cell: Cell, Q: Array) -> View:
+    """The view that a motion is filmed from.
+
+    Args:
+        cell: The cell.
+        Q: (N, n) configurations that the motion goes through.
+
+    Returns:
+        The whole cell where it has a shelf; else, from the same side, the arm wherever it goes.
+    """
+    if cell.pod.bins:
+        return CELL_VIEW
+    robot = cell.robot
+    chain = Arm(robot).chain(robot.tool.default_state)
+    shown = Q[np.linspace(0, len(Q) - 1, N_SAMPLES).astype(int)]
+    points = np.concatenate([robot.T_world_base[None, :3, 3], *(chain.fk(q)[:, :3, 3] for q in shown)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    radius = float(np.linalg.norm(high - low)) / 2 + MARGIN
+    away = np.subtract(CELL_VIEW.eye, CELL_VIEW.target)
+    target = (low + high) / 2
+    eye = target + away / np.linalg.norm(away) * radius / np.sin(np.radians(CELL_VIEW.fov) / 2)
+    return View(tuple(eye.tolist()), tuple(target.tolist()), CELL_VIEW.fov)
+
+
 class GifRecorder:
     """Frames at a fixed rate of simulated time, written as an animated GIF.
 
@@ -118,11 +147,12 @@ class GifRecorder:
         self._next = 0.0
 
     @classmethod
-    def named(cls, path: Path) -> GifRecorder:
+    def named(cls, path: Path, view: View = CELL_VIEW) -> GifRecorder:
         """The recorder of a file.
 
         Args:
             path: The file.
+            view: Where the camera stands.
 
         Returns:
             The recorder.
@@ -136,7 +166,7 @@ class GifRecorder:
             raise InputError(f"{path}: films are animated GIFs; give the file a name ending in .gif")
         if importlib.util.find_spec("PIL") is None:
             raise InputError(f"{path}: writing films needs pillow; install it with: pip install pillow")
-        return cls()
+        return cls(view)
 
     def look(self, engine: Engine, t: float) -> None:
         """Take a frame if one is due.

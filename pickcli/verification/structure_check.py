@@ -126,8 +126,11 @@ def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
     ]
     if plan.grasp is not None:
         stated.append(("grasp", plan.grasp.tool_state))
+    tool = scene.cell.robot.tool
     for where, state in stated:
-        if state != MOVING and not scene.cell.robot.tool.knows(state):
+        if state == MOVING and tool.joint is None:
+            yield Reason("unknown tool state", where, f"{MOVING}, but no joint moves the tool of the cell")
+        elif state != MOVING and not tool.knows(state):
             yield Reason("unknown tool state", where, f"the tool of the cell has no state {str(state)!r}")
 
 

@@ -37,18 +37,22 @@ from pickcli.verification.tipping_check import check_tipping
 from pickcli.verification.tool_speed import check_tool_speed
 from pickcli.verification.verdict import Verdict
 
-CHECKS = (
+MOTION_CHECKS = (
     "structure: names, times, contiguous segments, the item held from contact to release",
     "clearance: arm, tool and held item keep the cell's from world and themselves, exact shapes, at any time",
-    "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
-    "support: nothing rests or leans on what is taken, and no cup from above tips it over what carries it",
     "limits: position, velocity, acceleration, jerk at every instant; rest at both ends",
     "lines: straight where stated, contact along the tool axis at the tool's speed",
     "tool speed: nowhere over the cell's limit, where it states one",
-    "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "events: anchors, leads, order, tool states",
-    "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
+)
+ITEM_CHECKS = (  # of a plan that takes or carries an item
+    "planned contacts: only where the item is taken and set down, no deeper than noise and bellows",
+    "support: nothing rests or leans on what is taken, and no cup from above tips it over what carries it",
+    "grasp: on the surface, inside the face, met at contact, holds under gravity and acceleration",
     "release: inside the tote's walls, below the drop limit; or inside a bin, just over its floor",
+)
+RECOVERY_CHECKS = (
+    "recovery: a way out of a stop as its level says, out or back; what is near at its start only opens",
 )
 
 MANY_STATES = 30_000  # as many as twenty seconds at full speed take: what breaks a limit is not worth more
@@ -128,7 +132,11 @@ def _certificate(
         max_velocity_ratio=ratios.velocity,
         max_acceleration_ratio=ratios.acceleration,
         max_jerk_ratio=ratios.jerk,
-        checks=CHECKS,
+        checks=(
+            *MOTION_CHECKS,
+            *(ITEM_CHECKS if plan.grasp is not None else ()),
+            *(RECOVERY_CHECKS if plan.recovery is not None else ()),
+        ),
     )
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
+from pickcli.cell.cell_file import load_cell
 from pickcli.motion.plan import RecoveryLevel
+from pickcli.motion.plan_file import read_plan
+from pickcli.simulation.camera import CELL_VIEW, view_of_motion
 from support.bare_robot import write_bare_robot
-from support.command_line import apc, refused
+from support.command_line import apc, misused, refused
 
 
 @pytest.fixture(scope="module")
@@ -64,8 +68,8 @@ def test_a_recovery_is_judged_where_nothing_stands_around(
 
 
 def test_neither_scene_nor_cell_is_a_question(move: Path, tmp_path: Path) -> None:
-    refused(apc("verify", move), 3, "--scene", "--cell")
-    refused(apc("plan-move", "--from", "home", "--to", "away", "-o", tmp_path / "m.json"), 3, "--cell")
+    misused(apc("verify", move), "--scene", "--cell")
+    misused(apc("plan-move", "--from", "home", "--to", "away", "-o", tmp_path / "m.json"), "--cell")
 
 
 @pytest.mark.parametrize(
@@ -85,6 +89,57 @@ def test_what_needs_places_says_so_in_a_sentence(
     monkeypatch.chdir(tmp_path)
     refused(apc(*words, "--cell", cell), 3, "states no pod and no tote and no tool", "docs/formats/cell.md")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_move_claims_no_checks_of_items(cell: Path, move: Path) -> None:
+    checks = json.loads(apc("verify", move, "--cell", cell, "--json").out)["certificate"]["checks"]
+    kinds = [check.partition(":")[0] for check in checks]
+    assert kinds == ["structure", "clearance", "limits", "lines", "tool speed", "events"]
+
+
+def test_a_tool_that_no_joint_moves_never_moves(cell: Path, move: Path, tmp_path: Path) -> None:
+    plan = json.loads(move.read_text()) | {"certificate": None}
+    plan["segments"][0]["tool_state"] = "moving"
+    (tmp_path / "moving.json").write_text(json.dumps(plan))
+    refused(apc("verify", tmp_path / "moving.json", "--cell", cell), 4, "no joint moves the tool")
+
+
+def test_a_move_of_another_cell_is_called_so(cell: Path, move: Path, tmp_path: Path) -> None:
+    other = write_bare_robot(tmp_path)
+    file = other / "cell.yaml"
+    file.write_text(file.read_text().replace("clearance: 0.003", "clearance: 0.004"))
+    refused(apc("execute", move, "--cell", other), 4, f"{move}: made for the cell ", "plan it anew")
+
+
+def test_a_typo_comes_with_what_was_meant(cell: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(cell.parent)
+    for verb in ("check", "inspect"):
+        refused(apc(verb, "cel"), 3, "cel: no such file, and no cell of that name; did you mean 'cell'?")
+    refused(
+        apc("plan-move", "--cell", "cel", "--from", "home", "--to", "away", "-o", "m.json"), 3, "mean 'cell'?"
+    )
+
+
+def test_a_blank_limit_says_who_knows_it(tmp_path: Path) -> None:
+    cell = write_bare_robot(tmp_path)
+    content = yaml.safe_load((cell / "cell.yaml").read_text())
+    content["joint_limits"]["bend"] = {"has_jerk_limits": True, "max_jerk": None}
+    (cell / "cell.yaml").write_text(yaml.safe_dump(content))
+    told = (
+        "joint_limits.bend.max_jerk: expected a jerk limit in m/s3 or rad/s3, got nothing; fill in what the"
+    )
+    refused(apc("check", cell), 3, told)
+
+
+def test_a_cell_alone_is_drawn_and_a_film_shows_the_arm(cell: Path, move: Path, tmp_path: Path) -> None:
+    assert apc("inspect", cell, "--plot", tmp_path / "cell.png").code == 0
+    assert apc("inspect", cell, "--plot", tmp_path / "cell.html").code == 0
+    assert (tmp_path / "cell.png").read_bytes().startswith(b"\x89PNG")
+    robot = load_cell(cell)
+    view = view_of_motion(robot, read_plan(move).trajectory.positions)
+    base = robot.robot.T_world_base[:3, 3]
+    assert np.linalg.norm(np.subtract(view.target, base)) < np.linalg.norm(np.subtract(view.eye, base)) < 5.0
+    assert view_of_motion(load_cell("apc2016_delft"), np.zeros((2, 8))) == CELL_VIEW
 
 
 def test_a_move_without_a_tool_is_simulated(cell: Path, move: Path) -> None:

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from pickcli.cell.cell_file import load_cell
+from pickcli.precompute.empty_cell_checkers import empty_scene
 from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import write_roadmap
+from pickcli.scene.scene_file import write_scene
 from support.cell_copies import CellCopy
 from support.command_line import apc
 
@@ -37,8 +39,10 @@ def test_the_picture_is_written_and_told(stored: Path) -> None:
 def test_other_pictures_and_other_files_are_refused(stored: Path) -> None:
     answer = apc("inspect", stored, "--plot", stored.with_suffix(".svg"))
     assert answer.code == 3 and "a picture is written as .png or .html" in answer.err
-    answer = apc("inspect", "apc2016_delft", "--plot", stored.with_suffix(".png"))
-    assert answer.code == 3 and "only, this is: apc cell" in answer.err
+    scene = stored.with_name("scene.json")
+    write_scene(empty_scene(load_cell("apc2016_delft")), scene)
+    answer = apc("inspect", scene, "--plot", stored.with_suffix(".png"))
+    assert answer.code == 3 and "this is: apc scene" in answer.err
 
 
 def test_a_file_of_another_cell_than_the_one_named_is_refused(stored: Path, cell_copy: CellCopy) -> None:

@@ -136,6 +136,7 @@ def test_a_roadmaps_picture_has_every_node_and_edge_and_counts_routes(cell: Cell
     edges = picture.lines[1:]
     assert [line.ink for line in edges] == [Colour.GOOD, Colour.GOOD, Colour.GOOD, Colour.FAIR]
     assert edges[0].name == "home to bin_A"
+    assert picture.coverage is not None
     counts = {bar.name: bar.counts for bar in picture.coverage.bars}
     # bin_A: two routes to bin_B and home, one to the tote, none to its camera pose; nor has that to the tote
     assert counts["bin_A"] == (2, 1, 2)
@@ -145,6 +146,7 @@ def test_a_roadmaps_picture_has_every_node_and_edge_and_counts_routes(cell: Cell
 
 def test_a_databases_picture_counts_what_is_stored_and_missing(cell: Cell) -> None:
     _, picture = _drawn(cell)
+    assert picture.coverage is not None
     counts = {bar.name: bar.counts for bar in picture.coverage.bars}
     assert counts["bin_A"] == (0, 1, 1) and counts["bin_B"] == (0, 1, 0)
     assert picture.words == ("2 of 3 wanted motions are stored", "4 s in all, 1.250 times their lower bounds")

@@ -146,6 +146,18 @@ def test_what_is_no_mesh_is_refused(
         mesh_pieces(tmp_path / name, (1.0, 1.0, 1.0))
 
 
+def test_a_cache_that_cannot_be_written_is_told_of_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "cache").write_text("no folder")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    for name in ("a.stl", "b.stl"):
+        (tmp_path / name).write_bytes(stl(ELBOW))
+        assert mesh_pieces(tmp_path / name, (1.0, 1.0, 1.0))
+    (told,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert str(tmp_path / "cache") in told and "XDG_CACHE_HOME" in told
+
+
 def test_pieces_are_found_again_unless_the_mesh_or_the_cache_changed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,12 +14,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pickcli.errors import DamagedError, InputError
+from pickcli.errors import DamagedError, InputError, StaleError
 from pickcli.geometry import pose
 from pickcli.motion.event import Anchor, AnchorKind, Event
 from pickcli.motion.plan import Certificate, Grasp, Plan, RecoveryLevel
 from pickcli.motion.plan_file import motion_hash, plan_to_dict, read_plan, write_plan
-from pickcli.motion.plan_schema import parse_plan
+from pickcli.motion.plan_schema import VERSION, parse_plan
 from pickcli.motion.segment import Segment, SegmentKind
 from pickcli.motion.trajectory import Trajectory
 from support.tool_states import STRAIGHT
@@ -167,7 +167,6 @@ def point(i: int, key: str, value: Any) -> Any:
     ("change", "field"),
     [
         (lambda d: d.__setitem__("format", "apc plans"), "format"),
-        (lambda d: d.__setitem__("version", 1), "version"),
         (lambda d: d.__setitem__("version", True), "version"),
         (lambda d: d.__setitem__("version", 2.0), "version"),
         (lambda d: d.__setitem__("seed", 10**4000), "whole number of 4001 digits"),
@@ -205,6 +204,15 @@ def test_a_broken_field_is_named_in_one_line(plan: Plan, tmp_path: Path, change:
         read_plan(path)
     assert str(path) in str(caught.value)
     assert str(caught.value).count("\n") <= 2
+
+
+@pytest.mark.parametrize("version", [VERSION - 1, VERSION + 1])
+def test_a_plan_of_another_version_is_stale(plan: Plan, tmp_path: Path, version: int) -> None:
+    path = tmp_path / "plan.json"
+    write_plan(plan, path)
+    edit(path, lambda d: d.__setitem__("version", version))
+    with pytest.raises(StaleError, match=f"version: expected {VERSION}, got {version}, of another apc"):
+        read_plan(path)
 
 
 def test_several_problems_are_reported_at_once(plan: Plan, tmp_path: Path) -> None:

@@ -107,8 +107,6 @@ def test_what_is_no_cloud_is_refused(tmp_path: Path, name: str, content: bytes |
         (np.zeros((4, 2)), r"expected numbers of shape \(N, 3\), got float64 \(4, 2\)"),
         (np.zeros((0, 3)), "has 0 points"),
         (np.array([["a", "b", "c"]]), "expected numbers"),
-        (np.array([[0.0, np.nan, 0.0], [0.0, 0.0, 0.0]]), "1 points are not finite; leave them out"),
-        (np.array([[0.0, 1500.0, 0.0]]), "reaches 1500 m far, expected 100 at most; lengths are in m"),
         (np.array([None, None, None]), "cannot be loaded when allow_pickle=False"),
     ],
 )
@@ -116,6 +114,23 @@ def test_points_that_are_none_are_refused(tmp_path: Path, points: Array, problem
     np.save(tmp_path / "a.npy", points)
     with pytest.raises(InputError, match=problem):
         read_points(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize(
+    ("points", "problem"),
+    [
+        (np.zeros((0, 3)), r"cloud\.npy: expected points of shape \(N, 3\), got \(0, 3\)"),
+        (np.array([[0.0, np.nan, 0.0], [0.0, 0.0, 0.0]]), "1 points are not finite; leave them out"),
+        (
+            np.array([[0.0, 1500.0, 0.0]]),
+            "reaches 1500 m far, expected 100 at most; lengths are in m, not mm",
+        ),
+        (np.array([[0.0, 40.0, 0.0], [9.0, 50.0, 10.0]]), "over 45 m from the sensor, .*; lengths are in m"),
+    ],
+)
+def test_what_are_no_points_around_a_robot_is_refused(points: Array, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        Cloud(Path("cloud.npy"), np.eye(4), points, 0.004, 0.002)
 
 
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path) -> None:
