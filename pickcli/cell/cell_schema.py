@@ -32,7 +32,7 @@ FilePath = Annotated[str, Field(min_length=1, max_length=500)]
 Part = TypeVar("Part")
 Width = Annotated[float, Field(ge=0, le=0.5)]
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-FROM_MAKER: dict[str, Any] = {"advice": "fill in what the controller allows: its manual or its maker says"}
+FROM_MAKER: dict[str, Any] = {"advice": "state what the controller allows: its manual or its maker says"}
 
 
 class PoseModel(FileModel):

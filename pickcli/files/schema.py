@@ -119,13 +119,14 @@ def explain(model: type[BaseModel], key: Key, detail: Any) -> str:
         return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key)}"
     if kind == MANY_MISSING:
         return f"lacks {', '.join(given[:-1])} and {given[-1]}; {_addition(model, key, 'add them')}"
-    if given is None and _meaning(model, key) != NO_MEANING:  # a key without a value
-        return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key, 'fill it in')}"
     if kind == "extra_forbidden":
         known = sorted(_fields(model, key[:-1]))
         return f"unknown key; {suggestion(str(key[-1]), known)}"
     if kind == "value_error":
         return str(detail["ctx"]["error"])
+    is_blank = given is None and key and isinstance(key[-1], str)  # a key without a value
+    if is_blank and _meaning(model, key) != NO_MEANING:
+        return f"expected {_meaning(model, key)}, got nothing; {_addition(model, key, 'fill it in')}"
     meaning = _meaning(model, key)
     advice = _unit(meaning) if _is_far_off(detail) else "correct it"
     got = f"{len(given)}" if kind in _BOUNDS else _short(given)

@@ -184,11 +184,6 @@ def _made(staging: Path, folder: Path, request: SetupOptions, on_progress: Progr
     left = tuple(draft.left())
     if not left:
         cell = load_cell(staging)
-    if draft.chain.beyond:
-        notes.append(
-            f"{draft.chain.tip} is in the middle of the arm: {', '.join(draft.chain.beyond)} stand still; to "
-            "plan these too, name with --tip a link that they move"
-        )
     notes += [
         f"{pair.a} and {pair.b} are allowed or nothing could be planned, but their shapes do collide in some "
         "configurations; smaller collision shapes in the URDF would tell these apart"

@@ -23,14 +23,12 @@ class PlannedChain:
         tip: Name of the link at the end.
         group: Name of the SRDF group that says so; empty where none does.
         other_tips: Links that stand still with the tip and carry no shape: each could be it as well.
-        beyond: Joints of the arm behind the tip, which are not planned: it was asked for in the middle.
     """
 
     joints: tuple[str, ...]
     tip: str
     group: str
     other_tips: tuple[str, ...]
-    beyond: tuple[str, ...] = ()
 
 
 def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | None) -> PlannedChain:
@@ -64,10 +62,18 @@ def choose_chain(robot: Urdf, srdf: Srdf | None, group: str | None, tip: str | N
     if tip is not None and not set(joints) <= robot.driven(robot.way(tip)).keys():
         listed = ", ".join(ends)
         raise InputError(f"--tip {tip}: is not at the end of {_told(joints)}; name one of {listed}")
+    behind = _without(
+        (name for end in ends for j in robot.children(end) for name in _below(robot, j)), fingers
+    )
+    if tip is not None and behind:
+        listed = ", ".join(_rigid_with_last(robot, behind[-1]))
+        raise InputError(
+            f"--tip {tip}: is in the middle of the arm, before {_told(behind)}; name a link at its "
+            f"end: {listed}"
+        )
     chosen = tip or _likeliest_tip(robot, srdf, group, ends)
     frames = tuple(link for link in ends if not robot.links[link].shapes and link != chosen)
-    hanging = dict.fromkeys(name for end in ends for j in robot.children(end) for name in _below(robot, j))
-    return PlannedChain(joints, chosen, group, frames, _without(hanging, fingers))
+    return PlannedChain(joints, chosen, group, frames)
 
 
 def group_joints(robot: Urdf, srdf: Srdf, name: str) -> tuple[str, ...]:

@@ -83,7 +83,7 @@ MISTAKES = {
     "no acceleration limit": (
         "max_velocity: 1.0, has_acceleration_limits: true, max_acceleration: 2.0, ",
         "max_velocity: 1.0, has_acceleration_limits: true, ",
-        "rail.max_acceleration: expected an acceleration limit in m/s2 or rad/s2, got nothing; add it",
+        "rail.max_acceleration: expected an acceleration limit in m/s2 or rad/s2, got nothing; state what",
     ),
     "acceleration limit switched off": (
         "max_velocity: 1.0, has_acceleration_limits: true",

@@ -173,7 +173,7 @@ def test_a_cell_without_an_acceleration_limit(made: Made, tmp_path: Path, out: P
         ("run-trial", made.order, "--cell", folder, "-o", out),
         ("inspect", folder),
     ):
-        refused(apc(*argv), 3, f"{folder}/cell.yaml:", "max_acceleration", "add it")
+        refused(apc(*argv), 3, f"{folder}/cell.yaml:", "max_acceleration", "state what")
     assert not out.exists()
 
 

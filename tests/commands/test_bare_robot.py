@@ -125,9 +125,7 @@ def test_a_blank_limit_says_who_knows_it(tmp_path: Path) -> None:
     content = yaml.safe_load((cell / "cell.yaml").read_text())
     content["joint_limits"]["bend"] = {"has_jerk_limits": True, "max_jerk": None}
     (cell / "cell.yaml").write_text(yaml.safe_dump(content))
-    told = (
-        "joint_limits.bend.max_jerk: expected a jerk limit in m/s3 or rad/s3, got nothing; fill in what the"
-    )
+    told = "joint_limits.bend.max_jerk: expected a jerk limit in m/s3 or rad/s3, got nothing; state what the"
     refused(apc("check", cell), 3, told)
 
 

@@ -111,9 +111,10 @@ def test_of_two_arms_one_has_to_be_named(tmp_path: Path) -> None:
 
 def test_a_tip_in_the_middle_of_an_arm_is_told_of(tmp_path: Path) -> None:
     urdf = write_two_arms(tmp_path)
-    words = ("--urdf", urdf, "--tip", "left_upper", *LIMITS, "--accept-unshaped")
-    made = apc("init", tmp_path / "left", *words)
-    assert "note: left_upper is in the middle of the arm: left_elbow stand still" in made.out, made.err
+    made = apc("init", tmp_path / "left", "--urdf", urdf, "--tip", "left_upper", *LIMITS)
+    refused(
+        made, 3, "--tip left_upper: is in the middle of the arm, before left_elbow;", "left_lower, left_tool0"
+    )
 
 
 MISTAKES = {
