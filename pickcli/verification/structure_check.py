@@ -128,7 +128,7 @@ def _tool_states(plan: Plan, scene: Scene) -> Iterator[Reason]:
         stated.append(("grasp", plan.grasp.tool_state))
     tool = scene.cell.robot.tool
     for where, state in stated:
-        if state == MOVING and tool.joint is None:
+        if state == MOVING and not tool.joints:
             yield Reason("unknown tool state", where, f"{MOVING}, but no joint moves the tool of the cell")
         elif state != MOVING and not tool.knows(state):
             yield Reason("unknown tool state", where, f"the tool of the cell has no state {str(state)!r}")
