@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
-    *sorted(path for path in (ROOT / "docs").rglob("*.md") if "api" not in path.parts),
+    *sorted(path for path in (ROOT / "docs").rglob("*.md") if "api" not in path.relative_to(ROOT).parts),
 ]
 LANGUAGES = {"sh", "python", "text", "json", "yaml", "{toctree}", "{eval-rst}"}
 COMMENT = re.compile(r"<!-- (?:not run: (?P<reason>.{10,})|exit code (?P<code>\d+)) -->")
