@@ -21,7 +21,7 @@ APC = [str(Path(sys.executable).with_name("apc"))]
 
 
 def measure(n_runs: int = 5) -> dict[str, float]:
-    """Seconds of ``apc --help`` and ``apc plan-pick``."""
+    """Seconds of ``import pickcli`` in a new interpreter, ``apc --help`` and ``apc plan-pick``."""
     cell = load_cell("apc2016_delft")
     ensure_artifacts(cell)
     with tempfile.TemporaryDirectory() as folder:
@@ -45,6 +45,7 @@ def measure(n_runs: int = 5) -> dict[str, float]:
         )
         pick = next(p for p in picks if subprocess.run(p, capture_output=True).returncode == 0)
         return {
+            "import_s": _best([sys.executable, "-c", "import pickcli"], n_runs),
             "help_s": _best([*APC, "--help"], n_runs),
             "plan_pick_s": _best([*pick, "--overwrite"], n_runs),
         }

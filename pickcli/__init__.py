@@ -1,3 +1,50 @@
-"""apc: proven picking motion for a robot arm in front of a shelf."""
+"""apc: proven picking motion for a robot arm in front of a shelf.
+
+Everything in ``__all__`` is stable: docs/reference/python.md lists it. A name is imported at its first use,
+so that importing the package takes no time; type checkers read in ``__init__.pyi`` what each name is.
+"""
+
+import importlib
 
 __version__ = "0.1.0"
+
+_HOMES = {
+    "pickcli.api.planner": ("Planner",),
+    "pickcli.cell.cell": ("Cell",),
+    "pickcli.cell.cell_file": ("load_cell",),
+    "pickcli.cell.item": ("Item",),
+    "pickcli.cell.shapes": ("Body", "Shape", "ShapeKind", "box"),
+    "pickcli.errors": (
+        "ApcError", "DamagedError", "InputError", "NoPlanError", "Reason", "RejectedError", "StaleError",
+        "UnknownNameError",
+    ),
+    "pickcli.geometry": ("pose",),
+    "pickcli.motion.event": ("Event",),
+    "pickcli.motion.path": ("JointPath",),
+    "pickcli.motion.plan": ("Certificate", "Grasp", "Plan"),
+    "pickcli.motion.plan_file": ("read_plan", "write_plan"),
+    "pickcli.motion.segment": ("Segment", "SegmentKind"),
+    "pickcli.motion.trajectory": ("Trajectory",),
+    "pickcli.scene.cloud": ("Cloud",),
+    "pickcli.scene.scene": ("PlacedItem", "PoseNoise", "Scene"),
+    "pickcli.scene.scene_file": ("read_scene", "write_scene"),
+    "pickcli.simulation.execution": ("Execution",),
+    "pickcli.stowing.make_scene": ("make_scene",),
+    "pickcli.trial.order_file": ("Order", "read_order"),
+}  # fmt: skip
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> object:
+    """Import a stable name from where it lives. Raises AttributeError for any other."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(importlib.import_module(_HOME[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    """The stable names beside what the module has."""
+    return sorted({*globals(), *__all__})

@@ -19,6 +19,7 @@ MIRRORED = {
     "execute": "the command and the function that it calls",
     "make_order": "the command and the function that it calls",
     "make_scene": "the command and the function that it calls",
+    "planner": "what the commands that plan share, and what scripts call",
     "pod_shift": "the command's options and what they ask for",
     "verify": "the command and the function that it calls",
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -20,7 +19,6 @@ from pickcli.errors import InputError, RejectedError, UnknownNameError, shortene
 
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
-    from pickcli.cell.robot import Robot
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
@@ -29,8 +27,6 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-FULL_TURN = 6.3  # rad: a larger position was meant in degrees
-FAR = 20.0  # m, beyond any rail: a larger position was meant in mm
 CONFIGURATION = "NAME|q"
 CONFIGURATION_HELP = (
     "Named configuration of the cell (see apc inspect), or q: numbers with commas, m and rad."
@@ -96,18 +92,16 @@ def load_planner(
         DamagedError: A file is not what was written.
     """
     from pickcli.planning.planning_context import PlanningContext
-    from pickcli.precompute.artifact_cache import default_paths
+    from pickcli.precompute.artifact_cache import read_stored
     from pickcli.roadmap.store import read_database, read_roadmap
 
-    stored = None if roadmap is None else read_roadmap(roadmap, cell)
-    database = None if trajectories is None else read_database(trajectories, cell)
-    if build_missing and (stored is None or database is None):
+    if build_missing and (roadmap is None or trajectories is None):
+        if roadmap is not None:  # what is named is refused before anything is built
+            read_roadmap(roadmap, cell)
+        if trajectories is not None:
+            read_database(trajectories, cell)
         _build_missing(cell, jobs)
-    default = default_paths(cell)
-    if stored is None and default.roadmap.exists():
-        stored = read_roadmap(default.roadmap, cell)
-    if database is None and default.trajectories.exists():
-        database = read_database(default.trajectories, cell)
+    stored, database = read_stored(cell, roadmap, trajectories)
     if stored is None and database is None and cell.places:
         click.echo(
             "note: neither roadmap nor trajectory database is built for this cell, so every coarse motion "
@@ -218,11 +212,9 @@ def named_state(cell: Cell, text: str | None) -> ToolState:
     Raises:
         UnknownNameError: The tool has no such state.
     """
-    tool = cell.robot.tool
-    names = {state.name: state for state in tool.states}
-    if text is not None and text not in names:
-        raise UnknownNameError("state of the tool", text, list(names))
-    return tool.default_state if text is None else names[text]
+    from pickcli.api.configurations import state_named
+
+    return cell.robot.tool.default_state if text is None else state_named(cell, text)
 
 
 def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]:
@@ -241,9 +233,10 @@ def parse_configuration(cell: Cell, text: str) -> tuple[Array, ToolState | None]
     if text in cell.configurations:
         named = cell.configurations[text]
         return named.q, named.tool_state
+    from pickcli.api.configurations import refuse_beyond_limits
+
     q = _numbers(cell, text)
-    if faults := _beyond_limits(cell.robot, q):
-        raise InputError(f"configuration {text!r}: {'; '.join(faults)}; {_unit_advice(cell.robot, q)}")
+    refuse_beyond_limits(cell.robot, q, f"configuration {text!r}")
     return q, None
 
 
@@ -275,24 +268,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _beyond_limits(robot: Robot, q: Array) -> list[str]:
-    """What is wrong with the joints of a configuration (n,) that are beyond their limits, with units."""
-    told = []
-    for i, (name, unit) in enumerate(zip(robot.joint_names, robot.units, strict=True)):
-        low, high = robot.limits.lower[i], robot.limits.upper[i]
-        if not low <= q[i] <= high:  # nan is in no range
-            told.append(f"{name} is {q[i]:g} {unit}, its limits are {low:g} to {high:g} {unit}")
-    return told
-
-
-def _unit_advice(robot: Robot, q: Array) -> str:
-    """What to do about a configuration (n,) beyond its limits: far off, it was meant in other units."""
-    import numpy as np
-
-    units = np.array(robot.units)
-    angle, length = (float(np.abs(q[units == unit]).max(initial=0.0)) for unit in ("rad", "m"))
-    if FULL_TURN < angle < inf:
-        return "angles are in rad, not degrees"
-    return "lengths are in m, not mm" if FAR < length < inf else "correct it"

@@ -19,7 +19,9 @@ from pickcli.jobs.journal import journals
 from pickcli.precompute.artifact_files import make_roadmap, make_trajectories
 from pickcli.precompute.provenance import configurations_digest
 from pickcli.precompute.repair import repair
+from pickcli.roadmap.graph import Roadmap
 from pickcli.roadmap.store import how_made, read_database, read_roadmap, surveyed
+from pickcli.roadmap.trajectory_database import TrajectoryDatabase
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,33 @@ def default_paths(cell: Cell) -> Artifacts:
     """
     folder = cache_folder() / cell.fingerprint
     return Artifacts(folder / "roadmap.h5", folder / "trajectories.h5")
+
+
+def read_stored(
+    cell: Cell, roadmap: Path | None, trajectories: Path | None
+) -> tuple[Roadmap | None, TrajectoryDatabase | None]:
+    """Read the precomputed files of a cell: those that are named, else those in the cache, if built.
+
+    Args:
+        cell: The cell.
+        roadmap: The roadmap that is named, if any.
+        trajectories: The trajectory database that is named, if any.
+
+    Returns:
+        Roadmap and trajectory database, None where there is none.
+
+    Raises:
+        InputError: A named file is missing.
+        StaleError: A file was made for another cell or by another version of the format.
+        DamagedError: A file is not what was written.
+    """
+    built = default_paths(cell)
+    roadmap = roadmap or (built.roadmap if built.roadmap.exists() else None)
+    trajectories = trajectories or (built.trajectories if built.trajectories.exists() else None)
+    return (
+        None if roadmap is None else read_roadmap(roadmap, cell),
+        None if trajectories is None else read_database(trajectories, cell),
+    )
 
 
 def ensure_artifacts(

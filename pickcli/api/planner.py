@@ -1,0 +1,277 @@
+"""``Planner``: everything that a script asks about motions in one cell, by its words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pickcli.api.configurations import Configuration, goals_of, start_of
+from pickcli.cell.cell import Cell
+from pickcli.cell.cell_file import load_cell
+from pickcli.cell.fingerprint import fingerprint
+from pickcli.cell.shapes import Body, ShapeKind
+from pickcli.cell.station import Obstacles
+from pickcli.cell.tool import MOVING
+from pickcli.collision.motion_segment import Mode, MotionSegment
+from pickcli.errors import Failures, InputError, NoPlanError
+from pickcli.kinematics.continuous_joints import ways_round
+from pickcli.motion.path import JointPath
+from pickcli.motion.plan import Plan
+from pickcli.motion.segment import SegmentKind
+from pickcli.planning.move import plan_move
+from pickcli.planning.pick import plan_pick
+from pickcli.planning.pick_problem import PickQuery
+from pickcli.planning.planning_context import PlanningContext
+from pickcli.planning.stages.transit import COARSE, plan_coarse
+from pickcli.planning.stitching import stitch_run
+from pickcli.precompute.artifact_cache import read_stored
+from pickcli.precompute.empty_cell_checkers import empty_scene
+from pickcli.scene.scene import TOTE, Scene
+from pickcli.seeds import derived_seed
+from pickcli.verification.verify import certify
+
+if TYPE_CHECKING:
+    from pickcli.simulation.execution import Execution
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """Plans, times, verifies and executes motions in one cell. It keeps what is costly to make, and no state.
+
+    Where a method takes a scene and is given none, nothing is around the robot but the cell itself. Every
+    failure is an ``ApcError``; the same seed gives the same motion.
+
+    Attributes:
+        context: The cell, its models and its precomputed files.
+    """
+
+    context: PlanningContext
+
+    @classmethod
+    def load(
+        cls, cell: Cell | str | Path, roadmap: Path | None = None, trajectories: Path | None = None
+    ) -> Planner:
+        """Make the planner of a cell, with its precomputed files where they are built.
+
+        Args:
+            cell: The cell, the name of one that ships with the package, or the path of a cell's folder.
+            roadmap: File of its roadmap; None for the one in the user's cache, if it is there.
+            trajectories: File of its trajectory database; None for the one in the user's cache, as above.
+
+        Returns:
+            The planner.
+
+        Raises:
+            InputError: The cell or a file cannot be read.
+            StaleError: A file was made for another cell.
+            DamagedError: A file is not what was written.
+        """
+        cell = cell if isinstance(cell, Cell) else load_cell(cell)
+        return cls(PlanningContext(cell, *read_stored(cell, roadmap, trajectories)))
+
+    @property
+    def cell(self) -> Cell:
+        """The cell that is planned for."""
+        return self.context.cell
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The cell with nothing in it."""
+        return empty_scene(self.cell)
+
+    def among(self, obstacles: Sequence[Body]) -> Planner:
+        """The planner of the same cell with more obstacles: another cell, with a fingerprint of its own.
+
+        Args:
+            obstacles: Solids that stand still, in the world frame; boxes, cylinders or spheres.
+
+        Returns:
+            The planner.
+
+        Raises:
+            InputError: A name is taken, or a solid is of another kind.
+        """
+        cell = self.cell
+        taken = {link.name for link in cell.robot.links} | {body.name for body, _ in self.scene.standing}
+        for body in obstacles:
+            if body.name in taken:
+                raise InputError(
+                    f"obstacle {body.name!r}: the cell has something of that name; choose another"
+                )
+            if body.shape.kind is ShapeKind.HULL:
+                raise InputError(
+                    f"obstacle {body.name!r}: is a hull; make it of boxes, cylinders and spheres"
+                )
+            taken.add(body.name)
+        grown = replace(cell, obstacles=Obstacles((*cell.obstacles.bodies, *obstacles)))
+        return Planner(replace(self.context, cell=replace(grown, fingerprint=fingerprint(grown))))
+
+    def plan_path(
+        self,
+        start: Configuration,
+        goals: Configuration | Sequence[Configuration],
+        obstacles: Sequence[Body] = (),
+        scene: Scene | None = None,
+        tool_state: str | None = None,
+        seed: int = 0,
+    ) -> JointPath:
+        """Plan a plain path, of the empty tool: proven free at every point, without time.
+
+        Args:
+            start: Where the robot is.
+            goals: Where it may end; the path leads to the one that is reached in the least time.
+            obstacles: More that stands around it, as in ``among``, whose planner also times the path.
+            scene: What is around the robot.
+            tool_state: Name of the state of the tool; None for the one that the start says.
+            seed: Seed of all random choices.
+
+        Returns:
+            The path, which ends in one of the goals; continuous joints up to whole turns.
+
+        Raises:
+            NoPlanError: Start or all goals are not free, or no path was found; with the reasons.
+            InputError: Start, a goal or an obstacle is none.
+            StaleError: The scene is of another cell.
+        """
+        if obstacles:
+            there = self.among(obstacles)
+            here = None if scene is None else replace(scene, cell=there.cell)
+            return there.plan_path(start, goals, (), here, tool_state, seed)
+        begin, wanted = start_of(self.cell, start, tool_state), goals_of(self.cell, goals)
+        checker = self.context.checker_for(scene or self.scene, Mode(begin.tool_state))
+        free = [q for q in wanted if checker.is_valid(q)]
+        if not checker.is_valid(begin.q):
+            raise NoPlanError("path", [checker.explain(begin.q).at("start")])
+        if not free:
+            raise NoPlanError("path", [checker.explain(q).at(f"goal {i}") for i, q in enumerate(wanted)])
+        ends = np.concatenate([ways_round(self.context.arm.limits, q, begin.q) for q in free])
+        found = plan_coarse(
+            self.context, checker, begin.q, ends, [0.0] * len(ends), derived_seed(seed, "path"), "path"
+        )
+        if isinstance(found, Failures):
+            raise NoPlanError("path", found)
+        return JointPath(self.cell.robot.joint_names, found.waypoints)
+
+    def time_path(
+        self, path: JointPath, scene: Scene | None = None, tool_state: str | None = None, seed: int = 0
+    ) -> Plan:
+        """Time a path under all limits, from rest to rest, its corners blended, and prove it free again.
+
+        Args:
+            path: The path.
+            scene: What is around the robot.
+            tool_state: Name of the state of the tool; None for its default state.
+            seed: Seed that is noted in the plan.
+
+        Returns:
+            The plan, uncertified.
+
+        Raises:
+            NoPlanError: The path does not move, or its timed motion cannot be proven; with the reasons.
+            InputError: The path is one of other joints.
+        """
+        names = self.cell.robot.joint_names
+        if path.joint_names != names:
+            raise InputError(f"path: is of {', '.join(path.joint_names)}, the cell plans {', '.join(names)}")
+        mode = Mode(start_of(self.cell, path.start, tool_state).tool_state)
+        segment = MotionSegment(SegmentKind.TRANSIT, path.waypoints, COARSE, mode=mode)
+        plan = stitch_run(self.context, scene or self.scene, [segment], "path", seed)
+        if isinstance(plan, Failures):
+            raise NoPlanError("path", plan)
+        return plan
+
+    def plan_move(
+        self, start: Configuration, goal: Configuration, scene: Scene | None = None, seed: int = 0
+    ) -> Plan:
+        """Plan a timed move of the empty tool from rest to rest (KTH's primitive).
+
+        Args:
+            start: Where the robot is.
+            goal: Where it ends.
+            scene: What is around the robot.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan, uncertified.
+
+        Raises:
+            NoPlanError: No motion was found; with the reasons.
+            InputError: Start or goal is none.
+        """
+        (q_goal,) = goals_of(self.cell, goal)
+        return plan_move(self.context, scene or self.scene, start_of(self.cell, start), q_goal, seed)
+
+    def plan_pick(
+        self, scene: Scene, item: str, into: str = TOTE, start: Configuration = "home", seed: int = 0
+    ) -> Plan:
+        """Plan a pick, from leaving for the item to the item let go.
+
+        Args:
+            scene: Where the items are.
+            item: Name of the item, or id of one of several.
+            into: Name of the place that it is brought to.
+            start: Where the robot is.
+            seed: Seed of all random choices.
+
+        Returns:
+            The plan, uncertified.
+
+        Raises:
+            NoPlanError: No candidate leads to a whole motion; with every reason.
+            InputError: The cell has no places, the cup holds something, or a name is unknown.
+        """
+        self.cell.require_places()
+        if scene.held is not None:
+            raise InputError(f"{scene.held.id} is in the cup, and a pick begins with an empty one")
+        target = scene.find(item)
+        query = PickQuery(target.location, target.id, into=into)
+        return plan_pick(self.context, scene, query, start_of(self.cell, start), seed)
+
+    def verify(self, plan: Plan, scene: Scene | None = None) -> Plan:
+        """Have a plan checked by the independent verifier.
+
+        Args:
+            plan: The plan.
+            scene: What it is to be carried out in.
+
+        Returns:
+            The plan with its certificate.
+
+        Raises:
+            RejectedError: The verifier does not accept it; with every reason.
+            StaleError: It was made for another cell or scene.
+        """
+        return certify(plan, scene or self.scene)
+
+    def execute(self, plan: Plan, scene: Scene | None = None, seed: int = 0) -> Execution:
+        """Carry out a plan in simulation, from where it begins. It is verified first, whatever it carries.
+
+        Args:
+            plan: The plan.
+            scene: How things stand.
+            seed: Seed of all that is random about the simulated world.
+
+        Returns:
+            What happened.
+
+        Raises:
+            RejectedError: The verifier does not accept the plan; nothing moves.
+            StaleError: It was made for another cell or scene.
+        """
+        from pickcli.simulation.execute import execute
+        from pickcli.simulation.world import World
+
+        here = scene or self.scene
+        trusted = self.verify(plan, here)
+        first, tool = plan.segments[0].tool_state, self.cell.robot.tool
+        at_start = tool.default_state if first == MOVING else first
+        world = World(here, plan.trajectory.positions[0], at_start, seed=seed)
+        try:
+            return execute(trusted, world)
+        finally:
+            world.close()
