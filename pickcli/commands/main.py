@@ -28,6 +28,7 @@ COMMANDS: dict[str, str] = {
     "build-roadmap": "Offline: KTH's roadmap of the named configurations.",
     "build-trajectories": "Offline: Delft's database of coarse motions.",
     "suggest-configurations": "Rank configurations in front of a bin by what can be reached from them.",
+    "suggest-mount": "Rank base poses of the robot by the share of tool poses that it reaches from them.",
     "compare-planners": "Let planners compete over the same pairs: time, length, duration, share solved.",
     "make-order": "Draw a fresh order by the official rules.",
     "make-scene": "Place the items of an order in their bins, at rest.",

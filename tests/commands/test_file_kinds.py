@@ -35,6 +35,7 @@ READ: dict[str, dict[str, FileKind | None]] = {
     "build-roadmap": {"cell_name": CELL},
     "build-trajectories": {"cell_name": CELL},
     "suggest-configurations": {"cell_name": CELL},
+    "suggest-mount": {"cell_name": CELL},
     "compare-planners": {"cell_name": CELL},
     "make-order": {},
     "make-scene": {"order_path": ORDER, "cell_name": CELL},

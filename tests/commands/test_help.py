@@ -31,6 +31,7 @@ RANDOM = {
     "execute",
     "run-trial",
     "suggest-configurations",
+    "suggest-mount",
 }
 
 

@@ -1,0 +1,162 @@
+"""``apc suggest-mount``: where the robot should stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import prod
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+import click
+
+from pickcli.commands.command import Command, emit_json
+from pickcli.commands.logs import stage
+from pickcli.commands.option_types import NumberType
+from pickcli.commands.options import cell_option, json_option, seed_option
+from pickcli.commands.planner import named_state
+from pickcli.commands.progress_bar import progress
+from pickcli.commands.table import table_lines
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.geometry import Array
+    from pickcli.reachability.mount_ranking import MountGrid, RankedMount
+
+Bounds: TypeAlias = tuple[float, float]
+F = TypeVar("F", bound=Callable[..., Any])
+
+HALF_WIDTHS = {"x": 0.3, "y": 0.3, "z": 0.2, "yaw": 0.7854}  # of the default bounds, m and rad
+STEPS = (5, 5, 3, 3)
+MOST_POSES = 20_000  # base poses of a grid: some ten minutes
+FARTHEST = 100.0  # m or rad: beyond it a bound is in another unit
+
+
+def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
+    """Give a command the option --AXIS LOW HIGH."""
+    return click.option(
+        f"--{axis}", nargs=2, type=float, metavar="LOW HIGH",
+        show_default=f"{HALF_WIDTHS[axis]:g} either way from where it stands",
+        help=f"Bounds of the base in the world, {unit}.",
+    )  # fmt: skip
+
+
+@click.command("suggest-mount", cls=Command)
+@cell_option
+@_bounds_option("x", "m")
+@_bounds_option("y", "m")
+@_bounds_option("z", "m")
+@_bounds_option("yaw", "rad")
+@click.option("--steps", nargs=4, type=NumberType(1, 1000), metavar="X Y Z YAW", default=STEPS,
+              show_default=True, help="Values tried between the bounds.")  # fmt: skip
+@click.option("--pose", "stated", multiple=True, metavar="X,Y,Z,ROLL,PITCH,YAW",
+              help="A pose of the tool frame in the world to reach instead, m and rad.")  # fmt: skip
+@click.option("--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
+              help="State of the tool, e.g. straight.")  # fmt: skip
+@click.option("--count", type=NumberType(1, 100), default=5, show_default=True, help="Base poses to show.")
+@click.option("--poses", type=NumberType(1, 10000), default=40, show_default=True,
+              help="Tool poses of each place that the best are judged by.")  # fmt: skip
+@seed_option
+@json_option
+def command(
+    cell_name: str, x: Bounds | None, y: Bounds | None, z: Bounds | None, yaw: Bounds | None,
+    steps: tuple[int, int, int, int], stated: tuple[str, ...], tool_state: str | None, count: int,
+    poses: int, seed: int, as_json: bool,
+) -> None:  # fmt: skip
+    """Rank base poses of the robot by the share of tool poses that it reaches from them.
+
+    Tool poses are drawn all over every place of the cell, or stated with --pose. One is reached where the arm
+    takes it, at any quarter turn about the tool's own axis, within its limits and without a collision. Base
+    poses in which the base would stand in something that it does not stand in now are left out.
+
+    \b
+    Example:
+      apc suggest-mount --x -2.0 -1.5 --steps 6 1 1 1
+    """
+    from pickcli.cell.cell_file import load_cell
+    from pickcli.reachability.mount_ranking import MountRanking, MountSettings
+    from pickcli.reachability.tool_pose_sampling import poses_by_place
+
+    cell = load_cell(cell_name)
+    state = named_state(cell, tool_state)
+    grid = _grid(cell, {"x": x, "y": y, "z": z, "yaw": yaw}, steps)
+    targets = {text: _pose(text)[None] for text in stated} or poses_by_place(cell, state, poses, seed)
+    ranking = MountRanking(cell, targets, state, MountSettings(n_poses=poses, seed=seed))
+    now = ranking.judged(cell.robot.T_world_base, poses)
+    with stage("ranking"), progress("judging base poses") as report:
+        found = ranking.suggest(grid, count, report)
+    if as_json:
+        asked = {"cell_fingerprint": cell.fingerprint, "tool_state": state.name, "poses": poses}
+        ranked = {"now": _values(now), "suggestions": [_values(each) for each in found]}
+        emit_json({**asked, "seed": seed, **ranked, "yaml": _line(found[0])})
+    else:
+        adopt = ["the best, to put under robot in the cell file:", _line(found[0])]
+        click.echo("\n".join([*_table(now, found), *adopt]))
+
+
+def _grid(cell: Cell, bounds: dict[str, Bounds | None], steps: Sequence[int]) -> MountGrid:
+    """The base poses to try. Raises InputError for bounds that are the wrong way round, and for too many."""
+    from pickcli.errors import InputError
+    from pickcli.geometry import to_rpy
+    from pickcli.reachability.mount_ranking import AXES, MountGrid
+
+    T = cell.robot.T_world_base
+    now = dict(zip(AXES, (*T[:3, 3].tolist(), float(to_rpy(T[:3, :3])[2])), strict=True))
+    chosen = {}
+    for axis in AXES:
+        low, high = bounds[axis] or (now[axis] - HALF_WIDTHS[axis], now[axis] + HALF_WIDTHS[axis])
+        if not -FARTHEST <= low <= high <= FARTHEST:
+            told = f"expected two numbers within {FARTHEST:g} of 0, the lower first"
+            raise InputError(f"--{axis}: {told}, got {low:g} {high:g}")
+        chosen[axis] = (low, high)
+    if prod(steps) > MOST_POSES:
+        raise InputError(f"--steps: {prod(steps)} base poses; at most {MOST_POSES} are tried at once")
+    return MountGrid(chosen, dict(zip(AXES, steps, strict=True)))
+
+
+def _pose(text: str) -> Array:
+    """A pose of the tool frame (4, 4). Raises InputError where it is none."""
+    import numpy as np
+
+    from pickcli.errors import InputError
+    from pickcli.geometry import pose, rotation_rpy
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 6 or not np.isfinite(numbers).all():
+        raise InputError(f"--pose: expected x,y,z,roll,pitch,yaw in m and rad, got {text!r}")
+    return pose(numbers[:3], R=rotation_rpy(*numbers[3:]))
+
+
+def _table(now: RankedMount, found: Sequence[RankedMount]) -> list[str]:
+    places = list(now.shares)
+    rows = [_row("now", now), *(_row(str(i), each) for i, each in enumerate(found, start=1))]
+    return table_lines(("", "x y z m, yaw rad", "mean", *places), rows)
+
+
+def _row(name: str, each: RankedMount) -> list[str]:
+    xyz, rpy = _figures(each)
+    stands = " ".join(f"{value:6.3f}" for value in (*xyz, rpy[2]))
+    return [name, stands, f"{each.share:.0%}", *(f"{share:.0%}" for share in each.shares.values())]
+
+
+def _values(each: RankedMount) -> dict[str, Any]:
+    xyz, rpy = _figures(each)
+    return {"T_world_base": {"xyz": xyz, "rpy": rpy}, "share": each.share, "shares": dict(each.shares)}
+
+
+def _line(best: RankedMount) -> str:
+    """The line of a cell file."""
+    from pickcli.reachability.mount_ranking import DECIMALS
+
+    xyz, rpy = (", ".join(f"{value + 0.0:.{DECIMALS}f}" for value in values) for values in _figures(best))
+    return f"  T_world_base: {{xyz: [{xyz}], rpy: [{rpy}]}}"
+
+
+def _figures(each: RankedMount) -> tuple[list[float], list[float]]:
+    """Position in m and roll, pitch, yaw in rad, rounded as in a cell file."""
+    from pickcli.geometry import to_rpy
+    from pickcli.reachability.mount_ranking import DECIMALS
+
+    T = each.T_world_base
+    return T[:3, 3].round(DECIMALS).tolist(), to_rpy(T[:3, :3]).round(DECIMALS).tolist()

@@ -1,0 +1,284 @@
+"""Base poses of a robot, ranked by the share of tool poses that it reaches from them.
+
+Tool poses are drawn once; from every base pose inverse kinematics and the collision checker say which of
+them can be taken. Zacharias, Sepp, Borst and Hirzinger (2009) place a robot by a map of its reachable poses
+instead, which knows nothing of what stands around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from pickcli.cell.cell import Cell
+from pickcli.cell.robot import JointType, Robot
+from pickcli.cell.shapes import Shape, ShapeKind
+from pickcli.cell.tool import ToolState
+from pickcli.collision.checker import SceneChecker
+from pickcli.collision.robot_model import CollisionModel
+from pickcli.errors import InputError, NoPlanError, Reason
+from pickcli.geometry import Array, pose, rotation_rpy, to_rpy
+from pickcli.kinematics.arm import Arm
+from pickcli.precompute.empty_cell_checkers import checker, empty_scene
+from pickcli.progress import Progress, ProgressObserver, nobody
+from pickcli.roadmap.trajectory_database import PayloadClass
+from pickcli.scene.solid_overlap import PosedSolid, overlap_depth
+from pickcli.seeds import derived_rng
+
+AXES = ("x", "y", "z", "yaw")
+DECIMALS = 4  # of a base pose, as it stands in a cell file
+
+_TURNS = np.arange(4) * (np.pi / 2)  # rad about the tip's own axis: a cup is round, any of these will do
+_N_SEEDS = 4  # starting points of inverse kinematics for each of them
+
+
+@dataclass(frozen=True)
+class MountGrid:
+    """Base poses that are tried: every combination of evenly spaced values.
+
+    Attributes:
+        bounds: Least and greatest x, y, z in m and yaw in rad, by axis, in the world.
+        steps: Number of values from one to the other, by axis.
+    """
+
+    bounds: Mapping[str, tuple[float, float]]
+    steps: Mapping[str, int]
+
+    def poses(self, T_world_base: Array) -> Iterator[Array]:
+        """The base poses, with roll and pitch as they are.
+
+        Args:
+            T_world_base: (4, 4) pose of the base now.
+
+        Yields:
+            (4, 4) each.
+        """
+        roll, pitch, _ = to_rpy(T_world_base[:3, :3])
+        for x, y, z, yaw in product(*(self._values(axis) for axis in AXES)):
+            yield pose((x, y, z), R=rotation_rpy(roll, pitch, yaw))
+
+    def _values(self, axis: str) -> Array:
+        """The values of one axis; a single one lies in the middle."""
+        (low, high), n = self.bounds[axis], self.steps[axis]
+        values = np.linspace(low, high, n) if n > 1 else np.array([(low + high) / 2])
+        return np.unique(values.round(DECIMALS))
+
+
+@dataclass(frozen=True)
+class MountSettings:
+    """How base poses are judged.
+
+    Attributes:
+        n_first: Tool poses of each place by which all base poses are judged.
+        n_poses: Tool poses of each place by which the best of them are judged again.
+        n_finalists: How many these are, at least.
+        seed: Seed of all random choices.
+    """
+
+    n_first: int = 4
+    n_poses: int = 40
+    n_finalists: int = 10
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class RankedMount:
+    """A base pose and what is reached from it.
+
+    Attributes:
+        T_world_base: (4, 4).
+        shares: Share of the tool poses that are reached, by the name of what they belong to.
+    """
+
+    T_world_base: Array
+    shares: Mapping[str, float]
+
+    @property
+    def share(self) -> float:
+        """Mean of the shares: every place counts the same."""
+        return float(np.mean(list(self.shares.values())))
+
+    @property
+    def worth(self) -> tuple[float, float]:
+        """What mounts are ranked by: the mean share, then that of the worst place."""
+        return self.share, min(self.shares.values())
+
+
+@dataclass(frozen=True, eq=False)
+class MountRanking:
+    """Ranks base poses of a cell's robot.
+
+    Attributes:
+        cell: The cell, without items.
+        targets: Poses (N, 4, 4) of the tool frame in the world that are to be reached, by the name of what
+            they belong to; all base poses are judged by the first of each.
+        tool_state: State of the tool.
+        settings: How base poses are judged.
+
+    Raises:
+        InputError: There is nothing to reach.
+    """
+
+    cell: Cell
+    targets: Mapping[str, Array]
+    tool_state: ToolState
+    settings: MountSettings
+
+    def __post_init__(self) -> None:
+        if not self.targets:
+            raise InputError("nothing to reach: the cell has no places; state poses of the tool")
+
+    def suggest(self, grid: MountGrid, n: int, on_progress: ProgressObserver = nobody) -> list[RankedMount]:
+        """The best base poses of a grid. Repeatable by seed.
+
+        Args:
+            grid: The base poses.
+            n: How many of the best.
+            on_progress: Told of the base poses judged.
+
+        Returns:
+            At most n, the best first.
+
+        Raises:
+            NoPlanError: From nowhere is anything reached, or the base would stand in something.
+        """
+        poses = list(grid.poses(self.cell.robot.T_world_base))
+        first, refused = list[RankedMount](), list[Reason]()
+        for i, T_world_base in enumerate(poses):
+            on_progress(Progress(i, len(poses), f"base pose {i + 1}"))
+            if stood_in := self._stood_in(T_world_base) - self._stood_in_now:
+                refused.append(Reason("collision", "base", f"stands in {min(stood_in)}"))
+                continue
+            first.append(self.judged(T_world_base, self.settings.n_first))
+        best = sorted(first, key=lambda each: each.worth, reverse=True)[: max(n, self.settings.n_finalists)]
+        judged = [self.judged(each.T_world_base, self.settings.n_poses) for each in best if each.share > 0.0]
+        if not judged:
+            unreached = [Reason("no IK solution", "base", "reaches nothing")] * len(first)
+            raise NoPlanError("a base pose", [*refused, *unreached])
+        return sorted(judged, key=lambda each: each.worth, reverse=True)[:n]
+
+    def judged(self, T_world_base: Array, n_poses: int) -> RankedMount:
+        """Judge one base pose.
+
+        Args:
+            T_world_base: (4, 4).
+            n_poses: Tool poses of each place, at most.
+
+        Returns:
+            What is reached from it.
+        """
+        cell = mounted(self.cell, T_world_base)
+        empty = checker(CollisionModel(cell), self.tool_state, PayloadClass.EMPTY)
+        reach = _Reach(Arm(cell.robot), empty, self.tool_state, self._seeds, *reach_ball(cell.robot))
+        return RankedMount(
+            T_world_base,
+            {
+                name: float(np.mean([reach.has(T) for T in poses[:n_poses]]))
+                for name, poses in self.targets.items()
+            },
+        )
+
+    @cached_property
+    def _seeds(self) -> Array:
+        """(K, n) starting points of inverse kinematics, the same for all."""
+        rng = derived_rng(self.settings.seed, "mount", "seeds")
+        return Arm(self.cell.robot).random_seeds(rng, _N_SEEDS)
+
+    @cached_property
+    def _stood_in_now(self) -> frozenset[str]:
+        return self._stood_in(self.cell.robot.T_world_base)
+
+    def _stood_in(self, T_world_base: Array) -> frozenset[str]:
+        """Names of the bodies in which what stands still with the base would stand.
+
+        What it stands in now, its pedestal or the beam of its rail, it may stand in anywhere.
+        """
+        cell = mounted(self.cell, T_world_base)
+        model = CollisionModel(cell)
+        base = [PosedSolid(body.shape, T @ body.T_parent_shape) for _, T, body in model.static_bodies()]
+        base += [PosedSolid(Shape(ShapeKind.SPHERE, (r,)), T) for _, T, r in model.static_spheres()]
+        return frozenset(
+            body.name
+            for body, T_world_parent in empty_scene(cell).standing
+            if any(
+                _overlap(solid, PosedSolid(body.shape, T_world_parent @ body.T_parent_shape))
+                for solid in base
+            )
+        )
+
+
+@dataclass(eq=False)
+class _Reach:
+    """What one base pose reaches. Each pose that is reached begins the search for the next.
+
+    Attributes:
+        arm: The robot on that base pose.
+        checker: Of the cell with the robot there.
+        tool_state: State of the tool.
+        seeds: (K, n) starting points of inverse kinematics.
+        center: (3,) m, middle of the ball that nothing of the robot leaves.
+        radius: m.
+    """
+
+    arm: Arm
+    checker: SceneChecker
+    tool_state: ToolState
+    seeds: Array
+    center: Array
+    radius: float
+
+    def has(self, T_world_tip: Array) -> bool:
+        """Whether the tip gets there, turned about its own axis by some quarter turns, with nothing hit."""
+        if np.linalg.norm(T_world_tip[:3, 3] - self.center) > self.radius:
+            return False  # inverse kinematics takes longest where there is no solution
+        for turn in _TURNS:
+            T = T_world_tip @ pose(R=rotation_rpy(0.0, 0.0, turn))
+            for q in self.arm.solve(T, self.tool_state, self.seeds):
+                if self.checker.is_valid(q):
+                    self.seeds = np.vstack([q, self.seeds[-_N_SEEDS:]])
+                    return True
+        return False
+
+
+def mounted(cell: Cell, T_world_base: Array) -> Cell:
+    """A cell whose robot stands elsewhere.
+
+    Args:
+        cell: The cell.
+        T_world_base: (4, 4) pose of the robot's root link.
+
+    Returns:
+        The cell, under its old fingerprint: nothing of it is to be stored.
+    """
+    return replace(cell, robot=replace(cell.robot, T_world_base=T_world_base))
+
+
+def reach_ball(robot: Robot) -> tuple[Array, float]:
+    """A ball that the tip never leaves.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Its middle (3,) in the world, where the first joint that moves is, and its radius in m.
+    """
+    T, radius, is_fixed = robot.T_world_base, float(np.linalg.norm(robot.tool.T_cup_tip[:3, 3])), True
+    for joint in robot.joints:
+        if is_fixed:
+            T = T @ joint.T_parent_joint
+        else:
+            radius += float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+        is_fixed = is_fixed and joint.type is JointType.FIXED
+        if joint.type is JointType.PRISMATIC:
+            radius += max(abs(joint.lower), abs(joint.upper))
+    return T[:3, 3], radius
+
+
+def _overlap(a: PosedSolid, b: PosedSolid) -> bool:
+    """Whether two solids stand in each other; quickly no for those whose balls are apart."""
+    balls = sum(float(np.linalg.norm(each.shape.extents)) / 2 for each in (a, b))
+    return bool(np.linalg.norm(a.center - b.center) < balls) and overlap_depth(a, b) > 0.0
