@@ -41,6 +41,16 @@ class Other:
     meshes: dict[str, str]
 
 
+ARM_OF_BAXTER = (
+    "upper_shoulder",
+    "lower_shoulder",
+    "upper_elbow",
+    "lower_elbow",
+    "upper_forearm",
+    "lower_forearm",
+)
+ARMS_OF_BAXTER = tuple(f"{side}_{link}" for side in ("left", "right") for link in (*ARM_OF_BAXTER, "wrist"))
+FINGERS_OF_BAXTER = tuple(f"l_gripper_{side}_finger{part}" for side in "lr" for part in ("", "_tip"))
 PANDA_LINKS = tuple(f"panda_link{k}" for k in range(8))
 OTHERS = {
     "panda_table": Other(
@@ -48,6 +58,23 @@ OTHERS = {
         "panda_link0",
         (*PANDA_LINKS, "panda_hand_tcp", "panda_leftfinger", "panda_rightfinger"),
         dict.fromkeys((*PANDA_LINKS, "panda_hand"), "collision") | {"panda_leftfinger": "visual"},
+    ),
+    "apc2016_kth": Other(
+        "baxter_description/urdf/baxter.urdf",
+        "torso",
+        (*ARMS_OF_BAXTER, "left_hand_link", "right_hand_link", *FINGERS_OF_BAXTER, "left_gripper", "screen"),
+        dict.fromkeys(
+            (
+                *ARMS_OF_BAXTER,
+                "left_gripper_base_link",
+                *FINGERS_OF_BAXTER,
+                "torso",
+                "pedestal",
+                "head",
+                "screen",
+            ),
+            "visual",
+        ),
     ),
 }
 CASES = [(cell, link) for cell, other in OTHERS.items() for link in other.meshes]
