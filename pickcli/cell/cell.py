@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from pickcli.cell.device import Device
 from pickcli.cell.item import Item
 from pickcli.cell.place import Place
@@ -14,6 +16,8 @@ from pickcli.cell.station import Obstacles, Pod, Tote
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.geometry import Array
+
+SAME_POSITION = 1e-9  # rad or m
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +43,41 @@ class NamedConfiguration:
 
 
 @dataclass(frozen=True, eq=False)
+class ArmState:
+    """Where an arm stands, at rest.
+
+    Attributes:
+        arm: Name of the arm.
+        q: (n,) rad or m.
+        tool_state: State of its tool.
+    """
+
+    arm: str
+    q: Array
+    tool_state: ToolState
+
+    def is_at(self, other: ArmState) -> bool:
+        """Whether another state is this one, as exactly as a fingerprint tells.
+
+        Args:
+            other: The other one.
+
+        Returns:
+            True if it is.
+        """
+        return (
+            self.tool_state == other.tool_state
+            and self.q.shape == other.q.shape
+            and bool(np.allclose(self.q, other.q, rtol=0.0, atol=SAME_POSITION))
+        )
+
+    def __str__(self) -> str:
+        """The configuration as the command line has it, and the state of the tool."""
+        numbers = ",".join(f"{value + 0.0:.4f}" for value in self.q.tolist())
+        return f"{numbers} (tool {self.tool_state})"
+
+
+@dataclass(frozen=True, eq=False)
 class AllowedPair:
     """Two bodies that are never tested against each other, and why.
 
@@ -55,7 +94,10 @@ class AllowedPair:
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A robot cell. World frame = the pod frame of the nominal pod (see docs/formats/cell.md).
+    """A robot cell as one of its arms sees it, which may be the only one.
+
+    World frame = the pod frame of the nominal pod (see docs/formats/cell.md). Other arms stand still: their
+    links are links of the robot that no joint moves.
 
     Attributes:
         name: Of the cell.
@@ -72,7 +114,11 @@ class Cell:
         speed_scale: Factor on all velocity and acceleration limits.
         clearance: m that every planned motion keeps outside of planned contacts.
         max_tool_speed: m/s of the tool's tip, in every motion; None without a limit.
+        arm: Name of the arm; empty where the cell has only one.
+        others: Where all other arms stand, in the order of the cell file.
         fingerprint: SHA-256 over all that the validity of a motion depends on.
+        parked_fingerprint: Over the fingerprints of all arms, each with the others parked; empty where the
+            cell has only one.
     """
 
     name: str
@@ -89,7 +135,15 @@ class Cell:
     speed_scale: float
     clearance: float
     max_tool_speed: float | None = None
+    arm: str = ""
+    others: tuple[ArmState, ...] = ()
     fingerprint: str = field(default="")
+    parked_fingerprint: str = field(default="")
+
+    @property
+    def scene_fingerprint(self) -> str:
+        """What scenes of the cell carry: the same whichever arm moves, and wherever the others stand."""
+        return self.parked_fingerprint or self.fingerprint
 
     @property
     def places(self) -> dict[str, Place]:

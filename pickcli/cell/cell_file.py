@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from pickcli.cell.arm_consistency import check_arms, check_each_arm, model_of_arm, source_of_arm
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.cell_schema import (
     BoundsModel,
@@ -23,9 +23,9 @@ from pickcli.cell.consistency import check_consistency, check_parts
 from pickcli.cell.cup_limits import CupLimits, twist_of
 from pickcli.cell.data_path import data_path
 from pickcli.cell.device import Device
-from pickcli.cell.fingerprint import fingerprint
 from pickcli.cell.gripper import Finger, ParallelGripper
 from pickcli.cell.gripper_consistency import check_hand, check_stroke, finger_joint, finger_sign, opening_sign
+from pickcli.cell.item import Item
 from pickcli.cell.items_file import load_items
 from pickcli.cell.joint_limits_file import add_joint_limits, refuse_unknown_joints
 from pickcli.cell.pinch_limits import PinchLimits
@@ -38,6 +38,7 @@ from pickcli.cell.station import NO_POD, Obstacles
 from pickcli.cell.tool import FIXED, SuctionCup, Tool, ToolState
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf, read_urdf
+from pickcli.cell.workcell import Parking, Workcell
 from pickcli.errors import UnknownNameError
 from pickcli.files.file_kind import CELL
 from pickcli.files.schema import validate
@@ -51,14 +52,32 @@ RENAMED = (
 )  # fmt: skip
 
 
-def load_cell(name_or_path: str | Path) -> Cell:
-    """Load a cell.
+def load_cell(name_or_path: str | Path, arm: str | None = None) -> Cell:
+    """Load a cell as one arm sees it, every other arm parked.
+
+    Args:
+        name_or_path: A name under data/cells, a folder, or a cell.yaml.
+        arm: Name of the arm; None in a cell that has only one.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: With file, line and key of everything that is wrong; or the cell has several arms and none
+            is named.
+        UnknownNameError: If there is no such cell, or no such arm in it.
+    """
+    return load_workcell(name_or_path).cell(arm)
+
+
+def load_workcell(name_or_path: str | Path) -> Workcell:
+    """Load a cell with all its arms.
 
     Args:
         name_or_path: A name under data/cells, a folder, or a cell.yaml.
 
     Returns:
-        The cell.
+        The cell of every arm.
 
     Raises:
         InputError: With file, line and key of everything that is wrong.
@@ -69,15 +88,36 @@ def load_cell(name_or_path: str | Path) -> Cell:
     _refuse_version_1(source)
     limits = add_joint_limits(source)
     model = validate(source, cell_model(source.data))
-    urdf = _urdf(source, model, limits)
-    check_consistency(source, model, urdf)
-    items = load_items()
-    check_stroke(source, model, items.values())
+    check_arms(source, model)
+    urdf, items = _urdf(source, model, limits), load_items()
+    if model.arms:
+        check_each_arm(source, model, urdf, items.values())
+    else:
+        check_consistency(source, model, urdf)
+        check_stroke(source, model, items.values())
+    disabled = _disabled(source, model, urdf)
+    models = {name: model_of_arm(model, name, urdf) for name in model.arms} or {"": model}
+    return Workcell.of(
+        {name: _cell(path.parent, each, urdf, disabled, items) for name, each in models.items()},
+        [Parking(name, arm.parked, arm.preference) for name, arm in model.arms.items()],
+        urdf,
+        model.robot.posture,
+    )
+
+
+def _cell(
+    folder: Path,
+    model: CellModel,
+    urdf: Urdf,
+    disabled: Sequence[AllowedPair],
+    items: dict[tuple[str, int], Item],
+) -> Cell:
+    """The cell of its only arm."""
     tool = _tool(model, urdf)
-    cell = Cell(
+    return Cell(
         name=model.name,
-        path=path.parent,
-        robot=_robot(path.parent, model, urdf, tool),
+        path=folder,
+        robot=_robot(folder, model, urdf, tool),
         T_world_pod=np.eye(4) if model.pod is None else _pose(model.pod.T_world_pod),
         pod=NO_POD if model.pod is None else build_pod(model.pod),
         tote=None if model.tote is None else build_tote(model.tote),
@@ -92,16 +132,12 @@ def load_cell(name_or_path: str | Path) -> Cell:
             )
             for c in model.configurations
         },
-        allowed_pairs=(
-            *(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs),
-            *_disabled(source, model, urdf),
-        ),
+        allowed_pairs=(*(AllowedPair(p.a, p.b, p.reason) for p in model.allowed_pairs), *disabled),
         items=items,
         speed_scale=model.speed_scale,
         clearance=model.clearance,
         max_tool_speed=model.max_tool_speed,
     )
-    return replace(cell, fingerprint=fingerprint(cell))
 
 
 def cell_names() -> list[str]:
@@ -144,25 +180,44 @@ def _refuse_version_1(source: Source) -> None:
 
 
 def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
-    """The robot of a cell with its tool, without what the cell says is not there; limits may be of that."""
+    """The robot of a cell with its tools, without what is not there; limits may be of what is not."""
     folder = source.path.parent
     packages = {name: folder / path for name, path in model.robot.packages.items()}
     robot = read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf), folder, packages)
-    own, tool = model.tool, None
-    if own is not None and own.urdf is not None:
-        tool = read_urdf(_inside(source, ("tool", "urdf"), own.urdf), folder, packages)
-    check_parts(source, model, robot, tool)
+    tools = {
+        key: (stated, _urdf_of_tool(source, key, stated, packages)) for key, stated in _stated_tools(model)
+    }
+    check_parts(source, model, robot, tools)
     if limits is not None:
-        whole = (robot,) if tool is None else (robot, tool)
+        whole = (robot, *(tool for _, tool in tools.values() if tool is not None))
         refuse_unknown_joints(limits, [joint.name for part in whole for joint in part.joints.values()])
     robot = stripped(robot, model.robot.without)
-    if own is not None and tool is not None:
-        mount = own.T_flange_tool
-        robot = mounted(robot, tool, own.flange_link, np.eye(4) if mount is None else _pose(mount))
-    if isinstance(own, GripperModel):
-        check_hand(source, own, robot)
-        robot = with_tip(robot, own.hand_link, own.cup_link, _pose(own.T_hand_tip))
+    for key, (stated, tool) in tools.items():
+        if tool is not None:
+            mount = stated.T_flange_tool
+            robot = mounted(robot, tool, stated.flange_link, np.eye(4) if mount is None else _pose(mount))
+        if isinstance(stated, GripperModel):
+            check_hand(source if key == ("tool",) else source_of_arm(source, str(key[1])), stated, robot)
+            robot = with_tip(robot, stated.hand_link, stated.cup_link, _pose(stated.T_hand_tip))
     return robot
+
+
+def _stated_tools(model: CellModel) -> Iterator[tuple[Key, SuctionModel | GripperModel]]:
+    """Every tool of a cell, with its place in the file."""
+    if model.tool is not None:
+        yield ("tool",), model.tool
+    for name, arm in model.arms.items():
+        if arm.tool is not None:
+            yield ("arms", name, "tool"), arm.tool
+
+
+def _urdf_of_tool(
+    source: Source, key: Key, tool: SuctionModel | GripperModel, packages: dict[str, Path]
+) -> Urdf | None:
+    """The URDF that a tool has of its own, if it has one."""
+    if tool.urdf is None:
+        return None
+    return read_urdf(_inside(source, (*key, "urdf"), tool.urdf), source.path.parent, packages)
 
 
 def _inside(source: Source, key: Key, name: str) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal, TypeVar
 
 from annotated_types import Len
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from pickcli.cell.device import DeviceKind
 from pickcli.files.schema import (
@@ -33,6 +33,14 @@ Part = TypeVar("Part")
 Width = Annotated[float, Field(ge=0, le=0.5)]
 LimitOf = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 FROM_MAKER: dict[str, Any] = {"advice": "state what the controller allows: its manual or its maker says"}
+Joints = Annotated[tuple[Text, ...], Len(1, 32)]
+MAX_ARMS = 8
+
+
+def _not_nothing(part: Part) -> Part:
+    if part is None:
+        raise ValueError("expected its figures, got nothing; add them, or leave the key out")
+    return part
 
 
 class PoseModel(FileModel):
@@ -66,7 +74,7 @@ class RobotModel(FileModel):
         {}, description="folders by the name that package:// calls them in the URDF"
     )
     T_world_base: PoseModel = Field(description="where the root link stands")
-    joints: Annotated[tuple[Text, ...], Len(1, 32)] = Field(description="the planned joints, base outwards")
+    joints: Joints = Field((), description="the planned joints, base outwards, where there is one arm")
     tip: Text | None = Field(None, description="the last link of the chain, where the cell has no tool")
     posture: Annotated[dict[Text, Number], Len(0, MAX_LINKS)] = Field(
         {}, description="where the URDF's other joints stand, in rad or m"
@@ -177,6 +185,35 @@ class SuctionModel(ToolModel):
     )
 
 
+def _kind_of_tool(tool: Any) -> str:
+    kind = tool.get("kind") if isinstance(tool, dict) else getattr(tool, "kind", None)
+    return "[gripper]" if kind == "gripper" else "[suction]"
+
+
+# Told apart by its kind, so that mistakes are told of that kind alone.
+AnyTool = Annotated[
+    Annotated[SuctionModel, Tag("[suction]")] | Annotated[GripperModel, Tag("[gripper]")],
+    Discriminator(_kind_of_tool),
+]
+
+
+class ArmModel(FileModel):
+    """One of several arms: its joints, what it carries, where it stands while another one moves."""
+
+    joints: Joints = Field(description="the arm's joints, base outwards")
+    tip: Text | None = Field(None, description="the last link of its chain, where it has no tool")
+    tool: AnyTool | None = Field(None, description="the tool, if one is mounted")
+    parked: Name = Field(description="the configuration in which it stands while another arm moves")
+    preference: Annotated[int, Field(ge=1, le=100)] = Field(
+        1, description="1 to 100: among arms that can do a thing, the one with the least does it"
+    )
+
+    @field_validator("tool")
+    @classmethod
+    def _not_empty(cls, part: Part) -> Part:
+        return _not_nothing(part)
+
+
 class RowModel(FileModel):
     """One row of bins; heights over the floor of the hall at the front of the row."""
 
@@ -250,6 +287,7 @@ class DeviceModel(FileModel):
     kind: DeviceKind = Field(description="pump, valve, sensor, tool_actuator or gripper")
     lead: Seconds = Field(description="s from the command to its full effect")
     actions: Annotated[tuple[Text, ...], Len(1, 16)] = Field(description='quoted words, e.g. ["on", "off"]')
+    arm: Name | None = Field(None, description="the arm that it belongs to, where the cell has several")
 
 
 class AllowedPairModel(FileModel):
@@ -269,6 +307,7 @@ class ConfigurationModel(FileModel):
     kind: Literal["home", "bin", "camera", "tote", "drop", "midway", "yardstick"] = Field(
         description="home, bin, camera, tote, drop, midway or yardstick"
     )
+    arm: Name | None = Field(None, description="the arm that it is of, where the cell has several")
     tool_state: Name | None = Field(None, description="a state of the tool, the first one by default")
     q: Annotated[tuple[Number, ...], Len(0, 32)] = Field(
         description="one number per planned joint, in their order"
@@ -287,6 +326,9 @@ class CellModel(FileModel):
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")
     max_tool_speed: Annotated[float, Field(ge=0.01, le=10)] | None = Field(
         None, description="m/s of the tool's tip, 0.01 to 10; none if left out"
+    )
+    arms: Annotated[dict[Name, ArmModel], Len(0, MAX_ARMS)] = Field(
+        {}, description="the arms by name, where there are several"
     )
     tool: SuctionModel | GripperModel | None = Field(None, description="the tool, if one is mounted")
     pod: PodModel | None = Field(None, description="the shelf, if there is one")
@@ -312,9 +354,7 @@ class CellModel(FileModel):
     @field_validator("tool", "pod", "tote")
     @classmethod
     def _not_empty(cls, part: Part) -> Part:
-        if part is None:
-            raise ValueError("expected its figures, got nothing; add them, or leave the key out")
-        return part
+        return _not_nothing(part)
 
     @property
     def tip(self) -> str:

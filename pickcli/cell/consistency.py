@@ -5,7 +5,9 @@ Each part has a file of its own: `robot_consistency`, `tool_consistency` and `st
 
 from __future__ import annotations
 
-from pickcli.cell.cell_schema import CellModel
+from collections.abc import Mapping
+
+from pickcli.cell.cell_schema import CellModel, ToolModel
 from pickcli.cell.pod import build_pod
 from pickcli.cell.references import refer, unique
 from pickcli.cell.robot import JointType
@@ -15,17 +17,19 @@ from pickcli.cell.tool_consistency import check_devices, check_mount, check_tip,
 from pickcli.cell.tote import build_tote
 from pickcli.cell.urdf import Urdf
 from pickcli.cell.urdf_origin import MAX_TURN
-from pickcli.files.yaml_reader import Source
+from pickcli.files.yaml_reader import Key, Source
 
 
-def check_parts(source: Source, model: CellModel, robot: Urdf, tool: Urdf | None) -> None:
-    """Check that what the cell takes off the robot is there, and that its tool can be mounted on it.
+def check_parts(
+    source: Source, model: CellModel, robot: Urdf, tools: Mapping[Key, tuple[ToolModel, Urdf | None]]
+) -> None:
+    """Check that what the cell takes off the robot is there, and that its tools can be mounted on it.
 
     Args:
         source: The file, for places in messages.
         model: The cell as it stands in the file.
         robot: Its robot.
-        tool: Its tool, if that has a URDF of its own.
+        tools: By their places in the file: its tools, each with its URDF if it has one of its own.
 
     Raises:
         InputError: With every disagreement.
@@ -34,13 +38,19 @@ def check_parts(source: Source, model: CellModel, robot: Urdf, tool: Urdf | None
         refer(source, ("robot", "without", i), "link", name, list(robot.links))
         if name == robot.root:
             source.add(("robot", "without", i), f"{name!r} is the root link; name links that hang on it")
-    if model.tool is None:
-        check_tip(source, model.robot, robot)
-    else:
-        check_mount(source, model.tool, robot, tool)
-        if model.robot.tip is not None:
-            text = "is of a robot without a tool, here the chain ends with the tool; leave it out"
-            source.add(("robot", "tip"), text)
+    tips: dict[Key, tuple[Key, str | None]] = {
+        ("arms", name): (("arms", name, "tip"), arm.tip) for name, arm in model.arms.items()
+    }
+    for key, (tip_key, tip) in (tips or {(): (("robot", "tip"), model.robot.tip)}).items():
+        if (*key, "tool") not in tools:
+            check_tip(source, tip_key, tip, robot)
+        elif tip is not None:
+            text = "is of an arm without a tool, here the chain ends with the tool; leave it out"
+            source.add(tip_key, text)
+    whole = [robot]
+    for tool_key, (stated, tool) in tools.items():
+        check_mount(source, tool_key, stated, robot, tool, whole)
+        whole += [] if tool is None else [tool]
     source.check()
 
 

@@ -104,8 +104,8 @@ def add_joint_limits(cell: Source) -> Source | None:
     """
     robot = cell.data.get("robot") if isinstance(cell.data, dict) else None
     name = robot.get(ROOT) if isinstance(robot, dict) else None
-    joints = robot.get("joints") if isinstance(robot, dict) else None
-    if not isinstance(name, str) or not isinstance(joints, list):
+    joints = _planned(cell.data) if isinstance(name, str) else []
+    if not isinstance(name, str) or not joints:
         return None  # none is named, or what is wrong is told with all else
     folder = cell.path.parent
     if not (folder / name).resolve().is_relative_to(folder.resolve()):
@@ -122,6 +122,14 @@ def add_joint_limits(cell: Source) -> Source | None:
                 _, line, column = limits.place((ROOT, joint, key))
                 cell.origins[ROOT, joint, key] = limits.path, line, column
     return limits
+
+
+def _planned(cell: dict[str, Any]) -> list[Any]:
+    """What stands for the planned joints in a cell file: those of the robot, or of each arm."""
+    arms = cell.get("arms")
+    owners = [cell["robot"], *(arms.values() if isinstance(arms, dict) else ())]
+    stated = [owner.get("joints") for owner in owners if isinstance(owner, dict)]
+    return [joint for joints in stated if isinstance(joints, list) for joint in joints]
 
 
 def _check_entry(limits: Source, joint: str, entry: dict[str, Any]) -> None:

@@ -2,49 +2,57 @@
 
 from __future__ import annotations
 
-from pickcli.cell.cell_schema import CellModel, GripperModel, RobotModel, SuctionModel, ToolModel
+from collections.abc import Sequence
+
+from pickcli.cell.cell_schema import CellModel, GripperModel, SuctionModel, ToolModel
 from pickcli.cell.device import DeviceKind
 from pickcli.cell.gripper_consistency import check_gripper
 from pickcli.cell.references import refer
 from pickcli.cell.tool import FIXED, MOVING
 from pickcli.cell.urdf import Urdf
-from pickcli.files.yaml_reader import Source
+from pickcli.files.yaml_reader import Key, Source
 
 
-def check_tip(source: Source, stated: RobotModel, robot: Urdf) -> None:
-    """Check that a robot without a tool says where its chain ends.
+def check_tip(source: Source, key: Key, tip: str | None, robot: Urdf) -> None:
+    """Check that an arm without a tool says where its chain ends.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        stated: The robot as it stands in the file.
-        robot: Its URDF.
+        key: Where the last link of the chain stands in the file.
+        tip: Its name; None where the file has none.
+        robot: The robot's URDF.
     """
-    if stated.tip is None:
-        source.add(("robot", "tip"), "expected the last link of the chain, got nothing; add it, or a tool")
+    if tip is None:
+        source.add(key, "expected the last link of the chain, got nothing; add it, or a tool")
     else:
-        refer(source, ("robot", "tip"), "link", stated.tip, list(robot.links))
+        refer(source, key, "link", tip, list(robot.links))
 
 
-def check_mount(source: Source, stated: ToolModel, robot: Urdf, tool: Urdf | None) -> None:
+def check_mount(
+    source: Source, key: Key, stated: ToolModel, robot: Urdf, tool: Urdf | None, mounted: Sequence[Urdf]
+) -> None:
     """Check that a tool with a URDF of its own can be mounted on the robot.
 
     Args:
         source: Collects the mistakes with their places in the file.
-        stated: The tool as it stands in the file.
+        key: Where the tool stands in the file.
+        stated: The tool as it stands there.
         robot: The robot's URDF.
         tool: The tool's, if it has one of its own.
+        mounted: The robot, and the tools of other arms.
     """
     if tool is None:
         if stated.T_flange_tool is not None:
             text = "is of a tool with a URDF of its own; add tool.urdf or leave it out"
-            source.add(("tool", "T_flange_tool"), text)
+            source.add((*key, "T_flange_tool"), text)
         return
-    refer(source, ("tool", "flange_link"), "link of the robot", stated.flange_link, list(robot.links))
-    for name in tool.links.keys() & robot.links.keys():
-        source.add(("tool", "urdf"), f"link {name!r} is one of the robot's too; rename one")
-    taken = {joint.name for joint in robot.joints.values()}
+    refer(source, (*key, "flange_link"), "link of the robot", stated.flange_link, list(robot.links))
+    links = {name for part in mounted for name in part.links}
+    for name in sorted(tool.links.keys() & links):
+        source.add((*key, "urdf"), f"link {name!r} is one of the robot's too; rename one")
+    taken = {joint.name for part in mounted for joint in part.joints.values()}
     for name in sorted(taken & {joint.name for joint in tool.joints.values()}):
-        source.add(("tool", "urdf"), f"joint {name!r} is one of the robot's too; rename one")
+        source.add((*key, "urdf"), f"joint {name!r} is one of the robot's too; rename one")
 
 
 def check_tool(source: Source, tool: SuctionModel | GripperModel, robot: Urdf) -> None:

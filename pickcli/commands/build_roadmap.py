@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
@@ -23,12 +24,15 @@ if TYPE_CHECKING:
 
 @click.command("build-roadmap", cls=Command)
 @cell_option
+@arm_option()
+@standing_option
 @click.option("--neighbours", type=NumberType(1, 100), default=RoadmapSettings.n_neighbours,
               show_default=True,
               help="k: edges are tried from each configuration to its k nearest.")  # fmt: skip
 @build_options("roadmap", RoadmapSettings, "edge")
 def command(
-    cell_name: str, neighbours: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
+    cell_name: str, arm: str | None, standing: tuple[str, ...],
+    neighbours: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
     seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: KTH's roadmap of the named configurations.
@@ -42,12 +46,11 @@ def command(
     Example:
       apc build-roadmap --cell apc2016_delft -o roadmap.h5
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.artifact_files import make_roadmap
     from pickcli.roadmap.store import read_roadmap
 
     refuse_output(output, overwrite, cell_name)
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
     settings = RoadmapSettings(PlannerName(planner), neighbours, iterations, seed=seed)
     with building("building the roadmap", output, jobs, as_json, scheduler) as run_options:

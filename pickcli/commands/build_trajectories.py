@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.build_options import build_options
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
@@ -21,12 +22,15 @@ if TYPE_CHECKING:
 
 @click.command("build-trajectories", cls=Command)
 @cell_option
+@arm_option()
+@standing_option
 @click.option("--tries", type=NumberType(1, 1000), default=TrajectorySettings.n_tries,
               show_default=True,
               help="Paths that the planner is asked for where bending leads to no quick motion.")  # fmt: skip
 @build_options("trajectory database", TrajectorySettings, "path")
 def command(
-    cell_name: str, tries: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
+    cell_name: str, arm: str | None, standing: tuple[str, ...],
+    tries: int, planner: str, iterations: int, jobs: int | None, scheduler: str | None,
     seed: int, as_json: bool, output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
     """Offline: Delft's database of coarse motions.
@@ -40,12 +44,11 @@ def command(
     Example:
       apc build-trajectories --cell apc2016_delft -o trajectories.h5
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.artifact_files import make_trajectories
     from pickcli.roadmap.store import read_database
 
     refuse_output(output, overwrite, cell_name)
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
     settings = TrajectorySettings(PlannerName(planner), tries, iterations, seed=seed)
     with building("building the trajectories", output, jobs, as_json, scheduler) as run_options:

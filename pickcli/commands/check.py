@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
@@ -30,9 +31,14 @@ MOST_LINES = 20  # damaged blocks that are listed for people
 @click.argument("path", metavar="FILE", type=PATH)
 @click.option("--repair", "is_repair", is_flag=True, help="Compute again what is lost, and only that.")
 @cell_option
+@arm_option()
+@standing_option
 @jobs_option
 @json_option
-def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_json: bool) -> None:
+def command(
+    path: Path, is_repair: bool, cell_name: str, arm: str | None, standing: tuple[str, ...],
+    jobs: int | None, as_json: bool,
+) -> None:  # fmt: skip
     """Find damage in a roadmap or trajectory database, or mistakes in a cell.
 
     Of a cell (its name, folder or cell.yaml) everything is read, and whether the arm can stand in its named
@@ -45,14 +51,13 @@ def command(path: Path, is_repair: bool, cell_name: str, jobs: int | None, as_js
       apc check trajectories.h5 --repair
       apc check my_robot
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.roadmap.store import describe, surveyed
 
     refuse_missing(path, (".h5",))
     if _is_cell(path):
         _check_cell(path, as_json)
         return
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     with stage("reading of every byte"):
         found = surveyed(path, cell)
     done = None
@@ -86,21 +91,27 @@ def _is_cell(path: Path) -> bool:
 
 def _check_cell(path: Path, as_json: bool) -> None:
     """Read a cell, and have the arm stand in its configurations. Raises InputError with every mistake."""
-    from pickcli.cell.cell_file import load_cell
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.errors import InputError
     from pickcli.precompute.empty_cell_checkers import why_not_free
 
-    cell = load_cell(path)
-    with stage("standing in every configuration"):
-        reasons = why_not_free(cell)
-    meant = [named.name for named in cell.configurations.values() if named.kind != YARDSTICK]
-    told = [f"configuration {name} is not free, {reasons[name]}" for name in meant if name in reasons]
+    workcell, told, n_meant = load_workcell(path), list[str](), 0
+    for arm, cell in workcell.arms.items():
+        with stage("standing in every configuration"):
+            reasons = why_not_free(cell)
+        meant = [named.name for named in cell.configurations.values() if named.kind != YARDSTICK]
+        n_meant += len(meant)
+        of_arm = f" of arm {arm}" if arm else ""
+        told += [
+            f"configuration {name}{of_arm} is not free, {reasons[name]}" for name in meant if name in reasons
+        ]
+    cell = workcell.preferred
     if told:
         raise InputError("\n".join(f"{cell.path / 'cell.yaml'}: {text}" for text in told))
     if as_json:
-        emit_json({"path": str(path), "fingerprint": cell.fingerprint, "configurations": len(meant)})
+        emit_json({"path": str(path), "fingerprint": cell.scene_fingerprint, "configurations": n_meant})
     else:
-        click.echo(f"{path}: a cell without mistakes; all {len(meant)} configurations are free")
+        click.echo(f"{path}: a cell without mistakes; all {n_meant} configurations are free")
 
 
 def _places(n: int) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
@@ -34,6 +35,8 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 
 @click.command("compare-planners", cls=Command)
 @cell_option
+@arm_option()
+@standing_option
 @click.option(
     "--pairs", metavar="A:B,...", help="Configurations.  [default: Delft's pairs whose line is blocked]"
 )
@@ -47,7 +50,8 @@ PAYLOADS = click.Choice(["empty", "cube", "centred cube"], case_sensitive=False)
 @seed_option
 @json_option
 def command(
-    cell_name: str, pairs: str | None, payload: str, planners: str, tries: int, iterations: int, seed: int,
+    cell_name: str, arm: str | None, standing: tuple[str, ...],
+    pairs: str | None, payload: str, planners: str, tries: int, iterations: int, seed: int,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Let planners compete over the same pairs: time, length, duration, share solved.
@@ -59,11 +63,10 @@ def command(
     Example:
       apc compare-planners --pairs bin_A:tote,cam_D:drop_00_down --tries 5
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.planner_benchmark.planner_benchmark import blocked_pairs, compare
     from pickcli.roadmap.trajectory_database import PayloadClass
 
-    cell, load = load_cell(cell_name), PayloadClass(payload)
+    cell, load = open_cell(cell_name, ArmRequest(arm, standing)), PayloadClass(payload)
     cell.require_places()
     chosen = blocked_pairs(cell, load) if pairs is None else _pairs(pairs)
     contestants = _contestants(planners, iterations)

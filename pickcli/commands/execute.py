@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, refuse_arm_mismatch, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
               help="Scene that the plan was made in, where --scene says how things truly are.")  # fmt: skip
 @click.option("--start", metavar=CONFIGURATION,
               help="Where the robot stands.  [default: at the plan's first point]")  # fmt: skip
+@standing_option
 @click.option("--bridge", is_flag=True, help="Move to the plan's first point first: planned and verified.")
 @click.option("--unverified", is_flag=True,
               help="An experiment: run the plan as it is, unchecked, in any scene.")  # fmt: skip
@@ -58,7 +60,8 @@ if TYPE_CHECKING:
 @json_option
 def command(
     plan_path: Path, scene_path: Path | None, cell_name: str | None, planned_in: Path | None,
-    start: str | None, bridge: bool, unverified: bool, reality_path: Path | None, video: Path | None,
+    start: str | None, standing: tuple[str, ...], bridge: bool, unverified: bool,
+    reality_path: Path | None, video: Path | None,
     overwrite: bool, roadmap: Path | None, trajectories: Path | None, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a plan in pybullet.
@@ -84,8 +87,10 @@ def command(
         inputs = (plan_path, scene_path, planned_in, reality_path, cell_name, roadmap, trajectories)
         refuse_output(video, overwrite, *inputs)
     reality = read_reality(reality_path)
-    plan, scene = read_plan(plan_path), scene_or_empty(scene_path, cell_name)
-    believed = scene if planned_in is None else open_scene(planned_in, cell_name)
+    plan = read_plan(plan_path)
+    arms = ArmRequest.of_plan(plan, standing)
+    scene = scene_or_empty(scene_path, cell_name, arms)
+    believed = scene if planned_in is None else open_scene(planned_in, cell_name, arms)
     refuse_held(scene, scene_path)
     refuse_held(believed, planned_in or scene_path)
     if unverified:
@@ -122,6 +127,7 @@ def _trusted(plan: Plan, path: Path, believed: Scene) -> Plan:
     from pickcli.errors import StaleError
     from pickcli.scene.scene_file import scene_hash
 
+    refuse_arm_mismatch(plan, path, believed.cell)
     here, cell, carried = scene_hash(believed), believed.cell, plan.certificate
     if plan.cell_fingerprint != cell.fingerprint:
         raise StaleError(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
+from pickcli.commands.cell_summary import cell_summary
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
@@ -19,8 +21,6 @@ from pickcli.commands.summary_text import in_words, on_a_screen
 from pickcli.commands.table import stdout_width
 
 if TYPE_CHECKING:
-    from pickcli.cell.cell import Cell
-    from pickcli.cell.tool import Tool
     from pickcli.scene.scene import Scene
 
 HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, and the last
@@ -37,11 +37,13 @@ HEAD = 4096  # bytes, the first in which a JSON file of ours names its format, a
               help="Of a database only the motions between two named configurations.")  # fmt: skip
 @click.option("--plot", type=PATH, metavar="FILE",
               help="Draw a cell, or a stored file over its cell: .png, or .html to turn about.")  # fmt: skip
+@arm_option("all arms, of a cell")
+@standing_option
 @overwrite_option
 @json_option
 def command(
     path: Path, cell_name: str | None, is_all: bool, ends: tuple[str, str] | None, plot: Path | None,
-    overwrite: bool, as_json: bool,
+    arm: str | None, standing: tuple[str, ...], overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Show what is in a roadmap, database, plan, scene or cell.
 
@@ -59,10 +61,13 @@ def command(
         raise click.UsageError("--plot draws the whole file; leave out --motion, or --plot")
     if plot is not None:
         _check_plot(plot, overwrite, path, cell_name)
+    arms = ArmRequest(arm, standing)
     with stage("reading"):
-        summary = _summary(path, cell_name) if ends is None else motions_between(path, *ends, cell_name)
+        summary = (
+            _summary(path, cell_name, arms) if ends is None else motions_between(path, *ends, cell_name, arms)
+        )
     if plot is not None:
-        _draw(path, plot, cell_name, summary, overwrite)
+        _draw(path, plot, cell_name, arms, summary, overwrite)
     if as_json:
         emit_json(summary)
     else:
@@ -79,23 +84,24 @@ def _check_plot(plot: Path, overwrite: bool, *inputs: Path | str | None) -> None
 
 
 def _draw(
-    path: Path, plot: Path, cell_name: str | None, summary: dict[str, Any], overwrite: bool
+    path: Path, plot: Path, cell_name: str | None, arms: ArmRequest, summary: dict[str, Any], overwrite: bool
 ) -> None:  # fmt: skip
     """Draw what was described. Raises InputError for what is no cell, roadmap or database."""
-    from pickcli.cell.cell_file import load_cell
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.drawing.cell_picture import cell_picture
     from pickcli.drawing.draw import cell_of, draw, write_picture
     from pickcli.errors import InputError
 
     if summary["format"] == "apc cell":
-        cell = load_cell(path)
+        workcell = load_workcell(path)
+        cell = workcell.preferred if arms == ArmRequest() else arms.cell_of(workcell)
         if not cell.configurations:
             raise InputError(
                 f"{path}: --plot draws the arm in a named configuration, the cell has none; add one"
             )
         write_picture(cell_picture(cell), plot, overwrite)
     elif summary["format"] in ("roadmap", "trajectory database"):
-        cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else load_cell(cell_name)
+        cell = cell_of(summary["cell_fingerprint"]) if cell_name is None else open_cell(cell_name, arms)
         draw(path, plot, cell, overwrite)
     else:
         raise InputError(
@@ -104,7 +110,7 @@ def _draw(
     summary["plot"] = str(plot)
 
 
-def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
+def _summary(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
     """Find out what the file is, and describe it. Raises InputError, DamagedError, StaleError."""
     from pickcli.errors import InputError
     from pickcli.files.bounded_reading import refuse_special_file
@@ -112,7 +118,7 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
 
     refuse_missing(path, (".h5", ".json"))
     if path.is_dir() or not path.exists():
-        return _cell(path)
+        return cell_summary(path, arms)
     try:
         refuse_special_file(path)
         with path.open("rb") as file:
@@ -124,12 +130,14 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     refuse_utf_16(path, head)
     kind = kind_of(head) or (CELL if path.suffix == ".yaml" else None)
     if kind == SCENE:
-        return _scene(path, cell_name)
-    describe = {STORE: _stored, PLAN: _plan, CELL: _cell}
+        return _scene(path, cell_name, arms)
+    if kind == CELL:
+        return cell_summary(path, arms)
+    describe = {STORE: _stored, PLAN: _plan}
     if kind in describe:
         summary = describe[kind](path)
         if kind is STORE and cell_name is not None:
-            _refuse_other_cell(path, summary["cell_fingerprint"], cell_name)
+            _refuse_other_cell(path, summary["cell_fingerprint"], cell_name, arms)
         return summary
     found = "is no file of ours" if kind is None else f"is {kind.name}"
     raise InputError(
@@ -137,12 +145,11 @@ def _summary(path: Path, cell_name: str | None) -> dict[str, Any]:
     )
 
 
-def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str) -> None:
+def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str, arms: ArmRequest) -> None:
     """Raise StaleError for a stored file of another cell than the one that is named."""
-    from pickcli.cell.cell_file import load_cell
     from pickcli.errors import StaleError
 
-    named = load_cell(cell_name).fingerprint
+    named = open_cell(cell_name, arms).fingerprint
     if fingerprint != named:
         raise StaleError(
             f"{path}: is of a cell with fingerprint {fingerprint[:16]}, {cell_name} has {named[:16]}; "
@@ -150,70 +157,11 @@ def _refuse_other_cell(path: Path, fingerprint: str, cell_name: str) -> None:
         )
 
 
-def _cell(path: Path) -> dict[str, Any]:
-    from pickcli.cell.cell_file import load_cell
-    from pickcli.precompute.empty_cell_checkers import why_not_free
-
-    cell = load_cell(path)
-    robot = cell.robot
-    by_kind: dict[str, list[str]] = {}
-    for configuration in cell.configurations.values():
-        by_kind.setdefault(configuration.kind, []).append(configuration.name)
-    return {
-        "format": "apc cell",
-        "name": cell.name,
-        "path": str(cell.path),
-        "fingerprint": cell.fingerprint,
-        "robot": robot.name,
-        "joints": list(robot.joint_names),
-        "links": len(robot.links),
-        "link_shapes": sum(len(link.shapes) for link in robot.links),
-        "tool": _tool(robot.tool),
-        "spheres": _spheres(cell),
-        "bins": list(cell.pod.bins),
-        "pod_may_be_off_by": allowed(cell),
-        "bodies": {
-            "pod": len(cell.pod.bodies),
-            "tote": len(cell.tote_bodies),
-            "obstacles": len(cell.obstacles.bodies),
-        },
-        "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
-        "configurations": by_kind,
-        "not_free": why_not_free(cell),
-        "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
-        "items": len(cell.items),
-        "speed_scale": cell.speed_scale,
-        "max_tool_speed": cell.max_tool_speed,
-        "clearance_m": cell.clearance,
-    }
-
-
-def _tool(tool: Tool) -> dict[str, Any]:
-    """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
-    kind = "suction cup" if tool.suction_cup is not None else "none" if tool.gripper is None else "gripper"
-    return {"kind": kind, **{f"state {state}": position for state, position in tool.positions.items()}}
-
-
-def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:
-    """By link that moves: its spheres, and how far they stick out of its shapes."""
-    from pickcli.collision.robot_model import CollisionModel
-    from pickcli.robot_setup.sphere_excess import sphere_excess
-
-    return {
-        each.link: {
-            "count": each.n_spheres,
-            "mean_excess_m": round(each.mean_excess, 5),
-            "max_excess_m": round(each.max_excess, 5),
-        }
-        for each in sphere_excess(cell, CollisionModel(cell))
-    }
-
-
-def _scene(path: Path, cell_name: str | None) -> dict[str, Any]:
+def _scene(path: Path, cell_name: str | None, arms: ArmRequest) -> dict[str, Any]:
     from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.scene.scene_file import held_values, scene_hash
 
-    scene = open_scene(path, cell_name)
+    scene = open_scene(path, cell_name, arms)
     places = Counter(placed.location for placed in scene.items)
     return {
         "format": "apc scene",

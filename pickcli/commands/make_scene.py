@@ -54,11 +54,11 @@ def command(
     Example:
       apc make-scene jsk_pick_sample --seed 3 -o scene.json
     """
-    from pickcli.cell.cell_file import load_cell
+    from pickcli.cell.cell_file import load_workcell
     from pickcli.scene.scene_file import scene_hash, write_scene
     from pickcli.trial.order_file import order_file, read_order
 
-    cell = load_cell(cell_name)
+    cell = load_workcell(cell_name).preferred  # a scene is of all arms
     cell.require_places()
     order = read_order(order_path, cell)
     T_world_pod = pod_pose(pod_shift or NONE, cell, seed)

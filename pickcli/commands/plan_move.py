@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, refuse_standing, standing_option
 from pickcli.commands.command import Command
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
@@ -26,6 +27,8 @@ from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, s
 @scene_or_cell_options
 @click.option("--from", "start", metavar=CONFIGURATION, required=True, help=CONFIGURATION_HELP)
 @click.option("--to", "goal", metavar=CONFIGURATION, required=True, help="The same.")
+@arm_option("the preferred one of those that have both configurations")
+@standing_option
 @verify_option
 @artifact_options
 @learn_option
@@ -33,7 +36,8 @@ from pickcli.commands.scene_options import refuse_held, scene_or_cell_options, s
 @json_option
 @output_option("plan")
 def command(
-    scene_path: Path | None, cell_name: str | None, start: str, goal: str, no_verify: bool,
+    scene_path: Path | None, cell_name: str | None, start: str, goal: str,
+    arm: str | None, standing: tuple[str, ...], no_verify: bool,
     roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool, output: Path,
     overwrite: bool,
 ) -> None:  # fmt: skip
@@ -47,18 +51,20 @@ def command(
     Example:
       apc plan-move --scene scene.json --from home --to bin_C -o move.json
       apc plan-move --cell my_robot --from home --to parked -o move.json
+      apc plan-move --cell my_baxter --arm left --standing right=home --from home --to parked -o move.json
     """
     from pickcli.planning.move import plan_move
     from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    scene = scene_or_empty(scene_path, cell_name)
+    scene = scene_or_empty(scene_path, cell_name, ArmRequest(arm, standing, (start, goal)))
     refuse_held(scene, scene_path)
     q, tool_state = parse_configuration(scene.cell, start)
     q_goal, _ = parse_configuration(scene.cell, goal)
     with stage("reading of roadmap and trajectories"):
         planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
+    refuse_standing(scene, begin)
     with experience_session(planner, roadmap, trajectories, learn) as session:
         with stage("planning"):
             plan = plan_move(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, refuse_standing, standing_option
 from pickcli.commands.command import Command
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
+@arm_option()
+@standing_option
 @verify_option
 @artifact_options
 @learn_option
@@ -53,7 +56,7 @@ if TYPE_CHECKING:
 @output_option("plan")
 def command(
     scene_path: Path, cell_name: str | None, bin_name: str, item: str, start: str, into: str,
-    neighbours: str,
+    neighbours: str, arm: str | None, standing: tuple[str, ...],
     no_verify: bool, roadmap: Path | None, trajectories: Path | None, learn: bool, seed: int, as_json: bool,
     output: Path, overwrite: bool,
 ) -> None:  # fmt: skip
@@ -72,7 +75,7 @@ def command(
     from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    scene = open_scene(scene_path, cell_name)
+    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing))
     scene.cell.require_places()
     refuse_held(scene, scene_path)
     _refuse_impossible(scene, bin_name, item, into)
@@ -80,6 +83,7 @@ def command(
     with stage("reading of roadmap and trajectories"):
         planner = load_planner(scene.cell, roadmap, trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
+    refuse_standing(scene, begin)
     how = Neighbours(neighbours)
     with experience_session(planner, roadmap, trajectories, learn) as session:
         query = PickQuery(bin_name, item, into=into, neighbours=how)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.building import building
 from pickcli.commands.command import Command, emit_json
@@ -20,9 +21,13 @@ if TYPE_CHECKING:
 @click.command("refresh", cls=Command)
 @click.argument("path", metavar="FILE", type=PATH)
 @cell_option
+@arm_option()
+@standing_option
 @jobs_option
 @json_option
-def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None:
+def command(
+    path: Path, cell_name: str, arm: str | None, standing: tuple[str, ...], jobs: int | None, as_json: bool
+) -> None:  # fmt: skip
     """Make a roadmap or trajectory database right for a cell that changed.
 
     What the change does not touch is kept; what it touches is proven again, and only what fails is planned
@@ -35,11 +40,10 @@ def command(path: Path, cell_name: str, jobs: int | None, as_json: bool) -> None
     Example:
       apc refresh trajectories.h5 --cell apc2016_delft
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.refreshing import refresh
     from pickcli.roadmap.store import surveyed
 
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
     found = surveyed(path, cell)
     with building(f"refreshing {path.name}", path, jobs, as_json) as run_options:

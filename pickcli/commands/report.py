@@ -84,6 +84,7 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
     return {
         "path": str(path),
         "query": plan.query,
+        **_arms(plan),
         "duration_s": plan.trajectory.duration,
         "speed_scale": plan.speed_scale,
         "certified": certificate is not None,
@@ -111,6 +112,16 @@ def plan_summary(plan: Plan, path: Path) -> dict[str, Any]:
     }
 
 
+def _arms(plan: Plan) -> dict[str, Any]:
+    """Which arm moves and where the others stand; nothing in a cell that has only one."""
+    if not plan.arm:
+        return {}
+    others = {
+        state.arm: {"q": state.q.tolist(), "tool_state": str(state.tool_state)} for state in plan.others
+    }
+    return {"arm": plan.arm, "others": others}
+
+
 def plan_text(plan: Plan, path: Path) -> str:
     """Sum up a plan for people: what was found, when what happens, and where it is.
 
@@ -129,6 +140,13 @@ def plan_text(plan: Plan, path: Path) -> str:
     )
     slow = "" if plan.speed_scale == 1.0 else f", carried at {plan.speed_scale:.2f} of full speed"
     how = f"{grasp.kind} grasp on face {grasp.face} of {grasp.item}" if grasp else _tool(plan)
+    if plan.arm:
+        how += "".join(
+            [
+                f"; arm {plan.arm}",
+                *(f"\n  meanwhile arm {state.arm} stands at {state}" for state in plan.others),
+            ]
+        )
     times = ", ".join(f"{name.removesuffix('_ms')} {ms:.0f} ms" for name, ms in plan.statistics.items())
     return "\n".join(
         [f"{plan.query}: {plan.trajectory.duration:.2f} s{slow}", f"  {how}", f"  {trust}", *_timetable(plan),

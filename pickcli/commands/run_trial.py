@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell
 from pickcli.commands.build_options import jobs_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.experience_session import experience_session, learn_option
@@ -105,6 +106,7 @@ def standing(
 @pod_shift_option("random, unless --reality says otherwise")
 @reality_option
 @cell_option
+@arm_option()
 @artifact_options
 @jobs_option
 @learn_option
@@ -113,6 +115,7 @@ def standing(
 def command(
     order_path: Path, output: Path | None, overwrite: bool, pose_noise: PoseNoise,
     pod_shift: Displacement | str | None, reality_path: Path | None, cell_name: str,
+    arm: str | None,
     roadmap: Path | None, trajectories: Path | None, jobs: int | None, learn: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Play a whole order by the rules and keep score.
@@ -125,7 +128,6 @@ def command(
     Example:
       apc run-trial jsk_pick_sample --seed 3 -o runs/mine
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.simulation.reality import read_reality
     from pickcli.trial.attempt_runner import TrialSettings
     from pickcli.trial.loop import require_pick, run_trial
@@ -133,7 +135,7 @@ def command(
     from pickcli.trial.trial_folder import write_folder
     from pickcli.trial.trial_record import trial_record
 
-    cell, reality = load_cell(cell_name), read_reality(reality_path)
+    cell, reality = open_cell(cell_name, ArmRequest(arm)), read_reality(reality_path)
     cell.require_places()
     order = require_pick(read_order(order_path, cell), str(order_path))
     T_world_pod, reality = standing(pod_shift, reality, cell, seed)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, open_cell
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
 from pickcli.errors import InputError
@@ -16,6 +18,8 @@ from pickcli.errors import InputError
 if TYPE_CHECKING:
     from pickcli.cell.cell import Cell
     from pickcli.scene.scene import Scene
+
+NO_ARM = ArmRequest()
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -59,12 +63,13 @@ def _cell_option(function: F) -> F:
     )(function)  # fmt: skip
 
 
-def scene_or_empty(path: Path | None, cell_name: str | None) -> Scene:
+def scene_or_empty(path: Path | None, cell_name: str | None, arms: ArmRequest = NO_ARM) -> Scene:
     """Read a scene, or take a cell with nothing in it.
 
     Args:
         path: The file; None for the cell alone.
         cell_name: Name or folder of the cell; None for the one that the scene names.
+        arms: What the command line says of its arms.
 
     Returns:
         The scene.
@@ -74,20 +79,19 @@ def scene_or_empty(path: Path | None, cell_name: str | None) -> Scene:
         InputError: The file or the cell cannot be read.
         StaleError: The scene was made for another cell.
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.precompute.empty_cell_checkers import empty_scene
 
     if path is not None:
-        return open_scene(path, cell_name)
+        return open_scene(path, cell_name, arms)
     if cell_name is None:
         raise click.UsageError(
             "what is around the robot? Name a scene with --scene, or with --cell a cell alone"
         )
     with stage("reading of the cell"):
-        return empty_scene(load_cell(cell_name))
+        return empty_scene(open_cell(cell_name, arms))
 
 
-def open_scene(path: Path, cell_name: str | None) -> Scene:
+def open_scene(path: Path, cell_name: str | None, arms: ArmRequest = NO_ARM) -> Scene:
     """Read a scene.
 
     Where its pod stands beyond the cell's bounds, a note tells what that means.
@@ -95,6 +99,7 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
     Args:
         path: The file.
         cell_name: Name or folder of the cell that it must be of; None for the one that it names.
+        arms: What the command line says of the cell's arms.
 
     Returns:
         The scene.
@@ -103,12 +108,12 @@ def open_scene(path: Path, cell_name: str | None) -> Scene:
         InputError: The file or the cell cannot be read.
         StaleError: It was made for another cell.
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.cell.pod_tolerance import pod_stand
     from pickcli.scene.scene_file import read_scene
 
     with stage("reading of the scene"):
-        scene = read_scene(path, None if cell_name is None else load_cell(cell_name))
+        cell = None if cell_name is None else open_cell(cell_name, arms)
+        scene = read_scene(path, cell, partial(open_cell, request=arms))
     if not scene.is_pod_within_bounds:
         click.echo(
             f"note: {path}: the pod stands {pod_stand(scene.T_nominal_pod)}, "

@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pickcli.commands.arm_options import ArmRequest, open_cell
+
 if TYPE_CHECKING:
     from pickcli.roadmap.trajectory_database import CoarseMotion
 
 
-def motions_between(path: Path, start: str, goal: str, cell_name: str | None) -> dict[str, Any]:
+def motions_between(
+    path: Path, start: str, goal: str, cell_name: str | None, arms: ArmRequest
+) -> dict[str, Any]:
     """Read what a database holds from one named configuration to another; nothing else of it is read.
 
     Args:
@@ -18,6 +22,7 @@ def motions_between(path: Path, start: str, goal: str, cell_name: str | None) ->
         start: Name of the configuration where the motions begin.
         goal: Name of the configuration where they end.
         cell_name: The cell that the file has to be of; None for any.
+        arms: What the command line says of its arms.
 
     Returns:
         JSON values: the two ends, and the motions by payload class.
@@ -27,12 +32,11 @@ def motions_between(path: Path, start: str, goal: str, cell_name: str | None) ->
         DamagedError: What was read of it is not what was written.
         StaleError: It was made for another cell or by another version of the format.
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.errors import InputError, shortened
     from pickcli.roadmap.store import read_motion
     from pickcli.roadmap.trajectory_database import MotionKey, PayloadClass
 
-    cell = None if cell_name is None else load_cell(cell_name)
+    cell = None if cell_name is None else open_cell(cell_name, arms)
     found = {load: read_motion(path, MotionKey(start, goal, load), cell) for load in PayloadClass}
     told = {str(load): _values(motion) for load, motion in found.items() if motion is not None}
     if not told:

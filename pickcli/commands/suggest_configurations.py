@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH, NumberType
@@ -24,6 +25,8 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 
 @click.command("suggest-configurations", cls=Command)
 @cell_option
+@arm_option()
+@standing_option
 @click.option("--bin", "bin_name", required=True, metavar="NAME", help="The bin in front of which to wait.")
 @click.option("--tool-state", metavar="STATE", default=None, show_default="the first of the cell",
               help="State in which the tool goes in, e.g. straight.")  # fmt: skip
@@ -38,7 +41,8 @@ HEAD = ("", "reach", "manipulability", "margin", "clear mm", "from home s", "tip
 @seed_option
 @json_option
 def command(
-    cell_name: str, bin_name: str, tool_state: str | None, count: int, poses: int, candidates: int,
+    cell_name: str, arm: str | None, standing: tuple[str, ...], bin_name: str,
+    tool_state: str | None, count: int, poses: int, candidates: int,
     output: Path | None, overwrite: bool, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Rank configurations in front of a bin by what can be reached from them.
@@ -51,7 +55,6 @@ def command(
     Example:
       apc suggest-configurations --bin bin_C -o bin_C.yaml
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.cell.configuration_text import configuration_line
     from pickcli.files.atomic_write import write_text
     from pickcli.reachability.configuration_ranking import ConfigurationRanking
@@ -59,7 +62,7 @@ def command(
 
     if output is not None:
         refuse_output(output, overwrite, cell_name)
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     cell.require_places()
     settings = RankingSettings(n_kept=candidates, n_poses=poses, seed=seed)
     state = named_state(cell, tool_state)

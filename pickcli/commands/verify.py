@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import PATH
@@ -23,11 +24,12 @@ if TYPE_CHECKING:
 @scene_or_cell_options
 @click.option("--stopped", "stopped_path", type=PATH, metavar="PLAN",
               help="Of a way back after a stop, the plan that stopped.")  # fmt: skip
+@standing_option
 @click.option("--write", is_flag=True, help="Put the certificate into the plan's file.")
 @json_option
 def command(
-    plan_path: Path, scene_path: Path | None, cell_name: str | None, stopped_path: Path | None, write: bool,
-    as_json: bool,
+    plan_path: Path, scene_path: Path | None, cell_name: str | None, stopped_path: Path | None,
+    standing: tuple[str, ...], write: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Let the independent verifier check a plan.
 
@@ -49,7 +51,7 @@ def command(
     stopped = None if stopped_path is None else read_plan(stopped_path).trajectory
     if stopped is not None and plan.recovery is None:
         raise InputError(f"{plan_path}: is no way back after a stop, as --stopped says; leave that out")
-    scene = scene_or_empty(scene_path, cell_name)
+    scene = scene_or_empty(scene_path, cell_name, ArmRequest.of_plan(plan, standing))
     try:
         with stage("verification"):
             verdict = verify(plan, scene, stopped)

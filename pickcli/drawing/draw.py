@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import cell_names, load_cell
+from pickcli.cell.cell_file import cell_names, load_workcell
 from pickcli.drawing.picture import Picture
 from pickcli.drawing.stored import database_picture, roadmap_picture
 from pickcli.errors import InputError
@@ -96,7 +96,7 @@ def cell_of(fingerprint: str) -> Cell:
     Raises:
         InputError: If no cell has it.
     """
-    cells = [load_cell(name) for name in cell_names()]
+    cells = [cell for name in cell_names() for cell in load_workcell(name).arms.values()]
     for cell in cells:
         if cell.fingerprint == fingerprint:
             return cell

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Annotated, Any, TypeVar, get_args
+from types import UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -99,7 +100,7 @@ def note(source: Source, model: type[BaseModel], detail: Any) -> None:
         model: The model that they were checked against.
         detail: The error, an entry of ``ValidationError.errors()``.
     """
-    key: Key = tuple(part for part in detail["loc"] if part != "[key]")
+    key: Key = tuple(part for part in detail["loc"] if not str(part).startswith("["))  # "[key]", a tag
     source.add(key, explain(model, key, detail))
 
 
@@ -217,13 +218,23 @@ def _fields(model: type[BaseModel], key: Key) -> dict[str, Any]:
     """The fields of the model that stands at ``key`` inside ``model``; empty where it is no model."""
     annotation: Any = model
     for part in key:
-        fields = getattr(annotation, "model_fields", None)
-        if fields is None:
+        fields = _fields_of(annotation)
+        if not fields:
             annotation = _innermost(annotation)
         elif part in fields:
             annotation = _unwrapped(fields[part].annotation)
         else:
             return {}
+    return _fields_of(annotation)
+
+
+def _fields_of(annotation: Any) -> dict[str, Any]:
+    """The fields of a model, or of all models of which a tag chooses one; empty for anything else."""
+    if get_origin(annotation) is Annotated:
+        return _fields_of(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, UnionType):
+        parts = [_fields_of(part) for part in get_args(annotation)]
+        return {name: field for part in reversed(parts) for name, field in part.items()}
     return dict(getattr(annotation, "model_fields", {}))
 
 

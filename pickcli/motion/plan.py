@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from pickcli.cell.cell import ArmState, Cell
 from pickcli.cell.tool import ToolState
 from pickcli.geometry import Array
 from pickcli.motion.event import Event
@@ -125,6 +126,8 @@ class Plan:
         certificate: None for a plan that was not verified.
         statistics: Wall-clock figures, which stand nowhere else.
         recovery: What it claims as a way out of a stop; None for every other plan.
+        arm: Name of the arm that moves; empty in a cell that has only one.
+        others: Where all other arms stand meanwhile.
     """
 
     query: str
@@ -139,3 +142,34 @@ class Plan:
     certificate: Certificate | None = None
     statistics: dict[str, float] = field(default_factory=dict)
     recovery: RecoveryLevel | None = None
+    arm: str = ""
+    others: tuple[ArmState, ...] = ()
+
+
+def other_arm_elsewhere(plan: Plan, cell: Cell) -> str:
+    """Why a plan is not for a cell as it stands: of another arm, or another arm stands elsewhere.
+
+    Args:
+        plan: The plan.
+        cell: The cell as the arm that moves sees it.
+
+    Returns:
+        One sentence, empty where the plan knows all arms where they are.
+    """
+    if plan.arm != cell.arm:
+        return f"made for {_called(plan.arm)}, this is {_called(cell.arm)}; plan it anew"
+    here = {state.arm: state for state in cell.others}
+    for state in plan.others:
+        found = here.pop(state.arm, None)
+        if found is None:
+            return f"made beside an arm {state.arm!r}, which the cell does not have; plan it anew"
+        if not state.is_at(found):
+            return (
+                f"made while arm {state.arm} stood at {state}, it stands at {found}; plan it anew, or say "
+                "where it stands"
+            )
+    return "".join(f"made without the arm {name!r} of the cell; plan it anew" for name in list(here)[:1])
+
+
+def _called(arm: str) -> str:
+    return f"arm {arm}" if arm else "a cell with one arm"

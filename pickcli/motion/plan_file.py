@@ -59,6 +59,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
         "seed": plan.seed,
         "speed_scale": plan.speed_scale,
         "recovery": plain(plan.recovery),
+        **_arms(plan),
         "grasp": plain(plan.grasp),
         "segments": [plain(segment) for segment in plan.segments],
         "events": [plain(event) for event in plan.events],
@@ -124,7 +125,12 @@ def certificate_seal(plan: Plan) -> str:
     if plan.certificate is None:
         return ""
     parts = (plan.query, plan.cell_fingerprint, plan.scene_hash, plan.seed, plan.speed_scale)
-    return _sha256([*parts, motion_hash(plan), plain(plan.certificate)])
+    return _sha256([*parts, *_arms(plan).items(), motion_hash(plan), plain(plan.certificate)])
+
+
+def _arms(plan: Plan) -> dict[str, Any]:
+    """Which arm moves and where the others stand; nothing in a cell that has only one."""
+    return {"arm": plan.arm, "others": [plain(state) for state in plan.others]} if plan.arm else {}
 
 
 def _check_certificate(plan: Plan, seal: str, where: str) -> None:

@@ -19,6 +19,7 @@ from typing import Annotated, Any, Literal, get_args, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, conlist, create_model
 
+from pickcli.cell.cell import ArmState
 from pickcli.cell.tool import ToolState
 from pickcli.errors import InputError, StaleError, shortened
 from pickcli.files.json_reader import parse_json
@@ -148,6 +149,7 @@ _Certificate = _derived(
 )  # fmt: skip
 
 
+_ArmState = _derived(ArmState, q=Numbers)
 _Plan = _derived(
     Plan,
     also={"format": Literal["apc plan"], "version": Literal[3]},
@@ -175,6 +177,8 @@ _Plan = _derived(
     ],
     statistics=Annotated[dict[Name, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=1000)],
     recovery=Annotated[RecoveryLevel | None, Field(strict=False, default=None)],
+    arm=Annotated[str, Field(max_length=200, default="")],
+    others=Annotated[conlist(_ArmState, max_length=MAX_JOINTS), Field(default=[])],
 )
 
 

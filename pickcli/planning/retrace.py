@@ -193,7 +193,7 @@ def _retraced(
     return Plan(
         query=where, cell_fingerprint=plan.cell_fingerprint, scene_hash=scene_hash(scene), seed=seed,
         segments=segments, trajectory=trajectory, events=(), grasp=grasp, speed_scale=plan.speed_scale,
-        recovery=level,
+        recovery=level, arm=plan.arm, others=plan.others,
     )  # fmt: skip
 
 

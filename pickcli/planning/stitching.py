@@ -75,6 +75,8 @@ def stitch_pick(problem: PickProblem, motion: PickMotion) -> Plan | Failures:
         events=events,
         grasp=CupLoad.worst(part.load for part in carried).of(grasp),
         speed_scale=item.speed_scale,
+        arm=context.cell.arm,
+        others=context.cell.others,
     )
     too_fast = thrown(context.arm, plan, context.cell.devices)
     return plan if too_fast is None else Failures.of(too_fast)
@@ -102,7 +104,11 @@ def stitch_run(
     if isinstance(run, Failures):
         return run
     trajectory, timed = _joined(segments, [run], [])
-    return Plan(label, context.cell.fingerprint, scene_hash(scene), seed, timed, trajectory, ())
+    cell = context.cell
+    return Plan(
+        label, cell.fingerprint, scene_hash(scene), seed, timed, trajectory, (),
+        arm=cell.arm, others=cell.others,
+    )  # fmt: skip
 
 
 def _moving(context: PlanningContext, segments: Iterable[MotionSegment]) -> list[MotionSegment]:

@@ -11,7 +11,7 @@ from typing import Any
 from platformdirs import user_cache_path
 
 from pickcli.cell.cell import Cell
-from pickcli.cell.cell_file import cell_names, load_cell
+from pickcli.cell.cell_file import cell_names, load_workcell
 from pickcli.errors import ArtifactError, InputError
 from pickcli.jobs.executors import Executor, SerialExecutor
 from pickcli.jobs.job_run import BuildObserver, RunOptions
@@ -80,7 +80,11 @@ def cached(base: Path) -> list[CachedFolder]:
     Returns:
         Its folders, by name.
     """
-    names = {load_cell(name).fingerprint: name for name in cell_names()}
+    names = {
+        cell.fingerprint: f"{name}, arm {arm}" if arm else name
+        for name in cell_names()
+        for arm, cell in load_workcell(name).arms.items()
+    }
     found = []
     for folder in sorted(path for path in base.glob("*") if path.is_dir()):
         sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+from collections.abc import Callable
 from dataclasses import astuple
 from functools import lru_cache
 from pathlib import Path
@@ -44,12 +45,13 @@ from pickcli.scene.scene_schema import CloudModel, HeldModel, SceneModel, SceneP
 _UNIT_TOLERANCE = 1e-3  # of a quaternion's length; it is normalised then
 
 
-def read_scene(path: Path, cell: Cell | None = None) -> Scene:
+def read_scene(path: Path, cell: Cell | None = None, load: Callable[[str], Cell] = load_cell) -> Scene:
     """Read a scene file.
 
     Args:
         path: The file.
         cell: The scene's cell; loaded by its name if None.
+        load: Who loads a cell by its name.
 
     Returns:
         The scene.
@@ -60,11 +62,11 @@ def read_scene(path: Path, cell: Cell | None = None) -> Scene:
     """
     source = read_yaml(Path(path), SCENE, is_json=True)  # so that every value has a line and a column
     model = validate(source, SceneModel)
-    cell = cell or load_cell(model.cell.name)
-    if model.cell.fingerprint != cell.fingerprint:
+    cell = cell or load(model.cell.name)
+    if model.cell.fingerprint != cell.scene_fingerprint:
         raise StaleError(
             f"{path}: made for cell {model.cell.name} {model.cell.fingerprint}, but this is "
-            f"{cell.name} {cell.fingerprint}; {_remade(cell)}"
+            f"{cell.name} {cell.scene_fingerprint}; {_remade(cell)}"
         )
     check_names(source, model, cell)
     scene = Scene(
@@ -220,7 +222,7 @@ def _to_text(scene: Scene, folder: Path) -> str:
     head: dict[str, Any] = {
         "format": "apc scene",
         "version": 1,
-        "cell": {"name": scene.cell.name, "fingerprint": scene.cell.fingerprint},
+        "cell": {"name": scene.cell.name, "fingerprint": scene.cell.scene_fingerprint},
         "T_world_pod": _pose_values(scene.T_world_pod),
         "pod_error": dataclasses.asdict(scene.pod_error),
         "noise": {"position": scene.noise.position, "angle": scene.noise.angle},

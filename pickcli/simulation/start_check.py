@@ -9,7 +9,7 @@ import numpy as np
 from pickcli.cell.tool import MOVING
 from pickcli.errors import InputError, StaleError
 from pickcli.kinematics.continuous_joints import turned_towards
-from pickcli.motion.plan import Plan
+from pickcli.motion.plan import Plan, other_arm_elsewhere
 from pickcli.simulation.world import World
 
 START_TOLERANCE = 0.01  # rad or m, per joint, between the robot and the plan's first point
@@ -60,11 +60,13 @@ def check_start(plan: Plan, world: World) -> None:
         world: The world.
 
     Raises:
-        StaleError: If the plan is for another cell.
+        StaleError: If the plan is for another cell, or another arm stands elsewhere than it was made for.
         StartError: If the robot is not where the plan begins.
         InputError: If the tool is in another state than the plan begins with.
     """
     cell = world.scene.cell
+    if why := other_arm_elsewhere(plan, cell):
+        raise StaleError(f"the plan was {why}")
     if plan.cell_fingerprint != cell.fingerprint:
         raise StaleError(
             f"the plan is for the cell {plan.cell_fingerprint[:12]}, this one is "

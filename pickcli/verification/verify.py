@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from pickcli.errors import Reason, RejectedError, StaleError
-from pickcli.motion.plan import Certificate, Plan
+from pickcli.motion.plan import Certificate, Plan, other_arm_elsewhere
 from pickcli.motion.plan_file import motion_hash
 from pickcli.motion.trajectory import Trajectory
 from pickcli.scene.scene import Scene
@@ -162,6 +162,8 @@ def certify(plan: Plan, scene: Scene) -> Plan:
 
 def _same_world(plan: Plan, scene: Scene) -> str:
     """The scene's hash, if cell and scene are those of the plan."""
+    if why := other_arm_elsewhere(plan, scene.cell):
+        raise StaleError(f"the plan was {why}")
     digest = scene_hash(scene)
     pairs = (("cell", plan.cell_fingerprint, scene.cell.fingerprint), ("scene", plan.scene_hash, digest))
     for name, made_for, here in pairs:

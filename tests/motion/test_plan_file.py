@@ -94,6 +94,7 @@ def test_a_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, seed: i
 
 
 def test_every_field_of_a_plan_is_in_its_file(plan: Plan) -> None:
+    plan = replace(plan, arm="left")
     data = plan_to_dict(plan)
     assert plan.grasp is not None and plan.certificate is not None
     event, written = plan.events[0], data["events"][0]

@@ -1,0 +1,196 @@
+"""What a cell file says of several arms: which joints, configurations and devices are whose."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, fields, replace
+
+from pickcli.cell.cell_schema import CellModel, GripperModel, SuctionModel
+from pickcli.cell.consistency import check_consistency
+from pickcli.cell.gripper_consistency import check_stroke, finger_joint
+from pickcli.cell.item import Item
+from pickcli.cell.references import refer
+from pickcli.cell.urdf import Urdf
+from pickcli.errors import InputError
+from pickcli.files.yaml_reader import Key, Source
+
+
+@dataclass
+class ArmSource(Source):
+    """A cell file as one of its arms sees it: mistakes are told where the arm stands in the file.
+
+    Attributes:
+        arm: Name of the arm.
+        configurations: Where each of the arm's configurations stands in the file's list.
+        elsewhere: Joints of other arms, which are judged with these.
+    """
+
+    arm: str = ""
+    configurations: tuple[int, ...] = ()
+    elsewhere: frozenset[str] = frozenset()
+
+    def add(self, key: Key, text: str) -> None:
+        """Note a mistake.
+
+        Args:
+            key: Where the value would stand in the file of a cell with this arm alone.
+            text: What is wrong and what to do about it.
+        """
+        if key[:2] == ("robot", "posture") and key[-1] in self.elsewhere:
+            return
+        if key[:2] in (("robot", "joints"), ("robot", "tip")):
+            key = ("arms", self.arm, *key[1:])
+        elif key[:1] == ("tool",):
+            key = ("arms", self.arm, *key)
+        elif key[:1] == ("configurations",) and isinstance(key[1], int):
+            key = ("configurations", self.configurations[key[1]], *key[2:])
+        super().add(key, text)
+
+
+def check_arms(source: Source, model: CellModel) -> None:
+    """Check that every joint and every configuration is of one arm, and that each arm has a place to park.
+
+    Args:
+        source: Collects the mistakes with their places in the file.
+        model: The cell as it stands in the file.
+
+    Raises:
+        InputError: With every mistake.
+    """
+    if model.arms:
+        _check_one_owner(source, model)
+        for name, arm in model.arms.items():
+            own = [c.name for c in model.configurations if c.arm == name]
+            refer(source, ("arms", name, "parked"), f"configuration of arm {name}", arm.parked, own)
+    elif not model.robot.joints:
+        text = "expected the planned joints, base outwards, got nothing; add it, or arms"
+        source.add(("robot", "joints"), text)
+    for key, owner in _owners(model):
+        if owner is not None and not model.arms:
+            source.add(key, "the cell has one arm, which needs no name; leave it out")
+        elif owner is not None:
+            refer(source, key, "arm", owner, list(model.arms))
+        elif model.arms and key[0] == "configurations":
+            source.add(key, f"expected the arm that it is of ({', '.join(model.arms)}), got nothing; add it")
+    source.check()
+
+
+def check_each_arm(source: Source, model: CellModel, robot: Urdf, items: Collection[Item]) -> None:
+    """Check what the parts of a cell file must agree on, for each of its arms.
+
+    Args:
+        source: The file, for places in messages.
+        model: The cell as it stands in the file.
+        robot: Its robot with all tools.
+        items: The items that there are.
+
+    Raises:
+        InputError: With every disagreement.
+    """
+    for name in model.arms:
+        own = tuple(i for i, c in enumerate(model.configurations) if c.arm == name)
+        seen = replace(
+            source_of_arm(source, name),
+            configurations=own,
+            elsewhere=frozenset(_posture_of_others(model, name, robot)),
+        )
+        with suppress(InputError):  # what is wrong with the other arms is told too
+            alone = model_of_arm(model, name, robot)
+            check_consistency(seen, alone, robot)
+            check_stroke(seen, alone, items)
+        source.problems += seen.problems
+    source.check()
+
+
+def source_of_arm(source: Source, arm: str) -> ArmSource:
+    """A cell file as one of its arms sees it, without mistakes so far.
+
+    Args:
+        source: The file.
+        arm: Name of the arm.
+
+    Returns:
+        The same values with the same places.
+    """
+    known = {field.name: getattr(source, field.name) for field in fields(Source)}
+    return ArmSource(**known | {"problems": []}, arm=arm)
+
+
+def model_of_arm(model: CellModel, name: str, robot: Urdf) -> CellModel:
+    """A cell as the file of a cell with one arm alone would have it.
+
+    Args:
+        model: The cell as it stands in the file.
+        name: Of the arm.
+        robot: Its robot with all tools.
+
+    Returns:
+        The cell without ``arms``, the joints of the other ones in ``robot.posture``: all at 0, as where they
+        stand may change.
+    """
+    arm, others = model.arms[name], _posture_of_others(model, name, robot)
+    robot_of_arm = model.robot.model_copy(
+        update={
+            "joints": arm.joints,
+            "tip": arm.tip,
+            "posture": {**model.robot.posture, **others},
+            "motor_forces": {j: f for j, f in model.robot.motor_forces.items() if j not in others},
+        }
+    )
+    return model.model_copy(
+        update={
+            "robot": robot_of_arm,
+            "arms": {},
+            "tool": arm.tool,
+            "joint_limits": {j: limit for j, limit in model.joint_limits.items() if j not in others},
+            "configurations": tuple(c for c in model.configurations if c.arm == name),
+            "devices": {n: device for n, device in model.devices.items() if device.arm in (None, name)},
+        }
+    )
+
+
+def _posture_of_others(model: CellModel, name: str, robot: Urdf) -> dict[str, float]:
+    """The joints of all arms but one and of their tools, at 0."""
+    found = [
+        joint
+        for other, arm in model.arms.items()
+        if other != name
+        for joint in (*arm.joints, *_joints_of_tool(arm.tool, robot))
+    ]
+    return dict.fromkeys((joint for joint in found if joint not in model.arms[name].joints), 0.0)
+
+
+def _joints_of_tool(tool: SuctionModel | GripperModel | None, robot: Urdf) -> tuple[str, ...]:
+    if isinstance(tool, GripperModel):
+        return tuple(finger_joint(robot, link).name for link in tool.fingers)
+    return () if tool is None or tool.joint is None else (tool.joint,)
+
+
+def _check_one_owner(source: Source, model: CellModel) -> None:
+    """What is of one arm is stated with it, and with no other."""
+    for key, is_stated in (
+        (("robot", "joints"), bool(model.robot.joints)),
+        (("robot", "tip"), model.robot.tip is not None),
+        (("tool",), model.tool is not None),
+    ):
+        if is_stated:
+            source.add(key, "is of a cell with one arm; state it under arms, for each of them")
+    owners: dict[str, str] = {}
+    for name, arm in model.arms.items():
+        for joint in arm.joints:
+            owner = owners.setdefault(joint, name)
+            if owner != name:
+                text = f"{joint!r} is a joint of arm {owner} too; one arm moves at a time: leave it out"
+                source.add(("arms", name, "joints"), text)
+    for joint in model.robot.posture.keys() & owners.keys():
+        text = f"is a joint of arm {owners[joint]}; its configurations say where it stands: leave it out"
+        source.add(("robot", "posture", joint), text)
+
+
+def _owners(model: CellModel) -> Iterator[tuple[Key, str | None]]:
+    """Everything that may name an arm, with its place in the file."""
+    for i, configuration in enumerate(model.configurations):
+        yield ("configurations", i, "arm"), configuration.arm
+    for name, device in model.devices.items():
+        yield ("devices", name, "arm"), device.arm

@@ -1,0 +1,166 @@
+"""A cell with all its arms: one moves at a time, the others stand and are obstacles in their real shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pickcli.cell.cell import ArmState, Cell
+from pickcli.cell.fingerprint import digest, fingerprint
+from pickcli.cell.planning_group import planning_group
+from pickcli.cell.urdf import Urdf
+from pickcli.errors import InputError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class Parking:
+    """What a cell states of an arm besides its joints and its tool.
+
+    Attributes:
+        arm: Name of the arm.
+        parked: Name of the configuration in which it stands while another one moves.
+        preference: Among arms that can do a thing, the one with the least does it.
+    """
+
+    arm: str
+    parked: str
+    preference: int
+
+
+@dataclass(frozen=True, eq=False)
+class Workcell:
+    """A cell with all its arms.
+
+    Planner, verifier and stored files know one arm each: the cell of that arm, in which the other ones are
+    links that no joint moves. Where these stand is part of its fingerprint.
+
+    Attributes:
+        arms: The cell of every arm by name, all others parked, the preferred arm first; the only one of a
+            cell without ``arms`` has the name "".
+        parked: Where each arm stands while another one moves, by name; empty where there is only one.
+        preferences: By name of the arm.
+        tree: The robot with all tools.
+        posture: Positions in rad or m of the joints that are of no arm.
+    """
+
+    arms: dict[str, Cell]
+    parked: dict[str, ArmState]
+    preferences: dict[str, int]
+    tree: Urdf
+    posture: Mapping[str, float]
+
+    @classmethod
+    def of(
+        cls, cells: Mapping[str, Cell], arms: Sequence[Parking], tree: Urdf, posture: Mapping[str, float]
+    ) -> Workcell:
+        """Put the cells of several arms together.
+
+        Args:
+            cells: By arm, each with the other arms parked, without fingerprints.
+            arms: What the cell states of each; none for a cell with one arm.
+            tree: The robot with all tools.
+            posture: Positions in rad or m of the joints that are of no arm.
+
+        Returns:
+            The whole.
+        """
+        parked = {arm.arm: _state_in(cells[arm.arm], arm) for arm in arms}
+        preferences = {arm.arm: arm.preference for arm in arms}
+        named = {
+            name: _beside(
+                replace(cell, arm=name),
+                tuple(state for other, state in parked.items() if other != name),
+                cells, tree, posture,
+            )
+            for name, cell in sorted(cells.items(), key=lambda entry: preferences.get(entry[0], 0))
+        }  # fmt: skip
+        prints = {name: fingerprint(cell) for name, cell in named.items()}
+        whole = digest(prints) if arms else ""
+        known = {
+            name: replace(cell, fingerprint=prints[name], parked_fingerprint=whole)
+            for name, cell in named.items()
+        }
+        return cls(known, parked, preferences, tree, posture)
+
+    @property
+    def name(self) -> str:
+        """Of the cell."""
+        return self.preferred.name
+
+    @property
+    def preferred(self) -> Cell:
+        """The cell as the preferred arm sees it."""
+        return next(iter(self.arms.values()))
+
+    def cell(self, arm: str | None = None, standing: Iterable[ArmState] = ()) -> Cell:
+        """The cell as one arm sees it.
+
+        Args:
+            arm: Name of the arm; None in a cell that has only one.
+            standing: Where other arms stand; those that are not named are parked.
+
+        Returns:
+            The cell.
+
+        Raises:
+            InputError: Several arms and none is named, or one arm and one is; or the arm that moves is said
+                to stand somewhere.
+            UnknownNameError: There is no such arm.
+        """
+        name = self.known(arm)
+        stated = {self.known(state.arm): state for state in standing}
+        if name in stated:
+            raise InputError(f"arm {name}: is the one that moves; say only where other arms stand")
+        cell = self.arms[name]
+        if not stated:
+            return cell
+        others = tuple(stated.get(state.arm, state) for state in cell.others)
+        moved = _beside(cell, others, self.arms, self.tree, self.posture)
+        return replace(moved, fingerprint=fingerprint(moved))
+
+    def known(self, arm: str | None) -> str:
+        """The name under which an arm is found.
+
+        Args:
+            arm: Name of the arm; None in a cell that has only one.
+
+        Returns:
+            The name; "" for the only arm of a cell.
+
+        Raises:
+            InputError: Several arms and none is named, or one arm and one is.
+            UnknownNameError: There is no such arm.
+        """
+        names = [name for name in self.arms if name]
+        if arm is None:
+            if names:
+                raise InputError(
+                    f"cell {self.name}: has the arms {' and '.join(names)}; say which with --arm NAME"
+                )
+            return ""
+        if not names:
+            raise InputError(f"cell {self.name}: has one arm, which needs no name; leave out {arm!r}")
+        if arm not in names:
+            raise UnknownNameError("arm", arm, names)
+        return arm
+
+
+def _state_in(cell: Cell, arm: Parking) -> ArmState:
+    named = cell.configurations[arm.parked]
+    return ArmState(arm.arm, named.q, named.tool_state)
+
+
+def _beside(
+    cell: Cell, others: tuple[ArmState, ...], cells: Mapping[str, Cell], tree: Urdf, rest: Mapping[str, float]
+) -> Cell:
+    """The cell of an arm with the others where they are said to stand; its fingerprint is left as it is."""
+    if not others:
+        return cell
+    posture = dict(rest)
+    for state in others:
+        own = cells[state.arm].robot
+        posture |= dict(zip(own.joint_names, state.q.tolist(), strict=True))
+        posture |= {joint: own.tool.joint_position(joint, state.tool_state) for joint in own.tool.joints}
+    moving = [*cell.robot.joint_names, *cell.robot.tool.joints]
+    links, joints = planning_group(tree, cell.robot.tool.cup_link, moving, posture)
+    return replace(cell, robot=replace(cell.robot, links=links, joints=joints), others=others)

@@ -1,0 +1,192 @@
+"""--arm and --standing of the commands that work with one arm of a cell, and the cell as that arm sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from pickcli.errors import InputError, StaleError
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import ArmState, Cell
+    from pickcli.cell.workcell import Workcell
+    from pickcli.motion.plan import Plan
+    from pickcli.planning.start_state import Start
+    from pickcli.scene.scene import Scene
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+ONLY_ARM = "the cell's only arm"
+
+
+def arm_option(default: str = ONLY_ARM) -> Callable[[F], F]:
+    """Give a command the option --arm NAME.
+
+    Args:
+        default: Which arm it is where none is named.
+
+    Returns:
+        A decorator that adds the option.
+    """
+    return click.option("--arm", metavar="NAME", help=f"Arm of the cell that moves.  [default: {default}]")
+
+
+def standing_option(function: F) -> F:
+    """Give a command the option --standing ARM=NAME|q.
+
+    Args:
+        function: The command.
+
+    Returns:
+        The command with the option.
+    """
+    return click.option(
+        "--standing", metavar="ARM=NAME|q", multiple=True,
+        help="Where another arm stands; once for each.  [default: parked]",
+    )(function)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ArmRequest:
+    """What the command line says of the arms of a cell.
+
+    Attributes:
+        arm: The arm that moves; None where nothing is said.
+        standing: Where other arms stand, as ``ARM=NAME|q``.
+        configurations: Named configurations that the arm must have, which tell it where nothing is said.
+        is_of_plan: Whether the arm is that of a plan, which a cell without it makes stale.
+    """
+
+    arm: str | None = None
+    standing: tuple[str, ...] = ()
+    configurations: tuple[str, ...] = ()
+    is_of_plan: bool = False
+
+    @classmethod
+    def of_plan(cls, plan: Plan, standing: Sequence[str]) -> ArmRequest:
+        """The request to see a cell as the arm of a plan does.
+
+        Args:
+            plan: The plan.
+            standing: Where other arms stand, as ``ARM=NAME|q``.
+
+        Returns:
+            The request.
+        """
+        return cls(plan.arm or None, tuple(standing), is_of_plan=True)
+
+    def cell_of(self, workcell: Workcell) -> Cell:
+        """The cell as the arm sees it.
+
+        Args:
+            workcell: The cell with all its arms.
+
+        Returns:
+            The cell.
+
+        Raises:
+            InputError: No arm is named where there are several, or what stands for an arm is wrong.
+            StaleError: The plan is of an arm that the cell does not have.
+        """
+        if self.is_of_plan and (self.arm or "") not in workcell.arms:
+            made_for = f"arm {self.arm}" if self.arm else "a cell with one arm"
+            has = f"the arms {', '.join(workcell.arms)}" if workcell.parked else "one arm"
+            raise StaleError(
+                f"the plan was made for {made_for}, cell {workcell.name} has {has}; plan it anew"
+            )
+        return workcell.cell(self._arm_of(workcell), [_state(workcell, text) for text in self.standing])
+
+    def _arm_of(self, workcell: Workcell) -> str | None:
+        """The arm that is named, else the preferred one of those that have all the configurations."""
+        if self.arm is not None or not self.configurations:
+            return self.arm
+        named = {name for cell in workcell.arms.values() for name in cell.configurations}
+        asked = named.intersection(self.configurations)
+        if not asked:
+            return None
+        own = [arm for arm, cell in workcell.arms.items() if asked <= cell.configurations.keys()]
+        if not own:
+            raise InputError(f"no arm of the cell has {' and '.join(sorted(asked))}; name two of one arm")
+        return own[0] or None
+
+
+def open_cell(name: str, request: ArmRequest) -> Cell:
+    """Load a cell as the arm that is asked for sees it.
+
+    Args:
+        name: Name under data/cells, or path of the cell.
+        request: What the command line says of its arms.
+
+    Returns:
+        The cell.
+
+    Raises:
+        InputError: The cell cannot be read, or the request does not fit it.
+    """
+    from pickcli.cell.cell_file import load_workcell
+
+    return request.cell_of(load_workcell(name))
+
+
+def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:
+    """Refuse a plan of an arm, or without one, for a cell that is otherwise.
+
+    Args:
+        plan: The plan.
+        path: Its file.
+        scene_cell: The cell as the arm of the plan sees it.
+
+    Raises:
+        StaleError: Another arm stands elsewhere than when the plan was made.
+    """
+    from pickcli.motion.plan import other_arm_elsewhere
+
+    if why := other_arm_elsewhere(plan, scene_cell):
+        raise StaleError(f"{path}: {why}")
+
+
+def refuse_standing(scene: Scene, start: Start) -> None:
+    """Refuse a scene in which another arm stands where it cannot.
+
+    Args:
+        scene: The scene.
+        start: Where the arm stands that moves.
+
+    Raises:
+        InputError: Another arm touches something, or itself, or the arm that moves.
+    """
+    from pickcli.cell.cell import ArmState
+    from pickcli.cell.cell_file import load_workcell
+    from pickcli.collision.checker import SceneChecker
+    from pickcli.collision.robot_model import CollisionModel
+
+    cell = scene.cell
+    if not cell.others:
+        return
+    workcell = load_workcell(cell.path)
+    states = (ArmState(cell.arm, start.q, start.tool_state), *cell.others)
+    for state in cell.others:
+        seen = workcell.cell(state.arm, [each for each in states if each.arm != state.arm])
+        checker = SceneChecker(CollisionModel(seen), replace(scene, cell=seen), state.tool_state)
+        if not checker.is_valid(state.q):
+            raise InputError(
+                f"arm {state.arm} cannot stand at {state}: {checker.explain(state.q)}; name another "
+                "configuration with --standing, or park it elsewhere in the cell"
+            )
+
+
+def _state(workcell: Workcell, text: str) -> ArmState:
+    """Where an arm stands, from the command line."""
+    from pickcli.cell.cell import ArmState
+    from pickcli.commands.planner import parse_configuration
+
+    arm, equals, configuration = text.partition("=")
+    if not equals:
+        raise InputError(f"--standing {text!r}: expected ARM=NAME or ARM=q, e.g. right=home; correct it")
+    cell = workcell.arms[workcell.known(arm)]
+    q, tool_state = parse_configuration(cell, configuration)
+    return ArmState(arm, q, tool_state or cell.robot.tool.default_state)

@@ -1,0 +1,101 @@
+"""``apc inspect CELL``: what a cell is made of, and where its arms cannot stand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pickcli.commands.arm_options import ArmRequest
+from pickcli.commands.scene_options import allowed
+
+if TYPE_CHECKING:
+    from pickcli.cell.cell import Cell
+    from pickcli.cell.tool import Tool
+
+
+def cell_summary(path: Path, arms: ArmRequest) -> dict[str, Any]:
+    """Sum up a cell as one arm sees it; of several, none of them named, each by itself.
+
+    Args:
+        path: Name, folder or file of the cell.
+        arms: What the command line says of its arms.
+
+    Returns:
+        JSON values by name.
+
+    Raises:
+        InputError: The cell cannot be read.
+    """
+    from pickcli.cell.cell_file import load_workcell
+
+    workcell = load_workcell(path)
+    if arms != ArmRequest() or not workcell.parked:
+        return _of_one_arm(arms.cell_of(workcell))
+    each = {name: _of_one_arm(cell) for name, cell in workcell.arms.items()}
+    common = {k: v for k, v in each[workcell.preferred.arm].items() if all(o[k] == v for o in each.values())}
+    own = {
+        name: {
+            "preference": workcell.preferences[name],
+            "parked": str(workcell.parked[name]),
+            **{key: value for key, value in told.items() if key not in common},
+        }
+        for name, told in each.items()
+    }
+    return {**common, "arms": own}
+
+
+def _of_one_arm(cell: Cell) -> dict[str, Any]:
+    from pickcli.precompute.empty_cell_checkers import why_not_free
+
+    robot = cell.robot
+    by_kind: dict[str, list[str]] = {}
+    for configuration in cell.configurations.values():
+        by_kind.setdefault(configuration.kind, []).append(configuration.name)
+    return {
+        "format": "apc cell",
+        "name": cell.name,
+        "path": str(cell.path),
+        "fingerprint": cell.fingerprint,
+        "robot": robot.name,
+        "joints": list(robot.joint_names),
+        "links": len(robot.links),
+        "link_shapes": sum(len(link.shapes) for link in robot.links),
+        "tool": _tool(robot.tool),
+        "spheres": _spheres(cell),
+        "bins": list(cell.pod.bins),
+        "pod_may_be_off_by": allowed(cell),
+        "bodies": {
+            "pod": len(cell.pod.bodies),
+            "tote": len(cell.tote_bodies),
+            "obstacles": len(cell.obstacles.bodies),
+        },
+        "devices": {d.name: f"{d.kind}, lead {d.lead} s" for d in cell.devices.values()},
+        "configurations": by_kind,
+        "not_free": why_not_free(cell),
+        "allowed_pairs": {f"{p.a} - {p.b}": p.reason for p in cell.allowed_pairs},
+        "items": len(cell.items),
+        "speed_scale": cell.speed_scale,
+        "max_tool_speed": cell.max_tool_speed,
+        "clearance_m": cell.clearance,
+    }
+
+
+def _tool(tool: Tool) -> dict[str, Any]:
+    """Which kind of tool there is, and its states: positions of its joint, or widths between its pads."""
+    kind = "suction cup" if tool.suction_cup is not None else "none" if tool.gripper is None else "gripper"
+    return {"kind": kind, **{f"state {state}": position for state, position in tool.positions.items()}}
+
+
+def _spheres(cell: Cell) -> dict[str, dict[str, Any]]:
+    """By link that moves: its spheres, and how far they stick out of its shapes."""
+    from pickcli.collision.robot_model import CollisionModel
+    from pickcli.robot_setup.sphere_excess import sphere_excess
+
+    return {
+        each.link: {
+            "count": each.n_spheres,
+            "mean_excess_m": round(each.mean_excess, 5),
+            "max_excess_m": round(each.max_excess, 5),
+        }
+        for each in sphere_excess(cell, CollisionModel(cell))
+    }
