@@ -75,7 +75,7 @@ LOCK := $(LOCKER)/bin/uv pip compile pyproject.toml --quiet --generate-hashes --
 	--custom-compile-command "make lock" --python-version 3.11 --python-platform x86_64-manylinux_2_28
 
 lock: $(LOCKER)/bin/uv
-	$(LOCK) --extra cluster --output-file requirements.lock
+	$(LOCK) --extra all --output-file requirements.lock
 	$(LOCK) --extra dev --constraint requirements.lock --output-file requirements-dev.lock
 
 $(LOCKER)/bin/uv:

@@ -36,6 +36,20 @@ class InputError(ApcError):
     exit_code = 3
 
 
+def not_installed(package: str, extra: str, purpose: str) -> InputError:
+    """The error of an extra that is missing.
+
+    Args:
+        package: What cannot be imported.
+        extra: Name of the extra that installs it.
+        purpose: What it is needed for.
+
+    Returns:
+        The error, to be raised.
+    """
+    return InputError(f"{purpose} needs {package}; install it with: pip install 'apc-pick[{extra}]'")
+
+
 MAX_NAME = 60  # characters of an unknown name that are compared and repeated
 MAX_PATH = 300  # characters of a name that may be a path
 MAX_KNOWN = 16  # names that are listed where none is like the one given

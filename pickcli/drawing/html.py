@@ -6,11 +6,16 @@ import html
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from pickcli.drawing.picture import Colour, Coverage, Picture
+from pickcli.errors import not_installed
 from pickcli.geometry import Array
+
+try:
+    import plotly.graph_objects as go
+    from plotly.subplots import make_subplots
+except ImportError:
+    raise not_installed("plotly", "view", "a page in .html") from None
 
 _SEEN = {Colour.POD: 0.12, Colour.TOTE: 0.35, Colour.OBSTACLE: 0.12, Colour.ARM: 0.3}  # opacity
 

@@ -5,15 +5,20 @@ from __future__ import annotations
 import io
 from typing import Any
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from pickcli.drawing.picture import Colour, Coverage, DrawnNode, Picture
+from pickcli.errors import not_installed
 from pickcli.geometry import Array
+
+try:
+    import matplotlib
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patheffects import withStroke
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+except ImportError:
+    raise not_installed("matplotlib", "view", "a picture in .png") from None
 
 _SIZE, _DPI = (18.0, 10.0), 110  # inches
 _SEEN = {Colour.POD: 0.05, Colour.TOTE: 0.16, Colour.OBSTACLE: 0.07, Colour.ARM: 0.1}  # opacity

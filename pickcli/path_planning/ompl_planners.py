@@ -12,13 +12,18 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from ompl import base, geometric, util
 
 from pickcli.collision.motion_validator import MotionValidator
+from pickcli.errors import not_installed
 from pickcli.geometry import Array
 from pickcli.path_planning.planner_names import PlannerName
 from pickcli.path_planning.planner_options import PlannerOptions
 from pickcli.path_planning.state_space import JointSpace
+
+try:
+    from ompl import base, geometric, util
+except ImportError:
+    raise not_installed("ompl", "plan-offline", "building of roadmaps, and the planners of OMPL,") from None
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 

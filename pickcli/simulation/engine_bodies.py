@@ -15,6 +15,7 @@ import numpy as np
 
 from pickcli.cell.item import Item
 from pickcli.cell.shapes import Body, Shape, ShapeKind
+from pickcli.errors import not_installed
 from pickcli.geometry import GRAVITY, Array, to_quaternion
 
 SOLVER_ITERATIONS = 50
@@ -50,8 +51,11 @@ def _quiet() -> Iterator[None]:
         os.close(null)
 
 
-with _quiet():
-    import pybullet as pybullet  # the one place that imports it
+try:
+    with _quiet():
+        import pybullet as pybullet  # the one place that imports it
+except ImportError:
+    raise not_installed("pybullet", "sim", "simulation, also where items are put to rest,") from None
 
 p = pybullet
 
