@@ -1,0 +1,54 @@
+"""Without an extra, a command that needs it says in one sentence how to get it; all others go on."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.bare_robot import write_bare_robot
+
+PROGRAM = """
+import sys
+sys.modules.update(dict.fromkeys(sys.argv.pop(1).split(",")))  # None: importing it fails
+from pickcli.commands.main import main
+main()
+"""
+NONE = "pybullet,ompl,matplotlib,plotly,distributed,xacro"
+
+
+def without(packages: str, *argv: object) -> subprocess.CompletedProcess[str]:
+    words = [sys.executable, "-c", PROGRAM, packages, *map(str, argv)]
+    return subprocess.run(words, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    ("package", "extra", "words"),
+    [
+        ("pybullet", "sim", ("make-scene", "jsk_pick_sample", "-o", "x.json")),
+        ("pybullet", "sim", ("run-trial", "jsk_pick_sample", "-o", "x")),
+        ("matplotlib", "view", ("inspect", "apc2016_delft", "--plot", "x.png")),
+        ("plotly", "view", ("inspect", "apc2016_delft", "--plot", "x.html")),
+        ("ompl", "plan-offline", ("build-roadmap", "-o", "x.h5", "--jobs", "1")),
+    ],
+)
+def test_the_extra_that_is_missing_is_named(
+    package: str, extra: str, words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = without(package, *words)
+    assert done.returncode == 3, done.stderr
+    assert f"needs {package}; install it with: pip install 'apc-pick[{extra}]'" in done.stderr
+    assert "Traceback" not in done.stderr and done.stdout == ""
+    assert not (tmp_path / words[-1]).exists()
+
+
+def test_moves_are_planned_and_verified_without_any_extra(tmp_path: Path) -> None:
+    cell = write_bare_robot(tmp_path)
+    move = tmp_path / "move.json"
+    assert without(NONE, "check", cell).returncode == 0
+    planned = without(NONE, "plan-move", "--cell", cell, "--from", "home", "--to", "away", "-o", move)
+    assert planned.returncode == 0, planned.stderr
+    assert without(NONE, "verify", move, "--cell", cell).returncode == 0
