@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 
@@ -11,6 +11,7 @@ from pickcli.cell.consistency import check_consistency
 from pickcli.cell.gripper_consistency import check_stroke, finger_joint
 from pickcli.cell.item import Item
 from pickcli.cell.references import refer
+from pickcli.cell.robot_tree import WORLD
 from pickcli.cell.urdf import Urdf
 from pickcli.errors import InputError
 from pickcli.files.yaml_reader import Key, Source
@@ -58,12 +59,13 @@ def check_arms(source: Source, model: CellModel) -> None:
     Raises:
         InputError: With every mistake.
     """
+    _check_robots(source, model)
     if model.arms:
         _check_one_owner(source, model)
         for name, arm in model.arms.items():
             own = [c.name for c in model.configurations if c.arm == name]
             refer(source, ("arms", name, "parked"), f"configuration of arm {name}", arm.parked, own)
-    elif not model.robot.joints:
+    elif not model.robots and not model.robot.joints:
         text = "expected the planned joints, base outwards, got nothing; add it, or arms"
         source.add(("robot", "joints"), text)
     for key, owner in _owners(model):
@@ -186,6 +188,41 @@ def _check_one_owner(source: Source, model: CellModel) -> None:
     for joint in model.robot.posture.keys() & owners.keys():
         text = f"is a joint of arm {owners[joint]}; its configurations say where it stands: leave it out"
         source.add(("robot", "posture", joint), text)
+
+
+def _check_robots(source: Source, model: CellModel) -> None:
+    """One robot is stated under robot, several under robots, each with its arms."""
+    own = {"urdf": model.robot.urdf, "T_world_base": model.robot.T_world_base, "srdf": model.robot.srdf}
+    for key, value in own.items():
+        if model.robots and value is not None:
+            source.add(("robot", key), "is of a cell with one robot; state it under robots, for each of them")
+        elif not model.robots and value is None and key != "srdf":
+            what = "the URDF's path" if key == "urdf" else "where the root link stands"
+            source.add(("robot", key), f"expected {what}, got nothing; add it, or robots")
+    if model.robots and not model.arms:
+        source.add(("robots",), "the joints of several robots are those of several arms; add arms")
+
+
+def check_side_by_side(source: Source, robots: Mapping[str, Urdf]) -> None:
+    """Check that no two robots of a cell have a link or a joint of the same name.
+
+    Args:
+        source: The file, for places in messages.
+        robots: By name, under the names that the cell gives their links and joints.
+
+    Raises:
+        InputError: With every robot that has a name of another one.
+    """
+    owners: dict[str, str] = {f"link {WORLD!r}": "the cell"}
+    for name, robot in robots.items():
+        names = [f"link {link!r}" for link in robot.links]
+        names += [f"joint {joint.name!r}" for joint in robot.joints.values()]
+        twice = next((each for each in names if each in owners), None)
+        if twice is not None:
+            text = f"{twice} is one of {owners[twice]} too; give it a prefix"
+            source.add(("robots", name), text)
+        owners |= dict.fromkeys(names, f"robot {name}")
+    source.check()
 
 
 def _owners(model: CellModel) -> Iterator[tuple[Key, str | None]]:

@@ -8,7 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from pickcli.cell.arm_consistency import check_arms, check_each_arm, model_of_arm, source_of_arm
+from pickcli.cell.arm_consistency import (
+    check_arms,
+    check_each_arm,
+    check_side_by_side,
+    model_of_arm,
+    source_of_arm,
+)
 from pickcli.cell.cell import AllowedPair, Cell, NamedConfiguration
 from pickcli.cell.cell_schema import (
     BoundsModel,
@@ -32,6 +38,7 @@ from pickcli.cell.pinch_limits import PinchLimits
 from pickcli.cell.planning_group import mounted, planning_group, stripped, with_tip
 from pickcli.cell.pod import build_pod
 from pickcli.cell.robot import Joint, JointType, Limits, Robot, joint_motion
+from pickcli.cell.robot_tree import prefixed, side_by_side
 from pickcli.cell.shapes import Body, box
 from pickcli.cell.srdf import read_srdf
 from pickcli.cell.station import NO_POD, Obstacles
@@ -44,6 +51,8 @@ from pickcli.files.file_kind import CELL
 from pickcli.files.schema import validate
 from pickcli.files.yaml_reader import Key, Source, read_yaml
 from pickcli.geometry import Array, pose
+
+CELL_FILE = "cell.yaml"
 
 # What version 1 called otherwise, and what version 2 calls it.
 RENAMED = (
@@ -183,7 +192,7 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
     """The robot of a cell with its tools, without what is not there; limits may be of what is not."""
     folder = source.path.parent
     packages = {name: folder / path for name, path in model.robot.packages.items()}
-    robot = read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf), folder, packages)
+    robot = _whole(source, model, packages)
     tools = {
         key: (stated, _urdf_of_tool(source, key, stated, packages)) for key, stated in _stated_tools(model)
     }
@@ -200,6 +209,18 @@ def _urdf(source: Source, model: CellModel, limits: Source | None) -> Urdf:
             check_hand(source if key == ("tool",) else source_of_arm(source, str(key[1])), stated, robot)
             robot = with_tip(robot, stated.hand_link, stated.cup_link, _pose(stated.T_hand_tip))
     return robot
+
+
+def _whole(source: Source, model: CellModel, packages: dict[str, Path]) -> Urdf:
+    """All robots of a cell as one tree; the only one as it is."""
+    folder, parts = source.path.parent, dict[str, tuple[Urdf, Array]]()
+    for name, stated in model.robots.items():
+        urdf = read_urdf(_inside(source, ("robots", name, "urdf"), stated.urdf), folder, packages)
+        parts[name] = prefixed(urdf, stated.prefix), _pose(stated.T_world_base)
+    if not parts:
+        return read_urdf(_inside(source, ("robot", "urdf"), model.robot.urdf or ""), folder, packages)
+    check_side_by_side(source, {name: urdf for name, (urdf, _) in parts.items()})
+    return side_by_side(model.name, parts)
 
 
 def _stated_tools(model: CellModel) -> Iterator[tuple[Key, SuctionModel | GripperModel]]:
@@ -233,15 +254,17 @@ def _inside(source: Source, key: Key, name: str) -> Path:
 
 
 def _disabled(source: Source, model: CellModel, urdf: Urdf) -> list[AllowedPair]:
-    """The pairs that the SRDF exempts, as far as their links are there."""
-    if model.robot.srdf is None:
-        return []
-    srdf = read_srdf(_inside(source, ("robot", "srdf"), model.robot.srdf))
-    return [
-        AllowedPair(pair.a, pair.b, f"disabled in the SRDF: {pair.reason}")
-        for pair in srdf.disabled
-        if {pair.a, pair.b} <= urdf.links.keys()
+    """The pairs that SRDFs exempt, as far as their links are there."""
+    stated: list[tuple[Key, str | None, str]] = [
+        (("robots", name, "srdf"), each.srdf, each.prefix) for name, each in model.robots.items()
     ]
+    found = []
+    for key, path, prefix in stated or [(("robot", "srdf"), model.robot.srdf, "")]:
+        for pair in () if path is None else read_srdf(_inside(source, key, path)).disabled:
+            a, b = prefix + pair.a, prefix + pair.b
+            if {a, b} <= urdf.links.keys():
+                found.append(AllowedPair(a, b, f"disabled in the SRDF: {pair.reason}"))
+    return found
 
 
 def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
@@ -249,8 +272,8 @@ def _robot(folder: Path, model: CellModel, urdf: Urdf, tool: Tool) -> Robot:
     links, joints = planning_group(urdf, tool.cup_link, moving, model.robot.posture)
     return Robot(
         name=urdf.name,
-        urdf=folder / model.robot.urdf,
-        T_world_base=_pose(model.robot.T_world_base),
+        urdf=folder / (model.robot.urdf or CELL_FILE),
+        T_world_base=np.eye(4) if model.robot.T_world_base is None else _pose(model.robot.T_world_base),
         links=links,
         joints=joints,
         joint_names=model.robot.joints,

@@ -66,14 +66,14 @@ class BoundsModel(FileModel):
 class RobotModel(FileModel):
     """Which URDF, where it stands, which joints are planned."""
 
-    urdf: FilePath = Field(description="the URDF's path, from this file's folder")
+    urdf: FilePath | None = Field(None, description="the URDF's path, where there is one robot")
     srdf: FilePath | None = Field(
         None, description="the SRDF's path: its disabled collisions are allowed pairs"
     )
     packages: Annotated[dict[Text, FilePath], Len(0, 100)] = Field(
         {}, description="folders by the name that package:// calls them in the URDF"
     )
-    T_world_base: PoseModel = Field(description="where the root link stands")
+    T_world_base: PoseModel | None = Field(None, description="where the root link stands")
     joints: Joints = Field((), description="the planned joints, base outwards, where there is one arm")
     tip: Text | None = Field(None, description="the last link of the chain, where the cell has no tool")
     posture: Annotated[dict[Text, Number], Len(0, MAX_LINKS)] = Field(
@@ -89,6 +89,19 @@ class RobotModel(FileModel):
         None, description="a ROS joint_limits.yaml, from this file's folder"
     )
     motor_forces: dict[Text, Force] = Field(description="N or Nm by joint, for simulation")
+
+
+class PlacedRobotModel(FileModel):
+    """One of several robots: its URDF, the names of what is in it, where it stands."""
+
+    urdf: FilePath = Field(description="the URDF's path, from this file's folder")
+    srdf: FilePath | None = Field(
+        None, description="the SRDF's path: its disabled collisions are allowed pairs"
+    )
+    prefix: Annotated[str, Field(max_length=50, pattern=r"^[A-Za-z0-9_]*$")] = Field(
+        "", description="what the cell puts before the names of its links and joints"
+    )
+    T_world_base: PoseModel = Field(description="where its root link stands")
 
 
 class JointLimitModel(FileModel):
@@ -320,7 +333,10 @@ class CellModel(FileModel):
     format: Literal["apc cell"] = Field(description="'apc cell'")
     version: Literal[2] = Field(description="2, the only version that is read")
     name: Name = Field(description="the cell's name")
-    robot: RobotModel = Field(description="the robot")
+    robot: RobotModel = Field(description="the robot, or what all of several have in common")
+    robots: Annotated[dict[Name, PlacedRobotModel], Len(0, MAX_ARMS)] = Field(
+        {}, description="the robots by name, where there are several"
+    )
     joint_limits: dict[Text, JointLimitModel] = Field(description="limits by planned joint")
     speed_scale: Annotated[float, Field(gt=0, le=1)] = Field(description="a factor in (0, 1]")
     clearance: Annotated[float, Field(ge=0, le=0.1)] = Field(description="m")

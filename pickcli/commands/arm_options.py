@@ -98,7 +98,10 @@ class ArmRequest:
             raise StaleError(
                 f"the plan was made for {made_for}, cell {workcell.name} has {has}; plan it anew"
             )
-        return workcell.cell(self._arm_of(workcell), [_state(workcell, text) for text in self.standing])
+        arm, states = self._arm_of(workcell), [_state(workcell, text) for text in self.standing]
+        if self.arm is None:  # whichever moves stands where it starts
+            states = [state for state in states if state.arm != arm]
+        return workcell.cell(arm, states)
 
     def _arm_of(self, workcell: Workcell) -> str | None:
         """The arm that is named, else the preferred one of those that have all the configurations."""
@@ -130,6 +133,41 @@ def open_cell(name: str, request: ArmRequest) -> Cell:
     from pickcli.cell.cell_file import load_workcell
 
     return request.cell_of(load_workcell(name))
+
+
+def seen_by_others(scene: Scene, request: ArmRequest) -> list[Scene]:
+    """A scene as other arms see it that could do what is asked for, where no arm is named.
+
+    Args:
+        scene: The scene as the arm sees it that follows from the request.
+        request: What the command line says of its arms.
+
+    Returns:
+        The scene of every other arm that has the configurations that are named; none where an arm is named.
+    """
+    from pickcli.cell.cell_file import load_workcell
+
+    if request.arm is not None or not scene.cell.others:
+        return []
+    workcell = load_workcell(scene.cell.path)
+    names = [state.arm for state in scene.cell.others]
+    able = [n for n in names if workcell.arms[n].configurations.keys() >= set(request.configurations)]
+    standing = {n: tuple(s for s in request.standing if s.partition("=")[0] != n) for n in able}
+    return [replace(scene, cell=ArmRequest(n, standing[n]).cell_of(workcell)) for n in able]
+
+
+def preferences_of(cell: Cell) -> dict[str, int]:
+    """The preferences that a cell states for its arms.
+
+    Args:
+        cell: The cell as one of them sees it.
+
+    Returns:
+        By name of the arm.
+    """
+    from pickcli.cell.cell_file import load_workcell
+
+    return load_workcell(cell.path).preferences
 
 
 def refuse_arm_mismatch(plan: Plan, path: Path, scene_cell: Cell) -> None:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pickcli.commands.arm_options import ArmRequest, arm_option, refuse_standing, standing_option
+from pickcli.commands.arm_options import (
+    ArmRequest,
+    arm_option,
+    preferences_of,
+    refuse_standing,
+    seen_by_others,
+    standing_option,
+)
 from pickcli.commands.command import Command
 from pickcli.commands.experience_session import experience_session, learn_option
 from pickcli.commands.logs import stage
@@ -24,6 +33,9 @@ from pickcli.commands.planner import (
 from pickcli.commands.scene_options import open_scene, refuse_held, scene_options
 
 if TYPE_CHECKING:
+    from pickcli.motion.plan import Plan
+    from pickcli.planning.arm_choice import ArmSuitability
+    from pickcli.planning.pick_problem import PickQuery
     from pickcli.scene.scene import Scene
 
 
@@ -46,7 +58,7 @@ if TYPE_CHECKING:
 @click.option("--neighbours", type=click.Choice(["avoid", "ignore"], case_sensitive=False), default="avoid",
               show_default=True,
               help="avoid other items in the bin (Delft), or ignore them (KTH).")  # fmt: skip
-@arm_option()
+@arm_option("the preferred one of those that hold and reach the item")
 @standing_option
 @verify_option
 @artifact_options
@@ -69,26 +81,89 @@ def command(
     Example:
       apc plan-pick --scene scene.json --bin bin_A --item kleenex_tissue_box -o plan.json
     """
-    from pickcli.planning.pick import plan_pick
     from pickcli.planning.pick_problem import PickQuery
     from pickcli.planning.pick_settings import Neighbours
-    from pickcli.planning.start_state import Start
 
     refuse_output(output, overwrite, scene_path, cell_name, roadmap, trajectories)
-    scene = open_scene(scene_path, cell_name, ArmRequest(arm, standing))
+    arms = ArmRequest(arm, standing, (start,))
+    scene = open_scene(scene_path, cell_name, arms)
     scene.cell.require_places()
     refuse_held(scene, scene_path)
     _refuse_impossible(scene, bin_name, item, into)
-    q, tool_state = parse_configuration(scene.cell, start)
+    query = PickQuery(bin_name, item, into=into, neighbours=Neighbours(neighbours))
+    asked = _PickRequest(query, start, seed, roadmap, trajectories, learn)
+    chosen = _chosen(scene, arms, asked)
+    ranked = chosen.ranked
+
+    def write(plan: Plan, scene: Scene) -> None:
+        deliver(plan, scene, output, not no_verify, as_json, overwrite, ranked)
+
+    _plan_with_first_able(chosen, asked, write)
+
+
+@dataclass(frozen=True)
+class _PickRequest:
+    """What is asked for, whichever arm does it."""
+
+    query: PickQuery
+    start: str
+    seed: int
+    roadmap: Path | None
+    trajectories: Path | None
+    learn: bool
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """Scenes by the arm that sees them, in the order in which they are tried, and why in that order."""
+
+    scenes: dict[str, Scene]
+    ranked: tuple[ArmSuitability, ...] = ()
+
+
+def _chosen(scene: Scene, arms: ArmRequest, asked: _PickRequest) -> _Choice:
+    """The arm that is named or the cell's only one, else all that could be, the best first."""
+    from pickcli.planning.arm_choice import rank_arms
+
+    scenes = {each.cell.arm: each for each in (scene, *seen_by_others(scene, arms))}
+    if len(scenes) == 1:
+        return _Choice(scenes)
+    with stage("choice of the arm"):
+        ranked = rank_arms(list(scenes.values()), preferences_of(scene.cell), asked.query, asked.seed)
+    return _Choice({arm.arm: scenes[arm.arm] for arm in ranked if arm.is_able} or scenes, ranked)
+
+
+def _plan_with_first_able(
+    chosen: _Choice, asked: _PickRequest, write: Callable[[Plan, Scene], None]
+) -> None:  # fmt: skip
+    """Plan with the first arm that finds a plan. Raises NoPlanError with the reasons of all of them."""
+    from pickcli.errors import Failures, NoPlanError
+
+    against = Failures()
+    for scene in chosen.scenes.values():
+        try:
+            _plan_with(scene, asked, write)
+            return
+        except NoPlanError as error:
+            against += Failures(tuple(error.reasons))
+            last = error
+    if len(chosen.scenes) == 1:
+        raise last
+    raise NoPlanError(f"{last.query} with arm {' or '.join(chosen.scenes)}", against)
+
+
+def _plan_with(scene: Scene, asked: _PickRequest, write: Callable[[Plan, Scene], None]) -> None:
+    from pickcli.planning.pick import plan_pick
+    from pickcli.planning.start_state import Start
+
+    q, tool_state = parse_configuration(scene.cell, asked.start)
     with stage("reading of roadmap and trajectories"):
-        planner = load_planner(scene.cell, roadmap, trajectories)
+        planner = load_planner(scene.cell, asked.roadmap, asked.trajectories)
     begin = Start(q, tool_state or scene.cell.robot.tool.default_state)
     refuse_standing(scene, begin)
-    how = Neighbours(neighbours)
-    with experience_session(planner, roadmap, trajectories, learn) as session:
-        query = PickQuery(bin_name, item, into=into, neighbours=how)
-        plan = plan_pick(session.planner, scene, query, begin, seed, session.recorder)
-        deliver(plan, scene, output, not no_verify, as_json, overwrite)
+    with experience_session(planner, asked.roadmap, asked.trajectories, asked.learn) as session:
+        plan = plan_pick(session.planner, scene, asked.query, begin, asked.seed, session.recorder)
+        write(plan, scene)
 
 
 def _refuse_impossible(scene: Scene, bin_name: str, item: str, into: str) -> None:

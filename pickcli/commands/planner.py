@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pickcli.cell.tool import ToolState
     from pickcli.geometry import Array
     from pickcli.motion.plan import Plan
+    from pickcli.planning.arm_choice import ArmSuitability
     from pickcli.planning.planning_context import PlanningContext
     from pickcli.scene.scene import Scene
 
@@ -162,7 +164,8 @@ def certified(plan: Plan, scene: Scene, advice: str, path: Path | None = None) -
 
 
 def deliver(
-    plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool
+    plan: Plan, scene: Scene, output: Path, is_verified: bool, as_json: bool, overwrite: bool,
+    ranked: Sequence[ArmSuitability] = (),
 ) -> None:  # fmt: skip
     """Have a plan verified, write it and print what it is.
 
@@ -173,6 +176,7 @@ def deliver(
         is_verified: Whether the verifier is asked.
         as_json: Whether JSON is printed.
         overwrite: Whether a file that is there may be replaced.
+        ranked: Why this arm does it, where it was chosen: all arms, the best first.
 
     Raises:
         RejectedError: The verifier refuses the plan; nothing is written.
@@ -184,9 +188,10 @@ def deliver(
         plan = certified(plan, scene, _advice(plan, scene.cell))
     write_plan(plan, output, overwrite)
     if as_json:
-        emit_json(plan_summary(plan, output))
+        why = [{**asdict(arm), "against": arm.against and str(arm.against)} for arm in ranked]
+        emit_json({**plan_summary(plan, output), **({"arms_ranked": why} if why else {})})
     else:
-        click.echo(plan_text(plan, output))
+        click.echo("\n".join([*map(str, ranked), plan_text(plan, output)]))
 
 
 def _advice(plan: Plan, cell: Cell) -> str:

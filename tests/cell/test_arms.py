@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from pickcli.cell.workcell import Workcell
 from pickcli.errors import InputError, UnknownNameError
 from pickcli.verification.forward_kinematics import link_poses
 from support.two_arms import content, joints, write_cell, write_two_arms
+from support.two_robots import ASIDE, write_two_robots
+from support.two_robots import content as two_robots
 
 AWAY = np.array([0.7, -0.4, 0.9])
 
@@ -178,3 +181,76 @@ def test_mistakes_of_both_arms_are_told_at_once(tmp_path: Path) -> None:
     write_cell(folder, changed)
     with pytest.raises(InputError, match=r"(?s)joint_limits\.left_yaw.*joint_limits\.right_yaw"):
         load_workcell(folder)
+
+
+ROBOT_MISTAKES: dict[str, tuple[Change, str]] = {
+    "two of a name": (
+        lambda c: c["robots"]["right"].update(prefix="left_"),
+        "robots.right: link 'left_rail_base' is one of robot left too; give it a prefix",
+    ),
+    "one robot and several": (
+        lambda c: c["robot"].update(urdf="robot.urdf"),
+        "robot.urdf: is of a cell with one robot; state it under robots",
+    ),
+    "no arms": (
+        lambda c: c.update(arms={}, configurations=[]),
+        "robots: the joints of several robots are those of several arms; add arms",
+    ),
+    "no file": (
+        lambda c: c["robots"]["left"].update(urdf="robo.urdf"),
+        "robots.left.urdf: 'robo.urdf': no such file in the cell's folder",
+    ),
+    "no place": (
+        lambda c: c["robots"]["left"].pop("T_world_base"),
+        "robots.left.T_world_base: expected where its root link stands, got nothing; add it",
+    ),
+    "unknown key of a tool": (
+        lambda c: c["arms"]["left"]["tool"].update(cup_radios=1),
+        "arms.left.tool.cup_radios: unknown key; did you mean 'cup_radius'?",
+    ),
+    "a figure of a tool": (
+        lambda c: c["arms"]["left"]["tool"].update(cup_radius=-1.0),
+        "arms.left.tool.cup_radius: expected",
+    ),
+    "state of a tool": (
+        lambda c: c["configurations"][0].update(tool_state="stright"),
+        "configurations[0].tool_state: no state of the tool is named 'stright'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ROBOT_MISTAKES)
+def test_a_mistake_about_several_robots_is_told_once(name: str, tmp_path: Path) -> None:
+    change, told = ROBOT_MISTAKES[name]
+    folder, changed = write_two_robots(tmp_path), two_robots()
+    change(changed)
+    (folder / "cell.yaml").write_text(json.dumps(changed, indent=1))
+    with pytest.raises(InputError) as refused:
+        load_workcell(folder)
+    (line,) = str(refused.value).splitlines()
+    assert told in line and line.startswith(f"{folder / 'cell.yaml'}:")
+
+
+def test_a_cell_of_one_robot_says_which_and_where(tmp_path: Path) -> None:
+    folder, changed = write_two_arms(tmp_path), content()
+    changed["robot"].pop("urdf")
+    changed["robot"].pop("T_world_base")
+    write_cell(folder, changed)
+    with pytest.raises(InputError) as refused:
+        load_workcell(folder)
+    for told in ("robot.urdf: expected the URDF's path", "robot.T_world_base: expected where"):
+        assert told in str(refused.value)
+
+
+def test_each_robot_stands_where_the_cell_puts_it(tmp_path: Path) -> None:
+    workcell = load_workcell(write_two_robots(tmp_path))
+    left, right = (poses(workcell.arms[side].robot, np.zeros(8)) for side in ("left", "right"))
+    np.testing.assert_allclose(left["left_cup"] - right["right_cup"], _moved(2 * ASIDE), atol=1e-12)
+    single = poses(load_cell("apc2016_delft").robot, np.zeros(8))
+    np.testing.assert_allclose(left["left_cup"] - single["cup"], _moved(ASIDE), atol=1e-12)
+
+
+def _moved(y: float) -> np.ndarray:
+    T = np.zeros((4, 4))
+    T[1, 3] = y
+    return T

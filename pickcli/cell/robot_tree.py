@@ -1,0 +1,79 @@
+"""Several robots of one cell as one tree: each on its own root link, side by side in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pickcli.cell.robot import Joint, JointType, Link
+from pickcli.cell.urdf import Urdf
+from pickcli.geometry import Array
+
+WORLD = "world"  # the root link that all robots of a cell hang on
+
+
+def prefixed(robot: Urdf, prefix: str) -> Urdf:
+    """A robot with other names, so that two of one kind may stand side by side.
+
+    Args:
+        robot: The robot.
+        prefix: What is put before the name of every link and joint.
+
+    Returns:
+        The robot under the new names.
+    """
+
+    def joint(old: Joint) -> Joint:
+        names = {key: prefix + getattr(old, key) for key in ("name", "parent", "child")}
+        return replace(old, **names)
+
+    return Urdf(
+        name=robot.name,
+        root=prefix + robot.root,
+        links={prefix + name: replace(link, name=prefix + name) for name, link in robot.links.items()},
+        joints={prefix + child: joint(old) for child, old in robot.joints.items()},
+        mimics={
+            prefix + name: replace(mimic, joint=prefix + mimic.joint) for name, mimic in robot.mimics.items()
+        },
+        unshaped={prefix + name: line for name, line in robot.unshaped.items()},
+    )
+
+
+def side_by_side(name: str, robots: Mapping[str, tuple[Urdf, Array]]) -> Urdf:
+    """Several robots as one tree.
+
+    Args:
+        name: Of the whole.
+        robots: By name, each with the pose (4, 4) of its root link in the world; no two have a link or a
+            joint of the same name.
+
+    Returns:
+        The tree, its root a link without a shape in the origin of the world.
+    """
+    parts = [robot for robot, _ in robots.values()]
+    mounts = {
+        robot.root: Joint(
+            name=f"{WORLD}_{robot.root}",
+            type=JointType.FIXED,
+            parent=WORLD,
+            child=robot.root,
+            T_parent_joint=T_world_base,
+            axis=np.array([0.0, 0.0, 1.0]),
+            lower=0.0,
+            upper=0.0,
+        )
+        for robot, T_world_base in robots.values()
+    }
+    return Urdf(
+        name=name,
+        root=WORLD,
+        links={
+            WORLD: Link(WORLD, (), 0.0, np.eye(4)),
+            **{n: link for r in parts for n, link in r.links.items()},
+        },
+        joints={**mounts, **{child: joint for r in parts for child, joint in r.joints.items()}},
+        mimics={n: mimic for r in parts for n, mimic in r.mimics.items()},
+        unshaped={n: line for r in parts for n, line in r.unshaped.items()},
+    )
