@@ -11,6 +11,7 @@ are looked at in between. Bounds of all pairs at once (``broad_phase``) leave fe
 from __future__ import annotations
 
 import heapq
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -63,6 +64,7 @@ class Pair:
     states: States
     reach: Array
     measured: dict[int, float] = field(default_factory=dict)
+    _order: list[int] = field(default_factory=list)  # of the states that were measured
 
     @cached_property
     def travel(self) -> Array:
@@ -87,6 +89,7 @@ class Pair:
             self._place(i)
             slack = self.a.slack + self.b.slack
             self.measured[i] = max(0.0, self.a.solid.distance(self.b.solid) - slack)
+            insort(self._order, i)
         return self.measured[i]
 
     def depth(self, i: int) -> float:
@@ -119,6 +122,23 @@ class Pair:
         """
         way = float(self.travel[j] - self.travel[i])
         return (self.distance(i) + self.distance(j) - way) / 2
+
+    def known(self, i: int, j: int) -> float:
+        """Lower bound of all distances between two states, from what was measured around them.
+
+        Args:
+            i: Index of the one state.
+            j: Index of the other.
+
+        Returns:
+            m; -infinity where nothing was measured.
+        """
+        begin, end = bisect_right(self._order, i), bisect_left(self._order, j)
+        before, after = self._order[max(begin - 1, 0) : begin], self._order[end : end + 1]
+        bounds = [self.measured[k] - float(self.travel[j] - self.travel[k]) for k in before]
+        bounds += [self.measured[k] - float(self.travel[k] - self.travel[i]) for k in after]
+        bounds += [self.bound(k, m) for k in before for m in after]
+        return max(bounds, default=-np.inf)
 
     def finer(self, i: int) -> tuple[float, float]:
         """The smallest distance between a state and the next, measured at more states in between.
@@ -215,8 +235,11 @@ class _Search:
     def run(self) -> Clearance:
         """The smallest clearance, or reasons."""
         while len(self._reasons) < MAX_REASONS and self._has_lower():
-            _, _, pair, i, j, is_measured = heapq.heappop(self._heap)
+            bound, _, pair, i, j, is_measured = heapq.heappop(self._heap)
             if (pair.segment, pair.names) in self._reasons:
+                continue
+            if not is_measured and (known := pair.known(i, j)) > bound:
+                heapq.heappush(self._heap, (known, next(self._ticket), pair, i, j, False))
                 continue
             cuts = (i, (i + j) // 2, j) if is_measured else (i, j)
             for start, end in pairwise(cuts):
@@ -226,14 +249,15 @@ class _Search:
 
     def _has_lower(self) -> bool:
         """Whether the heap's lowest bound is too low to leave it at that; what waits is tightened before."""
-        while not self._heap or self._heap[0][0] >= self._below:
+        while True:
             enough = max(self._needed, min(self._proven, self._smallest - RESOLUTION))
+            lowest = self._heap[0][0] if self._heap else FAR
+            if lowest < min(enough, self._below):
+                return True
             if self._below >= enough:
-                lowest = self._heap[0][0] if self._heap else FAR
                 self._proven = min(self._proven, lowest, self._waiting.bound.min(initial=FAR))
                 return False
             self._tighten(min(enough, max(FIRST_BELOW, self._needed, 2.0 * self._below)))
-        return True
 
     def _tighten(self, below: float) -> None:
         floor = max(FIRST_BELOW, self._needed, self._below + RESOLUTION)

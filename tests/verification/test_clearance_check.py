@@ -24,6 +24,7 @@ from pickcli.verification.clearance_check import (
     check_clearance,
 )
 from pickcli.verification.exemptions import exemptions
+from pickcli.verification.fcl_solids import Solid
 from pickcli.verification.forward_kinematics import link_poses
 from pickcli.verification.held_pose import pose_in_tool
 from pickcli.verification.moving_parts import Fixture, Part, parts, parts_of_segments
@@ -261,6 +262,24 @@ def test_no_distance_between_two_states_is_below_their_bound() -> None:
             assert bound >= min(pair.distance(i), pair.distance(i + n)) - way / 2 - 1e-9
 
 
+def test_what_was_measured_around_a_stretch_bounds_what_lies_in_it() -> None:
+    """From one side as from both; and next to a state that was measured by no more than the pair moves."""
+    pairs, _ = near_pairs()
+    rng = np.random.default_rng(1)
+    for pair in pairs:
+        n = len(pair.states.times)
+        fresh = Pair(pair.segment, pair.a, pair.b, pair.states, pair.reach)
+        assert fresh.known(0, n - 1) == -np.inf
+        for k in sorted(rng.choice(np.arange(n // 4, 3 * n // 4), 5, replace=False).tolist()):
+            fresh.distance(k)
+            for i in rng.integers(n - 1, size=10).tolist():
+                j = int(min(n - 1, i + rng.integers(1, 20)))
+                smallest = min(pair.distance(m) for m in range(i, j + 1))
+                assert fresh.known(i, j) <= smallest + ROUNDING
+            way = pair.travel[k + 1] - pair.travel[k]
+            assert fresh.known(k, k + 1) >= fresh.distance(k) - way - 1e-12
+
+
 def test_a_bound_is_reached_by_what_moves_straight_there_and_back() -> None:
     """No higher bound would hold of all motions: the rail takes the lance straight to the box and back."""
     pairs, plan = near_pairs()
@@ -287,3 +306,22 @@ def test_what_is_looked_at_more_finely_proves_more() -> None:
             assert bound >= smallest - way / FINER - ROUNDING
             assert smallest <= measured + ROUNDING
             assert measured <= min(pair.distance(i), pair.distance(i + 1)) + ROUNDING
+
+
+def test_a_pair_that_stays_as_near_is_measured_rarely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One exact distance bounds all states around it: they are not asked about one by one."""
+    q = cell().configurations["home"].q
+    builder = Builder(q)
+    builder.joint(SegmentKind.TRANSIT, q + 1.5 * np.eye(len(q))[-1], 2.0)
+    scene = make_scene()
+    plan, asked = move_plan(scene, builder), list[float]()
+    exact = Solid.distance
+
+    def counted(self: Solid, other: Solid) -> float:
+        asked.append(exact(self, other))
+        return asked[-1]
+
+    monkeypatch.setattr(Solid, "distance", counted)
+    found = check(plan, scene)
+    assert found.reasons == () and found.minimum <= min(asked)
+    assert 0 < len(asked) < 200
