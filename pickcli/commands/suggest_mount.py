@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import click
 
+from pickcli.commands.arm_options import ArmRequest, arm_option, open_cell, standing_option
 from pickcli.commands.command import Command, emit_json
 from pickcli.commands.logs import stage
 from pickcli.commands.option_types import NumberType
@@ -41,6 +42,8 @@ def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
 
 @click.command("suggest-mount", cls=Command)
 @cell_option
+@arm_option()
+@standing_option
 @_bounds_option("x", "m")
 @_bounds_option("y", "m")
 @_bounds_option("z", "m")
@@ -57,7 +60,8 @@ def _bounds_option(axis: str, unit: str) -> Callable[[F], F]:
 @seed_option
 @json_option
 def command(
-    cell_name: str, x: Bounds | None, y: Bounds | None, z: Bounds | None, yaw: Bounds | None,
+    cell_name: str, arm: str | None, standing: tuple[str, ...],
+    x: Bounds | None, y: Bounds | None, z: Bounds | None, yaw: Bounds | None,
     steps: tuple[int, int, int, int], stated: tuple[str, ...], tool_state: str | None, count: int,
     poses: int, seed: int, as_json: bool,
 ) -> None:  # fmt: skip
@@ -71,11 +75,10 @@ def command(
     Example:
       apc suggest-mount --x -2.0 -1.5 --steps 6 1 1 1
     """
-    from pickcli.cell.cell_file import load_cell
     from pickcli.reachability.mount_ranking import MountRanking, MountSettings
     from pickcli.reachability.tool_pose_sampling import poses_by_place
 
-    cell = load_cell(cell_name)
+    cell = open_cell(cell_name, ArmRequest(arm, standing))
     state = named_state(cell, tool_state)
     grid = _grid(cell, {"x": x, "y": y, "z": z, "yaw": yaw}, steps)
     targets = {text: _pose(text)[None] for text in stated} or poses_by_place(cell, state, poses, seed)
