@@ -52,14 +52,16 @@ PACKAGES = (
             "tests/files/test_yaml_reader.py", "tests/cell/test_urdf_mistakes.py",
             "tests/cell/test_cell_bounds.py", "tests/cell/test_cell_mistakes.py",
             "tests/files/test_atomic_write.py", "tests/files/test_bounded_reading.py",
-            "tests/cell/test_default_cell.py",
+            "tests/cell/test_default_cell.py", "tests/cell/test_parts_agree.py",
+            "tests/cell/test_tool_states.py", "tests/cell/test_other_robots.py",
         ),
     ),
     Package(
         "scene files",
         ("scene/scene_checks", "scene/scene_file", "scene/solid_overlap"),
         ("tests/scene/test_scene_file.py", "tests/scene/test_scene_checks.py",
-         "tests/scene/test_solid_overlap.py", "tests/scene/test_cloud.py"),
+         "tests/scene/test_solid_overlap.py", "tests/scene/test_cloud.py",
+         "tests/scene/test_overlap_bounds.py"),
     ),
     Package(
         "plan files",
@@ -95,7 +97,7 @@ PACKAGES = (
         "contact rules",
         ("collision/allowed_contacts", "scene/supports", "scene/solid_contact", "scene/touching"),
         ("tests/collision/test_allowed_contacts.py", "tests/scene/test_supports.py",
-         "tests/scene/test_balance.py", "tests/scene/test_touching.py"),
+         "tests/scene/test_balance.py", "tests/scene/test_touching.py", "tests/scene/test_solid_contact.py"),
     ),
     Package(
         "load rules",

@@ -157,7 +157,7 @@ def check_standing(source: Source, scene: Scene) -> None:
     pod_error = _pod_error(scene)
     every = PosedSolids.of(scene, scene.items, scene.standing)
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
-    a, b = every.near(len(scene.items), 0.0)
+    a, b = every.near(len(scene.items))
     deep: list[Mistake] = []
     for i, placed in enumerate(scene.items):
         tolerance = SUNK + scene.noise.bound(placed.item) + pod_error
@@ -218,7 +218,7 @@ def check_overlaps(source: Source, scene: Scene) -> None:
     """
     every = PosedSolids.of(scene, scene.items, ())
     solids = [PosedSolid(shape, T) for shape, T in zip(every.shapes, every.T, strict=True)]
-    a, b = every.near(len(solids), 0.0)
+    a, b = every.near(len(solids))
     overlaps: list[Mistake] = []
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
         depth = overlap_depth(solids[i], solids[j], TOUCH + float(every.bound[i] + every.bound[j]))

@@ -100,6 +100,6 @@ def can_balance(cones: Array, wrench: Array, size: float) -> bool:
     """
     from scipy.optimize import nnls
 
-    scale = np.array([1.0, 1.0, 1.0, *3 * [1.0 / size]])
+    scale = np.repeat([1.0, 1.0 / size], 3)
     forces, rest = nnls(cones * scale[:, None], wrench * scale)
     return bool(rest <= UNBALANCED and forces.sum() <= MOST_FORCE)

@@ -105,7 +105,7 @@ class PosedSolids:
         n = len(self.names)
         return self.half_widths(np.arange(n), np.broadcast_to(np.eye(3), (n, 3, 3)))
 
-    def near(self, n_items: int, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def near(self, n_items: int, reach: float = 0.0) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Pairs whose upright boxes come within a reach, and both bounds, of each other.
 
         Args:
